@@ -1,0 +1,1 @@
+"""Find human movement by what it is."""

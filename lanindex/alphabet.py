@@ -1,0 +1,126 @@
+"""The alphabet as one table: directions, levels, joints and parts of the body.
+
+Names, codes, angles and mirror images come from here and from nowhere else; encoding, notation,
+storage, search and drawing read it. A direction's code is its azimuth in steps of 45 degrees
+(right 0, forward 2, left 4, back 6), with ``place`` behind them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+DIRECTIONS = (
+    "right",
+    "r_forward",
+    "forward",
+    "l_forward",
+    "left",
+    "l_back",
+    "back",
+    "r_back",
+    "place",
+)
+"""Names by code; code k < 8 points to azimuth 45 k degrees, 0 right and 90 forward."""
+
+LEVELS = ("low", "mid", "high")
+"""Names by code; level k points to elevation 45, 90, 135 degrees from straight down."""
+
+PLACE = DIRECTIONS.index("place")
+LOW, MID, HIGH = range(3)
+
+DIRECTION_CODES = {name: code for code, name in enumerate(DIRECTIONS)}
+LEVEL_CODES = {name: code for code, name in enumerate(LEVELS)}
+
+MIRRORED = tuple((4 - code) % 8 if code < PLACE else PLACE for code in range(len(DIRECTIONS)))
+"""The code of each direction's mirror image (left for right)."""
+
+JOINTS = (
+    "Pelvis",
+    "Chest",
+    "Neck",
+    "Head",
+    "RShoulder",
+    "RElbow",
+    "RWrist",
+    "RHand",
+    "RHip",
+    "RKnee",
+    "RAnkle",
+    "RToe",
+    "LShoulder",
+    "LElbow",
+    "LWrist",
+    "LHand",
+    "LHip",
+    "LKnee",
+    "LAnkle",
+    "LToe",
+)
+"""The 20 joints of the body model (METHOD, stage 0; figure 2 of the paper)."""
+
+JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One part of the body that moves: a child joint seen from a parent joint.
+
+    Attributes
+    ----------
+    name : str
+        As written in LND: ``r_arm``.
+    group : str
+        The part without its side: ``arm``; profiles keep one set of files a group.
+    side : str
+        ``r``, ``l`` or the empty string.
+    chain : tuple of str
+        Joints from the parent to the child; the part's length is the sum of the bones between.
+    """
+
+    name: str
+    group: str
+    side: str
+    chain: tuple[str, ...]
+
+    @property
+    def parent(self) -> str:
+        """The joint that the movement is seen from."""
+        return self.chain[0]
+
+    @property
+    def child(self) -> str:
+        """The joint that moves."""
+        return self.chain[-1]
+
+
+_PAIRED = {
+    "arm": ("Shoulder", "Elbow", "Wrist"),
+    "forearm": ("Elbow", "Wrist"),
+    "upper_arm": ("Shoulder", "Elbow"),
+    "hand": ("Wrist", "Hand"),
+    "leg": ("Hip", "Knee", "Ankle"),
+    "thigh": ("Hip", "Knee"),
+    "shank": ("Knee", "Ankle"),
+    "foot": ("Ankle", "Toe"),
+}
+_SINGLE = {"head": ("Neck", "Head"), "torso": ("Pelvis", "Chest", "Neck")}
+
+PARTS: dict[str, Part] = {
+    **{
+        f"{side}_{group}": Part(
+            f"{side}_{group}", group, side, tuple(side.upper() + joint for joint in chain)
+        )
+        for group, chain in _PAIRED.items()
+        for side in "rl"
+    },
+    **{name: Part(name, name, "", chain) for name, chain in _SINGLE.items()},
+}
+"""Every part that is encoded, by name."""
+
+GROUPS = (*_PAIRED, *_SINGLE)
+"""The groups of parts that share a profile's files."""
+
+
+def mirrored_part(name: str) -> str:
+    """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``."""
+    return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]

@@ -1,0 +1,1 @@
+"""The faces: the only code that prints, parses arguments or speaks HTTP."""

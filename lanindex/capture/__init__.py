@@ -1,0 +1,1 @@
+"""File to Motion: the reader is chosen by content."""

@@ -1,0 +1,1 @@
+"""Motion to Score, one module a stage."""

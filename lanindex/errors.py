@@ -1,0 +1,98 @@
+"""What can go wrong, said so that a person can mend it.
+
+Every error names the place, what was found there, what was wanted, and (where there is one)
+the remedy::
+
+    walk.bvh:212: frame 40 has 93 numbers, wanted 96 as the hierarchy declares
+"""
+
+from __future__ import annotations
+
+
+class LanindexError(Exception):
+    """The root of all errors that LanIndex raises on purpose.
+
+    Parameters
+    ----------
+    found : str
+        What is wrong, as found.
+    place : str, optional
+        Where: a file, ``file:line``, or an argument.
+    wanted : str, optional
+        What would have been right.
+    remedy : str, optional
+        One sentence that says what to do.
+    """
+
+    def __init__(self, found: str, *, place: str = "", wanted: str = "", remedy: str = "") -> None:
+        self.found, self.place, self.wanted, self.remedy = found, place, wanted, remedy
+        super().__init__(found)
+
+    def __str__(self) -> str:
+        """Return the whole message on one line."""
+        text = f"{self.place}: {self.found}" if self.place else self.found
+        if self.wanted:
+            text += f", wanted {self.wanted}"
+        return f"{text}. {self.remedy}" if self.remedy else text
+
+
+class CaptureError(LanindexError):
+    """A capture file cannot be read."""
+
+
+class BodyError(CaptureError):
+    """A capture holds no human body that could be recognised."""
+
+
+class EncodeError(LanindexError):
+    """A capture that was read cannot be written down."""
+
+
+class NotationError(LanindexError):
+    """A notation file (LND, LPD, LDD) or a profile cannot be read."""
+
+
+class LibraryError(LanindexError):
+    """The library (the database) cannot be used."""
+
+
+class LibraryBusyError(LibraryError):
+    """Another process holds the library for too long."""
+
+
+class LibraryVersionError(LibraryError):
+    """The library's schema is older or newer than this program's."""
+
+
+class ExportError(LanindexError):
+    """A clip cannot be written."""
+
+
+class UsageError(LanindexError):
+    """The arguments do not make sense together."""
+
+
+class PatternError(LanindexError):
+    """A pattern cannot be understood.
+
+    Parameters
+    ----------
+    found : str
+        One plain sentence, the fix included.
+    text : str
+        The whole pattern.
+    start, stop : int
+        The characters of `text` that the sentence is about.
+    """
+
+    def __init__(self, found: str, *, text: str, start: int, stop: int) -> None:
+        super().__init__(found)
+        self.text, self.start, self.stop = text, start, stop
+
+    def __str__(self) -> str:
+        """Return the line of the pattern, a caret below it, and the sentence."""
+        begin = self.text.rfind("\n", 0, self.start) + 1
+        end = self.text.find("\n", self.start)
+        line = self.text[begin : len(self.text) if end < 0 else end]
+        width = max(1, min(self.stop, begin + len(line)) - self.start)
+        return f"{line}\n{' ' * (self.start - begin)}{'^' * width}\n{self.found}"

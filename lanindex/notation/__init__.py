@@ -1,0 +1,1 @@
+"""LND, LPD and LDD: read and write."""

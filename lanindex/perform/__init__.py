@@ -1,0 +1,1 @@
+"""Score to Motion: a standard body carries out a score."""
