@@ -1,0 +1,128 @@
+"""LPD, Labanotation Parameter Data: which directions and levels span which angles.
+
+Source: the paper, 4.5.2 and figure 13; METHOD, "LND, LPD, LDD".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, PLACE
+from lanindex.errors import NotationError
+from lanindex.notation.text import read_text, words_of
+
+
+@dataclass(frozen=True, slots=True)
+class Ranges:
+    """The cells that space is divided into around a joint.
+
+    Attributes
+    ----------
+    place : float
+        Horizontal radius of ``place``: millimetres, or parts of the limb's length.
+    relative : bool
+        Whether `place` is in parts of the limb's length.
+    starts : tuple of float
+        (8) azimuth in degrees at which each direction begins, by code.
+    mid, high : float
+        Elevation in degrees from straight down at which each level begins.
+    """
+
+    place: float
+    relative: bool
+    starts: tuple[float, ...]
+    mid: float
+    high: float
+
+    def radius(self, length: float) -> float:
+        """Return the radius of ``place`` in mm for a limb of `length` mm."""
+        return self.place * length if self.relative else self.place
+
+    def centre(self, direction: int) -> float:
+        """Return the middle azimuth of a direction's sector, in degrees."""
+        begin = self.starts[direction]
+        end = min((start - begin) % 360 or 360 for start in self.starts)
+        return (begin + end / 2) % 360
+
+
+def _number(word: str, place: str) -> float:
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or value < 0:
+        raise NotationError(f'"{word}"', place=place, wanted="a number of 0 or more")
+    return value
+
+
+_COUNTS = {"place": (1, 2), "mid": (2,), "high": (1,), "low": (1,)}
+
+
+def parse(text: str, name: str = "LPD") -> Ranges:
+    """Read the text of an LPD file.
+
+    Parameters
+    ----------
+    text : str
+        Lines ``place 250`` or ``place 0.38 L``, ``forward 67.5`` ..., ``high 120``,
+        ``mid 60 240``, ``low 300``.
+    name : str
+        The file's name, for errors.
+
+    Returns
+    -------
+    Ranges
+
+    Raises
+    ------
+    NotationError
+        With file and line: an unknown or repeated word, a missing one, a bad number, levels whose
+        circle is not the half-circle and its mirror image.
+    """
+    found: dict[str, list[float]] = {}
+    relative = False
+    for number, (word, *values) in words_of(text):
+        place, word = f"{name}:{number}", word.lower()
+        if word not in DIRECTION_CODES and word not in LEVEL_CODES:
+            raise NotationError(f'"{word}"', place=place, wanted="a direction or a level")
+        if word in found:
+            raise NotationError(f'"{word}" stands twice', place=place, wanted="one line of it")
+        if word == "place" and len(values) == 2 and values[1] == "L":
+            relative = True
+            values = values[:1]
+        counts = _COUNTS.get(word, (1,))
+        if len(values) != counts[0]:
+            raise NotationError(
+                f"{len(values)} values after {word}", place=place, wanted=str(counts[0])
+            )
+        found[word] = [_number(value, place) for value in values]
+    missing = [word for word in (*DIRECTIONS, *LEVEL_CODES) if word not in found]
+    if missing:
+        raise NotationError("no line for " + ", ".join(missing), place=name, wanted="all of them")
+    mid, high = found["mid"][0], found["high"][0]
+    if not 0 < mid < high < 180 or found["mid"][1] != 360 - high or found["low"][0] != 360 - mid:
+        raise NotationError(
+            f"low {found['low'][0]:g}, mid {mid:g} {found['mid'][1]:g}, high {high:g}",
+            place=name,
+            wanted="mid m 360-h, high h, low 360-m with 0 < m < h < 180",
+        )
+    starts = tuple(found[word][0] % 360 for word in DIRECTIONS[:PLACE])
+    _check_order(starts, name)
+    return Ranges(found["place"][0], relative, starts, mid, high)
+
+
+def _check_order(starts: tuple[float, ...], name: str) -> None:
+    turns = [(b - a) % 360 for a, b in zip(starts, (*starts[1:], starts[0]), strict=True)]
+    if min(turns) <= 0 or abs(sum(turns) - 360) > 1e-9:
+        raise NotationError(
+            "the directions do not follow each other round the circle",
+            place=name,
+            wanted="rising starts from right over forward, left and back",
+        )
+
+
+def read(path: Path) -> Ranges:
+    """Read an LPD file; see `parse`."""
+    return parse(read_text(path), str(path))
