@@ -1,1 +1,121 @@
-"""Motion to Score, one module a stage."""
+"""Motion to Score, one module a stage.
+
+`encode` does it all; `trace` shows how: every curve, candidate, move and run, and what became of
+it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lanindex.errors import EncodeError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lanindex.encode.profile import Profile
+    from lanindex.encode.track import Trace
+    from lanindex.model import Motion, Score
+
+
+def _profile(profile: Profile | str | Path) -> Profile:
+    from lanindex.encode.profile import Profile, load
+
+    return profile if isinstance(profile, Profile) else load(profile)
+
+
+def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
+    """Write a motion down.
+
+    Parameters
+    ----------
+    motion : Motion
+        As read from a capture.
+    profile : Profile, str or Path
+        ``default``, ``paper``, a folder, or a profile already loaded.
+
+    Returns
+    -------
+    Score
+        A track for every part whose ends the capture has.
+
+    Raises
+    ------
+    NotationError
+        Where the profile cannot be read.
+    EncodeError
+        Where the motion has no part that could be written down.
+
+    Notes
+    -----
+    The method is that of Matsumoto and Hachimura (2001), section 4, made exact.
+    """
+    import numpy as np
+
+    from lanindex.encode import body
+    from lanindex.encode.timing import quantise
+    from lanindex.encode.track import write_limbs
+    from lanindex.model import Score, Track
+
+    chosen = _profile(profile)
+    joints = body.body(motion)
+    turn = body.heading(joints, motion.rate, chosen.rate)
+    traces: dict[str, list[Trace]] = {}
+    for limbs in body.limbs(joints, turn, motion.rate, chosen):
+        for found in write_limbs(limbs, chosen):
+            traces.setdefault(found.part, []).append(found)
+    if not traces:
+        raise EncodeError(
+            "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
+        )
+    rows = {part: np.concatenate([one.rows for one in found]) for part, found in traces.items()}
+    meter = quantise(rows.values(), len(motion), motion.rate, chosen.meter)
+    tracks = {
+        part: Track(part, rows[part], tuple(one.known for one in found))
+        for part, found in traces.items()
+    }
+    return Score(
+        motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
+    )
+
+
+def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") -> list[Trace]:
+    """Show how one part is written down, stage by stage.
+
+    Parameters
+    ----------
+    motion : Motion
+        As read from a capture.
+    part : str
+        ``r_arm`` ...
+    profile : Profile, str or Path
+        As for `encode`.
+
+    Returns
+    -------
+    list of Trace
+        One for each stretch in which the part is known; each prints what became of every run.
+
+    Raises
+    ------
+    NotationError
+        Where the profile cannot be read.
+    EncodeError
+        Where the part is not known.
+    """
+    from lanindex.encode import body
+    from lanindex.encode.track import write_limbs
+
+    chosen = _profile(profile)
+    joints = body.body(motion)
+    turn = body.heading(joints, motion.rate, chosen.rate)
+    found = [
+        one
+        for limbs in body.limbs(joints, turn, motion.rate, chosen)
+        if part in limbs.parts
+        for one in write_limbs(limbs, chosen)
+        if one.part == part
+    ]
+    if not found:
+        raise EncodeError(f'no part "{part}" is known', place=motion.source.path)
+    return found

@@ -1,0 +1,118 @@
+"""Stage 4: what a move passes through, and where each direction is achieved.
+
+Source: METHOD, stage 4; the paper, 4.5.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encode.direction import Space, nearest
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Frames in a row that lie in one cell.
+
+    Attributes
+    ----------
+    cell : int
+        direction · 3 + level.
+    start, stop : int
+        Resampled frames, half-open.
+    achieved : int
+        The frame at which the cell's direction is achieved.
+    angle : float
+        Degrees from the reference direction there.
+    outcome : str
+        ``symbol``, or why it is none: ``not achieved``, ``in force``, ``joined`` with an equal
+        neighbour, ``passing`` (deleted by a rule), ``rejoined`` with an equal neighbour that a
+        deletion left.
+    rule : int
+        Line of the rule that deleted it, else 0.
+    """
+
+    cell: int
+    start: int
+    stop: int
+    achieved: int
+    angle: float
+    outcome: str = "symbol"
+    rule: int = 0
+
+
+def runs(
+    curve: Floats, codes: NDArray[np.int64], first: int, last: int, around: Space
+) -> list[Run]:
+    """Return the runs of a move, each with the frame that comes nearest to its reference.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (N, 3) float64, mm, of the whole stretch.
+    codes : ndarray
+        (N,) int64, the cell of each frame.
+    first, last : int
+        The move's frames, both included.
+    around : Space
+        The division of space.
+
+    Returns
+    -------
+    list of Run
+        In order of time; the last is achieved at the move's end.
+    """
+    edges = np.flatnonzero(np.diff(codes[first : last + 1])) + first + 1
+    borders = [first, *edges.tolist(), last + 1]
+    found = []
+    for start, stop in pairwise(borders):
+        cell = int(codes[start])
+        if stop == last + 1:
+            frame, (_, angle) = last, nearest(curve[last:stop], cell, around)
+        else:
+            offset, angle = nearest(curve[start:stop], cell, around)
+            frame = start + offset
+        found.append(Run(cell, start, stop, frame, angle))
+    return found
+
+
+def achieve(found: list[Run], in_force: int, within: float) -> list[Run]:
+    """Decide which runs of a move become symbols.
+
+    Parameters
+    ----------
+    found : list of Run
+        All of the move, in order.
+    in_force : int
+        The cell of the last symbol before.
+    within : float
+        Degrees: runs but the last that come no nearer to their reference are dropped.
+
+    Returns
+    -------
+    list of Run
+        The same runs, with their outcome; a run that is joined with a later one hands it its
+        nearest frame if that comes nearer.
+    """
+    result = list(found)
+    kept: list[int] = []
+    for index, run in enumerate(found):
+        if run.angle > within and index < len(found) - 1:
+            result[index] = replace(run, outcome="not achieved")
+        elif kept and found[kept[-1]].cell == run.cell:
+            before = result[kept[-1]]
+            if index < len(found) - 1 and before.angle <= run.angle:
+                result[index] = replace(run, achieved=before.achieved, angle=before.angle)
+            result[kept[-1]] = replace(before, outcome="joined")
+            kept[-1] = index
+        else:
+            kept.append(index)
+    if kept and result[kept[0]].cell == in_force:
+        result[kept[0]] = replace(result[kept[0]], outcome="in force")
+    return result

@@ -1,0 +1,317 @@
+"""Stages 0 and 1: joints of the body, resampled, turned to face forward, part by part.
+
+Source: METHOD, stages 0 and 1; the paper, 2 and 4.2.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, PARTS
+from lanindex.encode.profile import Profile
+from lanindex.model import Motion, Span
+
+Floats = NDArray[np.float64]
+
+GAP = Fraction(1, 5)
+"""Seconds: shorter gaps are filled."""
+
+SHORTEST_AXIS = 1.0
+"""Millimetres: a hip axis shorter than this on the ground tells no heading."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limbs:
+    """Parts of the body over one stretch in which all of them are known.
+
+    Attributes
+    ----------
+    parts : tuple of str
+        (P) names.
+    known : Span
+        The stretch, in frames of the source.
+    rate : Fraction
+        Frames a second of the source.
+    begin : int
+        Number of the first resampled frame.
+    curve : ndarray
+        (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z, smoothed.
+    lengths : ndarray
+        (P,) float64, mm.
+    """
+
+    parts: tuple[str, ...]
+    known: Span
+    rate: Fraction
+    begin: int
+    curve: Floats
+    lengths: Floats
+
+
+def body(motion: Motion) -> Floats:
+    """Return the 20 joints of the body model, with a calibration pose replaced and gaps filled.
+
+    Parameters
+    ----------
+    motion : Motion
+        Any skeleton.
+
+    Returns
+    -------
+    ndarray
+        (T, 20, 3) float64, mm, y up; NaN where a joint is unknown.
+    """
+    index = motion.skeleton.body
+    joints = np.asarray(motion.positions[:, index], dtype=np.float64)
+    joints[:, index < 0] = np.nan
+    if index[JOINT_CODES["Pelvis"]] < 0:
+        hips = [JOINT_CODES["LHip"], JOINT_CODES["RHip"]]
+        joints[:, JOINT_CODES["Pelvis"]] = joints[:, hips].mean(axis=1)
+    if 0 < motion.first < len(joints):
+        joints[: motion.first] = joints[motion.first]
+    present = np.flatnonzero((index >= 0) | (np.arange(len(index)) == JOINT_CODES["Pelvis"]))
+    if np.isnan(joints[:, present]).any():
+        for joint in present:
+            _fill(joints[:, joint], math.floor(GAP * motion.rate))
+    return joints
+
+
+def _fill(points: Floats, longest: int) -> None:
+    """Fill gaps of at most `longest` frames of (T, 3) points in place, by straight lines."""
+    unknown = _unknown(points)
+    for start, stop in _runs(unknown):
+        if start > 0 and stop < len(points) and stop - start <= longest:
+            share = np.arange(1, stop - start + 1)[:, None] / (stop - start + 1)
+            points[start:stop] = points[start - 1] * (1 - share) + points[stop] * share
+
+
+def _unknown(points: Floats) -> NDArray[np.bool_]:
+    """Return which points (..., 2 or 3) lack a coordinate."""
+    mask: NDArray[np.bool_] = np.isnan(points.sum(axis=-1))
+    return mask
+
+
+def _runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
+    """Return start and stop of each stretch of True."""
+    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tuple[int, Floats]:
+    """Resample by a cubic Hermite, slopes by central differences, one-sided at the ends.
+
+    Parameters
+    ----------
+    points : ndarray
+        (T, ...) float64, values at source frames `start` and on.
+    start : int
+        Number of the first of these frames.
+    rate, target : Fraction
+        Frames a second before and after.
+
+    Returns
+    -------
+    begin : int
+        Number of the first frame of the result; frame k lies at source frame k · rate / target.
+    values : ndarray
+        (N, ...) float64; no frame lies after the last of the source.
+    """
+    if rate == target or len(points) < 2:
+        begin = math.ceil(start * target / rate)
+        return begin, points[: 1 if len(points) == 1 and begin * rate == start * target else None]
+    step = rate / target
+    begin = math.ceil(start / step)
+    frames = np.arange(begin, math.floor((start + len(points) - 1) / step) + 1)
+    whole, rest = np.divmod(frames * step.numerator, step.denominator)
+    index = np.minimum(whole - start, len(points) - 2)
+    share = (rest / step.denominator + (whole - start - index)).reshape(
+        -1, *[1] * (points.ndim - 1)
+    )
+    slope = np.gradient(points, axis=0)
+    here, there = points[index], points[index + 1]
+    square, cube = share**2, share**3
+    bend = 3 * square - 2 * cube
+    values: Floats = (
+        here * (1 - bend)
+        + there * bend
+        + slope[index] * (cube - 2 * square + share)
+        + slope[index + 1] * (cube - square)
+    )
+    return begin, values
+
+
+def heading(joints: Floats, rate: Fraction, target: Fraction) -> Floats:
+    """Return the turn that brings the hip axis to +z, frame by frame.
+
+    Parameters
+    ----------
+    joints : ndarray
+        (T, 20, 3) float64, mm.
+    rate, target : Fraction
+        Frames a second of `joints` and of the result.
+
+    Returns
+    -------
+    ndarray
+        (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
+        kept. A body without hips is turned by its shoulders.
+    """
+    pair = ("LHip", "RHip")
+    if np.isnan(joints[:, [JOINT_CODES[name] for name in pair]]).all():
+        pair = ("LShoulder", "RShoulder")
+    left, right = (joints[:, JOINT_CODES[name]] for name in pair)
+    axis = (right - left)[:, [0, 2]]
+    count = math.floor((len(axis) - 1) * target / rate) + 1
+    across = np.full((count, 2), np.nan)
+    for start, stop in _runs(~_unknown(axis)):
+        begin, values = resample(axis[start:stop], start, rate, target)
+        across[begin : begin + len(values)] = values
+    turn: Floats = np.arctan2(across[:, 0], across[:, 1])
+    clear = np.hypot(across[:, 0], across[:, 1]) >= SHORTEST_AXIS
+    if clear.all():
+        return turn
+    if not clear.any():
+        return np.zeros(count)
+    last = np.maximum.accumulate(np.where(clear, np.arange(count), -1))
+    last[last < 0] = np.argmax(clear)
+    held: Floats = turn[last]
+    return held
+
+
+def smooth(curve: Floats, window: int) -> Floats:
+    """Return the centred moving average; at the ends of the frames that exist.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (P, N, 3) float64.
+    window : int
+        Frames, odd.
+
+    Returns
+    -------
+    ndarray
+        (P, N, 3) float64.
+    """
+    half = min(window // 2, curve.shape[1] - 1)
+    if half < 1:
+        return curve
+    total: Floats = curve.copy()
+    count = np.ones(curve.shape[1])
+    for shift in range(1, half + 1):
+        total[:, shift:] += curve[:, :-shift]
+        total[:, :-shift] += curve[:, shift:]
+        count[shift:] += 1
+        count[:-shift] += 1
+    total /= count[:, None]
+    return total
+
+
+def window(seconds: float, rate: Fraction) -> int:
+    """Return the odd number of frames nearest to `seconds`."""
+    return 2 * int(seconds * float(rate) / 2) + 1
+
+
+def lengths(joints: Floats, parts: Iterable[str]) -> Floats:
+    """Return the length of each part: median over time of the sum of its bones.
+
+    Parameters
+    ----------
+    joints : ndarray
+        (T, 20, 3) float64, mm.
+    parts : iterable of str
+        (P) names.
+
+    Returns
+    -------
+    ndarray
+        (P,) float64, mm; NaN where a part was never seen.
+    """
+    missing = np.count_nonzero(_unknown(joints), axis=0)
+    result = []
+    for name in parts:
+        chain = [JOINT_CODES[joint] for joint in PARTS[name].chain]
+        inner = [code for code in chain[1:-1] if missing[code] < len(joints)]
+        chain = [chain[0], *inner, chain[-1]]
+        bones = np.linalg.norm(np.diff(joints[:, chain], axis=1), axis=2).sum(axis=1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            result.append(float(np.nanmedian(bones) if missing[chain].any() else np.median(bones)))
+    return np.array(result)
+
+
+def limbs(joints: Floats, turn: Floats, rate: Fraction, profile: Profile) -> list[Limbs]:
+    """Return the curves of all parts that the capture knows, stretch by stretch.
+
+    Parameters
+    ----------
+    joints : ndarray
+        (T, 20, 3) float64, mm, as from `body`.
+    turn : ndarray
+        (N,) float64, radians, as from `heading`.
+    rate : Fraction
+        Frames a second of `joints`.
+    profile : Profile
+        Rate and smoothing.
+
+    Returns
+    -------
+    list of Limbs
+        Parts that are known over the same stretch stand together.
+    """
+    unknown = _unknown(joints)
+    stretches: dict[tuple[int, int], list[str]] = {}
+    for name, part in PARTS.items():
+        seen = ~(unknown[:, JOINT_CODES[part.parent]] | unknown[:, JOINT_CODES[part.child]])
+        for stretch in _runs(seen):
+            stretches.setdefault(stretch, []).append(name)
+    found = (
+        _stretch(joints, turn, rate, profile, Span(*stretch), names)
+        for stretch, names in stretches.items()
+    )
+    return [limb for limb in found if limb is not None]
+
+
+def _stretch(
+    joints: Floats,
+    turn: Floats,
+    rate: Fraction,
+    profile: Profile,
+    known: Span,
+    names: Sequence[str],
+) -> Limbs | None:
+    size = lengths(joints, names)
+    kept = [index for index, length in enumerate(size) if length > 0]
+    parts = tuple(names[index] for index in kept)
+    ends = np.array(
+        [[JOINT_CODES[PARTS[name].parent], JOINT_CODES[PARTS[name].child]] for name in parts]
+    )
+    if not len(ends):
+        return None
+    points = joints[known.start : known.stop]
+    begin, curve = resample(
+        points[:, ends[:, 1]] - points[:, ends[:, 0]], known.start, rate, profile.rate
+    )
+    if not len(curve):
+        return None
+    angle = turn[begin : begin + len(curve), None]
+    turned = np.empty((len(parts), len(curve), 3))
+    turned[..., 0] = (curve[..., 0] * np.cos(angle) - curve[..., 2] * np.sin(angle)).T
+    turned[..., 1] = curve[..., 1].T
+    turned[..., 2] = (curve[..., 0] * np.sin(angle) + curve[..., 2] * np.cos(angle)).T
+    return Limbs(
+        parts,
+        known,
+        rate,
+        begin,
+        smooth(turned, window(profile.smoothing, profile.rate)),
+        size[kept],
+    )

@@ -1,0 +1,147 @@
+"""From runs to rows: which frames each symbol takes.
+
+Source: METHOD, stages 2b, 4 and 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encode.achieve import Run
+from lanindex.encode.direction import Space, margin
+from lanindex.encode.segment import Segment
+from lanindex.model import SYMBOL
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(slots=True)
+class Row:
+    """A symbol in the making; frames from the stretch's first, half-open."""
+
+    cell: int
+    start: int
+    stop: int
+    achieved: int
+    rule: int = 0
+    passing: bool = False
+    swings: int = 0
+
+
+class Writer:
+    """Writes the symbols of one part, move by move.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (N, 3) float64, mm.
+    cell : int
+        The cell at the first frame: the starting position.
+    around : Space
+        The division of space.
+    distance : float
+        d_t, mm.
+    lengthen : bool
+        Whether moves without a symbol lengthen those they touch (stage 2b).
+    """
+
+    def __init__(
+        self, curve: Floats, cell: int, around: Space, distance: float, *, lengthen: bool
+    ) -> None:
+        self.curve, self.around, self.distance, self.lengthen = curve, around, distance, lengthen
+        self.rows = [Row(cell, 0, 0, 0)]
+        self.in_force = self.rows[0]
+        self.idle: list[Segment] = []
+
+    def add(self, move: Segment, runs: list[Run]) -> None:
+        """Add a move.
+
+        Parameters
+        ----------
+        move : Segment
+            Its frames.
+        runs : list of Run
+            What it passes, with the outcome of each.
+        """
+        if not any(run.outcome == "symbol" for run in runs):
+            self._stay(move)
+            return
+        cut = start = max(self._begin(move, runs), self.in_force.stop)
+        end = max(move.end + 1, start)
+        for run in runs:
+            if run.outcome not in ("symbol", "passing", "rejoined"):
+                continue
+            stop = min(max(run.achieved + 1, cut), end)
+            if run.outcome == "passing":
+                self.rows.append(Row(run.cell, cut, stop, run.achieved, run.rule, passing=True))
+            elif run.outcome == "symbol":
+                stop = end if run is runs[-1] else stop
+                self.in_force = Row(run.cell, start, stop, run.achieved)
+                self.rows.append(self.in_force)
+                start = stop
+            cut = stop
+        self.idle.clear()
+
+    def _stay(self, move: Segment) -> None:
+        """Count a move that leaves the symbol in force as it is."""
+        apart = self.curve[move.last] - self.curve[move.first]
+        if np.linalg.norm(apart) > self.distance:
+            self.in_force.swings += 1
+        touches = self.in_force.stop > 0 and move.begin <= self.in_force.stop
+        if self.lengthen and touches and self._gain(move, self.in_force.cell) > 0:
+            self.in_force.stop = max(self.in_force.stop, move.end + 1)
+        else:
+            self.idle.append(move)
+
+    def _begin(self, move: Segment, runs: list[Run]) -> int:
+        """Return where the first symbol begins: perhaps with moves before that had none."""
+        begin = move.begin
+        first = next(run for run in runs if run.outcome in ("symbol", "passing", "rejoined"))
+        for before in reversed(self.idle if self.lengthen else []):
+            apart = float(np.linalg.norm(self.curve[before.last] - self.curve[before.first]))
+            if before.end + 1 < begin or self._gain(before, first.cell) < apart / 2:
+                break
+            begin = before.begin
+        return begin
+
+    def _gain(self, move: Segment, cell: int) -> float:
+        """Return by how many mm a move comes nearer to the middle of a cell."""
+        middle = self.around.reference(cell)
+        before, after = (
+            float(np.linalg.norm(self.curve[frame] - middle)) for frame in (move.first, move.last)
+        )
+        return before - after
+
+    def table(self, begin: int) -> NDArray[Any]:
+        """Return the rows with their margins.
+
+        Parameters
+        ----------
+        begin : int
+            Number of the stretch's first resampled frame.
+
+        Returns
+        -------
+        ndarray
+            (S,) of `model.SYMBOL`, start and stop in resampled frames.
+        """
+        table = np.zeros(len(self.rows), SYMBOL)
+        for index, row in enumerate(self.rows):
+            clear, other = margin(self.curve[row.achieved], self.around)
+            table[index] = (
+                *divmod(row.cell, 3),
+                row.start + begin,
+                row.stop + begin,
+                0,
+                0,
+                row.passing,
+                row.rule,
+                row.swings,
+                clear,
+                *divmod(other, 3),
+            )
+        return table

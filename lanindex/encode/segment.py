@@ -1,0 +1,207 @@
+"""Stage 2: where a limb stops, and the moves between the stops.
+
+Source: METHOD, stages 2 and 2b; the paper, 4.3 and 4.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LONG_HOLD = 6
+"""Frames: the noise of a hold at least this long says when a move leaves it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A stop: the limb stays near one point.
+
+    Attributes
+    ----------
+    first, last : int
+        Resampled frames, both included.
+    """
+
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A move between two stops.
+
+    Attributes
+    ----------
+    first, last : int
+        Resampled frames, both included: the last of the stop before, the first of the one after.
+    begin, end : int
+        When the move is seen to begin and to end (stage 2b), both included.
+    """
+
+    first: int
+    last: int
+    begin: int
+    end: int
+
+
+def speeds(curve: Floats, rate: float) -> Floats:
+    """Return the speed: central difference, one-sided at the ends.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (..., N, 3) float64, mm.
+    rate : float
+        Frames a second.
+
+    Returns
+    -------
+    ndarray
+        (..., N) float64, mm/s.
+    """
+    if curve.shape[-2] < 2:
+        return np.zeros(curve.shape[:-1])
+    velocity = np.gradient(curve, axis=-2) * rate
+    speed: Floats = np.sqrt(np.einsum("...i,...i->...", velocity, velocity))
+    return speed
+
+
+def candidates(speed: Floats, slow: float, prominence: float, still: float) -> NDArray[np.int64]:
+    """Return the frames at which the limb may have stopped.
+
+    Parameters
+    ----------
+    speed : ndarray
+        (N,) float64, mm/s.
+    slow : float
+        v0, mm/s: minima above it do not count.
+    prominence : float
+        mm/s by which the lower rim must stand above a minimum.
+    still : float
+        mm/s: speeds at or below are one plateau, and both its ends count.
+
+    Returns
+    -------
+    ndarray
+        (C,) int64, rising; always the first frame and the last.
+    """
+    level = np.maximum(speed, still)
+    edges = np.flatnonzero(np.diff(level)) + 1
+    starts = np.concatenate(([0], edges))
+    stops = np.concatenate((edges, [len(level)])) - 1
+    heights = level[starts]
+    walls = np.concatenate(([np.inf], heights, [np.inf]))
+    lowest = np.flatnonzero((heights < walls[:-2]) & (heights < walls[2:]))
+    depth = _rims(heights, lowest) - heights[lowest]
+    deep = lowest[(heights[lowest] <= slow) & ((depth >= prominence) | (heights[lowest] <= still))]
+    return np.unique(np.concatenate(([0, len(speed) - 1], starts[deep], stops[deep])))
+
+
+def _rims(heights: Floats, lowest: NDArray[np.int64]) -> Floats:
+    """Return the lower rim of each minimum: outside the capture counts as infinitely high."""
+    if not len(lowest):
+        return np.zeros(0)
+    between = np.maximum.reduceat(heights, lowest)[:-1].tolist()
+    bottoms = heights[lowest].tolist()
+    left = _walls(bottoms, between)
+    right = _walls(bottoms[::-1], between[::-1])[::-1]
+    return np.minimum(left, right)
+
+
+def _walls(bottoms: list[float], between: list[float]) -> list[float]:
+    """Return the highest point between each minimum and the nearest lower one on its left."""
+    walls = []
+    open_bottoms: list[tuple[float, float]] = []
+    for index, bottom in enumerate(bottoms):
+        wall = between[index - 1] if index else np.inf
+        while open_bottoms and open_bottoms[-1][0] >= bottom:
+            wall = max(wall, open_bottoms.pop()[1])
+        walls.append(wall if open_bottoms else np.inf)
+        open_bottoms.append((bottom, wall))
+    return walls
+
+
+def holds(
+    curve: Floats, stops: NDArray[np.int64], distance: float, path_check: float
+) -> list[Hold]:
+    """Group candidates that stay together.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (N, 3) float64, mm.
+    stops : ndarray
+        (C,) int64, rising.
+    distance : float
+        d_t, mm from the group's first.
+    path_check : float
+        mm from the group's first that the limb may stray between two of them; 0: anything.
+
+    Returns
+    -------
+    list of Hold
+        In order of time.
+    """
+    found: list[Hold] = []
+    first = last = int(stops[0])
+    for stop in stops[1:].tolist():
+        near = np.linalg.norm(curve[stop] - curve[first]) <= distance
+        if near and path_check:
+            strayed = curve[last : stop + 1] - curve[first]
+            near = np.einsum("ij,ij->i", strayed, strayed).max() <= path_check**2
+        if not near:
+            found.append(Hold(first, last))
+            first = stop
+        last = stop
+    found.append(Hold(first, last))
+    return found
+
+
+def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:
+    """Return the moves between the stops, with the times at which they begin and end.
+
+    Parameters
+    ----------
+    speed : ndarray
+        (N,) float64, mm/s.
+    stops : sequence of Hold
+        In order of time.
+    onset : float
+        Part of the peak speed at which a move begins; 0: at the candidate.
+    still : float
+        mm/s.
+
+    Returns
+    -------
+    list of Segment
+    """
+    found = []
+    backwards = speed[::-1]
+    last = len(speed) - 1
+    for before, after in pairwise(stops):
+        begin, end = before.last, after.first
+        if onset:
+            begin = _begin(speed, before.first, before.last, after.first, onset, still)
+            end = last - _begin(
+                backwards, last - after.last, last - after.first, last - before.last, onset, still
+            )
+        found.append(Segment(before.last, after.first, begin, max(begin, end)))
+    return found
+
+
+def _begin(speed: Floats, hold: int, first: int, last: int, onset: float, still: float) -> int:
+    """Return the frame at which the move [first, last] after the hold [hold, first] begins."""
+    move = speed[first : last + 1]
+    peak = float(move.max())
+    threshold = max(onset * peak, still)
+    if first - hold + 1 >= LONG_HOLD:
+        threshold = max(threshold, float(np.median(speed[hold : first + 1])))
+    fast = first + int(np.argmax(move >= peak / 4))
+    slow = np.flatnonzero(speed[hold : fast + 1] <= threshold)
+    return hold + int(slow[-1]) if len(slow) else hold

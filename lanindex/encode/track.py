@@ -1,0 +1,153 @@
+"""The stages of one part in a row, with everything that a researcher may ask about.
+
+Source: METHOD, stages 2 to 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.encode import rules
+from lanindex.encode.achieve import Run, achieve, runs
+from lanindex.encode.body import Limbs
+from lanindex.encode.direction import Space, cells, space
+from lanindex.encode.profile import Profile
+from lanindex.encode.rows import Writer
+from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
+from lanindex.encode.timing import to_source
+from lanindex.model import Span
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """How one part was written down, over one stretch of the capture.
+
+    All frames are resampled ones (60 a second by default), counted from the stretch's first.
+
+    Attributes
+    ----------
+    part : str
+        Its name.
+    known : Span
+        The stretch, in frames of the source.
+    begin : int
+        Number of the stretch's first resampled frame.
+    curve : ndarray
+        (N, 3) float64, mm: forward, up, right of the joint that it is seen from.
+    space : Space
+        Length of the part and the cells around the joint.
+    speed : ndarray
+        (N,) float64, mm/s.
+    codes : ndarray
+        (N,) int64, the cell of each frame: direction · 3 + level.
+    candidates : ndarray
+        (C,) int64, frames at which the part may have stopped.
+    holds : list of Hold
+        Candidates grouped.
+    segments : list of Segment
+        The moves between the holds.
+    runs : list of list of Run
+        By segment: the cells that the move passes, and what became of each.
+    rows : ndarray
+        (S,) of `model.SYMBOL`: the result, in frames of the source.
+    """
+
+    part: str
+    known: Span
+    begin: int
+    curve: Floats
+    space: Space
+    speed: Floats
+    codes: NDArray[np.int64]
+    candidates: NDArray[np.int64]
+    holds: list[Hold]
+    segments: list[Segment]
+    runs: list[list[Run]]
+    rows: NDArray[Any]
+
+    def __str__(self) -> str:
+        """Return the moves and what became of each of their runs, a line each."""
+        lines = [
+            f"{self.part}: length {self.space.length:.0f} mm, {len(self.curve)} frames, "
+            f"{len(self.candidates)} candidates, {len(self.segments)} moves"
+        ]
+        for segment, found in zip(self.segments, self.runs, strict=True):
+            lines.append(
+                f"  move {segment.first}-{segment.last}, seen {segment.begin}-{segment.end}"
+            )
+            for run in found:
+                name = f"{DIRECTIONS[run.cell // 3]} {LEVELS[run.cell % 3]}"
+                rule = f" by the rule of line {run.rule}" if run.rule else ""
+                lines.append(
+                    f"    {run.start}-{run.stop - 1} {name}: {run.outcome}{rule} "
+                    f"({run.angle:.0f} degrees off at {run.achieved})"
+                )
+        return "\n".join(lines)
+
+
+def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:
+    """Write down parts that are known over one stretch.
+
+    Parameters
+    ----------
+    limbs : Limbs
+        Their curves.
+    profile : Profile
+        The numbers.
+
+    Yields
+    ------
+    Trace
+        One a part.
+    """
+    speed = speeds(limbs.curve, float(profile.rate))
+    for index, part in enumerate(limbs.parts):
+        around = space(profile.ranges[part], float(limbs.lengths[index]))
+        yield _write(part, limbs, limbs.curve[index], speed[index], around, profile)
+
+
+def _write(
+    part: str, limbs: Limbs, curve: Floats, speed: Floats, around: Space, profile: Profile
+) -> Trace:
+    length = around.length
+    still = profile.still.of(length)
+    distance = profile.distance.of(length)
+    codes = cells(curve, around)
+    stops = candidates(
+        speed, profile.candidate_speed.of(length), profile.prominence.of(length), still
+    )
+    grouped = holds(curve, stops, distance, profile.path_check * distance)
+    moves = segments(speed, grouped, profile.onset, still)
+    writer = Writer(curve, int(codes[0]), around, distance, lengthen=profile.onset > 0)
+    found = []
+    for move in moves:
+        cell = writer.in_force.cell
+        passed = achieve(
+            runs(curve, codes, move.first, move.last, around), cell, profile.achieved_within
+        )
+        passed = rules.apply(passed, cell, profile.rules[part])
+        writer.add(move, passed)
+        found.append(passed)
+    rows = to_source(writer.table(limbs.begin), limbs.known, limbs.rate, profile.rate)
+    return Trace(
+        part,
+        limbs.known,
+        limbs.begin,
+        curve,
+        around,
+        speed,
+        codes,
+        stops,
+        grouped,
+        moves,
+        found,
+        rows,
+    )
