@@ -13,11 +13,12 @@ from typing import Any
 import plain_body
 import plain_segment
 import plain_symbol
-from lanindex.alphabet import PARTS
 from plain_body import Vector, distance
 from plain_profile import Profile, amount, read_profile
 from plain_segment import Segment
 from plain_symbol import Row, Run, Space
+
+from lanindex.alphabet import PARTS
 
 
 @dataclass

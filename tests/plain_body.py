@@ -3,6 +3,7 @@
 A point is a tuple of three floats, or None where it is not known.
 """
 
+import itertools
 import math
 from fractions import Fraction
 from statistics import median
@@ -42,7 +43,7 @@ def filled(points: Points, rate: Fraction) -> Points:
     """Return the points with straight lines across every gap of at most 0.2 s."""
     result = list(points)
     known = stretches(points)
-    for (_, before), (after, _) in zip(known, known[1:], strict=False):
+    for (_, before), (after, _) in itertools.pairwise(known):
         if Fraction(after - before - 1) / rate > LONGEST_GAP:
             continue
         first, last = points[before], points[after]
@@ -82,18 +83,24 @@ def joints_of(body: list[list[list[float]]], rate: Fraction, first: int) -> dict
 def length_of(part: str, joints: dict[str, Points]) -> float:
     """Return L, mm: the median over time of the sum of the part's bones."""
     ends = (PARTS[part].parent, PARTS[part].child)
-    chain = [
-        joints[name]
+    present = [
+        name
         for name in PARTS[part].chain
         if name in ends or any(point is not None for point in joints[name])
     ]
+    sums = bone_sums([joints[name] for name in present])
+    return median(sums or bone_sums([joints[name] for name in ends]))
+
+
+def bone_sums(chain: list[Points]) -> list[float]:
+    """Return the length of a chain of joints in every frame that knows them all."""
     sums = []
     for points in zip(*chain, strict=True):
         known = [point for point in points if point is not None]
         if len(known) == len(points):
-            bones = (distance(a, b) for a, b in zip(known, known[1:], strict=False))
+            bones = (distance(a, b) for a, b in itertools.pairwise(known))
             sums.append(sum(bones))
-    return median(sums)
+    return sums
 
 
 def slope(points: list[Vector], frame: int) -> Vector:

@@ -1,5 +1,6 @@
 """Stages 2 and 2b as plain loops: candidates, holds, motion segments, and when a move begins."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -98,7 +99,7 @@ def segments(
 ) -> list[Segment]:
     """Return the moves between the holds, with the frames at which they begin and end."""
     found = []
-    for before, after in zip(holds, holds[1:], strict=False):
+    for before, after in itertools.pairwise(holds):
         segment = Segment(before[1], after[0], before[1], after[0])
         found.append(segment)
         if onset == 0:
