@@ -1,0 +1,107 @@
+"""A part of a score, as a score of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import takewhile
+from math import ceil
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.model import Score, Span, Track
+from lanindex.notation.page import UNIT
+
+Rows = NDArray[Any]
+
+HEADING_RATE = 60
+"""Values a second of a score's heading."""
+
+
+def excerpt(score: Score, span: Span) -> Score:
+    """Cut a stretch out of a score.
+
+    Its starting positions are the directions in force at its first frame: what each part
+    arrived at last. Symbols across an edge are cut there, passing ones left out. Frames and
+    ticks count from the stretch's beginning, which begins unit 1. Of the lines that were not
+    understood the header's stay. All of a score is the score itself.
+
+    Parameters
+    ----------
+    score : Score
+        Of a capture, or read from LND.
+    span : Span
+        Frames of the score; what lies outside it is cut off.
+    """
+    start = min(max(span.start, 0), score.frames)
+    span = Span(start, max(start, min(span.stop, score.frames)))
+    if span == Span(0, score.frames):
+        return score
+    tracks = [cut for track in score.tracks.values() if (cut := _cut(track, span)).known]
+    most = max((np.count_nonzero(cut.symbols["ticks"]) for cut in tracks), default=0)
+    meter = score.meter
+    while len(span) and _room(span, meter.tick_rate / score.rate)[1] < max(most, 1):
+        meter = replace(meter, division=meter.division * 2)
+    factor = meter.division // score.meter.division
+    scale = meter.tick_rate / score.rate
+    begin, end = (ceil(frame * HEADING_RATE / score.rate) for frame in (span.start, span.stop))
+    return Score(
+        score.rate,
+        len(span),
+        meter,
+        {
+            cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, scale))
+            for cut in tracks
+        },
+        score.heading[begin:end],
+        tuple(takewhile(lambda line: not UNIT.fullmatch(line), score.other)),
+    )
+
+
+def _room(span: Span, scale: Fraction) -> tuple[int, int]:
+    """Return the span's first tick, and how many it has."""
+    begin = round(span.start * scale)
+    return begin, round(span.stop * scale) - begin
+
+
+def _cut(track: Track, span: Span) -> Track:
+    """Return the rows that the span shows, still in frames of the whole, cut at its edges."""
+    shown = track.symbols[~track.symbols["passing"]]
+    rows, known = [shown[:0]], []
+    for one in track.known:
+        if one.start >= span.stop or one.stop <= span.start:
+            continue
+        known.append(Span(max(one.start - span.start, 0), min(one.stop, span.stop) - span.start))
+        here = shown[(shown["start"] >= one.start) & (shown["start"] < one.stop)]
+        in_force = here[here["stop"] <= span.start][-1:].copy()
+        in_force["start"] = in_force["stop"] = span.start
+        in_force["ticks"] = in_force["swings"] = 0
+        rows += [in_force, here[(here["stop"] > span.start) & (here["start"] < span.stop)]]
+    return Track(track.part, np.concatenate(rows), tuple(known))
+
+
+def _based(rows: Rows, span: Span, factor: int, scale: Fraction) -> Rows:
+    """Count frames and ticks from the span's beginning; each symbol keeps a tick at least."""
+    rows = rows.copy()
+    begin, room = _room(span, scale)
+    ticks = rows["tick"].astype(np.int64) * factor - begin
+    stops = ticks + rows["ticks"].astype(np.int64) * factor
+    ticks[rows["start"] <= span.start] = 0
+    stops[rows["stop"] > span.stop] = room
+    least = (rows["ticks"] > 0).astype(np.int64)
+    free = 0
+    for index in range(len(rows)):
+        ticks[index] = max(ticks[index], free)
+        free = stops[index] = max(stops[index], ticks[index] + least[index])
+        if not least[index]:
+            free = stops[index] = ticks[index]
+    limit = room
+    for index in reversed(range(len(rows))):
+        stops[index] = limit = min(stops[index], limit)
+        ticks[index] = limit = min(ticks[index], limit - least[index])
+    rows["tick"], rows["ticks"] = ticks, stops - ticks
+    for name in ("start", "stop"):
+        rows[name] = np.clip(rows[name], span.start, span.stop) - span.start
+    return rows

@@ -1,0 +1,167 @@
+"""LND, the text form of Labanotation: read and write (paper, section 3.2).
+
+A file counts time in beats inside numbered units::
+
+    #speed=80
+    #rhythm 4/4
+    #unit_total 2
+    #unit0
+    direction r_arm place low 0 0
+    #unit1
+    direction r_arm right high 1.5 2.5
+
+Unit 0 holds starting positions. Later on, a symbol without length says that the part is seen
+anew: the capture had a gap before it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from fractions import Fraction
+from math import ceil
+from os import PathLike, fspath
+from pathlib import Path
+
+from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.errors import NotationError
+from lanindex.model import Meter, Score, Track
+from lanindex.notation.exact import number
+from lanindex.notation.excerpt import excerpt
+from lanindex.notation.page import UNIT, UNITS_PER_LINE, Page, rank
+
+__all__ = ["excerpt", "read", "write"]
+
+_WIDE = (b"\xff\xfe", b"\xfe\xff")
+
+
+def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
+    """Read a score from LND.
+
+    Symbols of equal direction and level are joined where the second begins its unit and
+    touches the first: a movement across a bar line, written as two. A tick is the largest
+    1/N of a unit, N a multiple of 32, on which all times of the file lie; ``meter.division``
+    tells N, and ticks are the score's frames. Lines that are not understood, and comments,
+    are kept in ``other``, those of unit 3 behind a line ``#unit3``.
+
+    Parameters
+    ----------
+    source : path-like, str or bytes
+        A path object names a file; a string is the text itself.
+    place : str, optional
+        What errors call the text; the path unless told.
+
+    Raises
+    ------
+    NotationError
+        The file or a line cannot be read, or two symbols of a part overlap.
+    """
+    if isinstance(source, PathLike):
+        place = place or fspath(source)
+        try:
+            source = Path(source).read_bytes()
+        except OSError as error:
+            found = f"cannot be read: {(error.strerror or str(error)).lower()}"
+            raise NotationError(found, place=place) from error
+    page = Page(place or "LND")
+    text = source if isinstance(source, str) else _decoded(source, page.place)
+    for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
+        page.take(line.strip())
+    return page.score()
+
+
+def _decoded(source: bytes, place: str) -> str:
+    try:
+        text = source.decode("utf-16" if source.startswith(_WIDE) else "utf-8")
+    except UnicodeDecodeError as error:
+        line = source.count(b"\n", 0, error.start) + 1
+        found = f"byte {error.start} is no text"
+        remedy = "Save the file again as UTF-8."
+        raise NotationError(
+            found, place=f"{place}:{line}", wanted="UTF-8", remedy=remedy
+        ) from error
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        raise NotationError("binary data", place=f"{place}:{line}", wanted="LND, which is text")
+    return text
+
+
+def write(score: Score) -> str:
+    """Write what a score shows as LND, in quantised time.
+
+    Passing symbols, margins and source frames are not in LND. A symbol across a bar line
+    stands in the unit it starts in. One that repeats the symbol it touches at a bar line stands
+    at the end of the unit before, so that reading does not join the two. Lines that were not
+    understood stand first in their units.
+
+    Parameters
+    ----------
+    score : Score
+        Only ``tick`` and ``ticks`` of its symbols count, not their frames.
+    """
+    header, kept = _kept(score.other)
+    units: dict[int, list[tuple[int, int, str]]] = defaultdict(list)
+    last = ceil(score.frames / score.rate * score.meter.tick_rate)
+    for column, part in enumerate(sorted(score.tracks, key=rank)):
+        for unit, tick, stop, line in _lines(score.tracks[part], score.meter):
+            units[unit].append((tick, column, line))
+            last = max(last, stop)
+    wishes = [line for line in header if line.startswith("#unit_per_line")]
+    text = [
+        *(line for line in header if line not in wishes),
+        f"#speed={number(score.meter.speed)}",
+        f"#rhythm {score.meter.beats}/{score.meter.beat}",
+        *(wishes or [UNITS_PER_LINE]),
+        f"#unit_total {max(1, -(-last // score.meter.division))}",
+    ]
+    for unit in sorted(units.keys() | kept.keys()):
+        text += [f"#unit{unit}", *kept.get(unit, ())]
+        text += [line for _, _, line in sorted(units.get(unit, ()), key=lambda entry: entry[:2])]
+    return "\n".join(text) + "\n"
+
+
+def _lines(track: Track, meter: Meter) -> Iterator[tuple[int, int, int, str]]:
+    """Yield unit, first tick, last tick and line of each symbol that the score shows."""
+    beat = Fraction(meter.beats, meter.division)
+    before = None
+    for tick, stop, direction, level in _shown(track):
+        unit = tick // meter.division + 1 if stop else 0
+        if tick % meter.division == 0 and stop > tick and before == (tick, direction, level):
+            unit -= 1
+        begin = max(unit - 1, 0) * meter.division
+        times = f"{number((tick - begin) * beat)} {number((stop - begin) * beat)}"
+        words = f"direction {track.part} {DIRECTIONS[direction]} {LEVELS[level]} {times}"
+        yield unit, tick, stop, words
+        before = (stop, direction, level) if stop > tick else None
+
+
+def _shown(track: Track) -> list[tuple[int, int, int, int]]:
+    """Return first tick, last tick, direction and level of each symbol that the score shows.
+
+    After a short gap a part's new starting position may round to before the end of what it did
+    last, or two of them to one tick: the first is moved, of the others the last one stands.
+    """
+    shown: list[tuple[int, int, int, int]] = []
+    free = 0
+    for row in track.symbols[~track.symbols["passing"]]:
+        tick = max(int(row["tick"]), free)
+        free = tick + int(row["ticks"])
+        if shown and tick == free and shown[-1][:2] == (tick, tick):
+            shown.pop()
+        shown.append((tick, free, int(row["direction"]), int(row["level"])))
+    return shown
+
+
+def _kept(other: tuple[str, ...]) -> tuple[list[str], dict[int, list[str]]]:
+    """Sort the lines that were not understood: the header's, and each unit's."""
+    header: list[str] = []
+    units: dict[int, list[str]] = defaultdict(list)
+    here = header
+    for line in other:
+        heading = UNIT.fullmatch(line)
+        if heading:
+            here = units[int(heading[1])]
+        else:
+            here.append(line)
+    return header, units

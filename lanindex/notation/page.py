@@ -1,0 +1,265 @@
+"""The lines of an LND file, one after the other, and the symbols that they make."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+from math import ceil, lcm
+
+import numpy as np
+
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PARTS
+from lanindex.errors import NotationError
+from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.notation.exact import DECIMAL, fraction
+
+UNITS_PER_LINE = "#unit_per_line 4"
+"""How a score is broken into lines where it says nothing itself."""
+
+_HEADING = re.compile(r"#\s*(speed|rhythm|unit_total|unit)(?![a-z_])\s*=?\s*(.*)", re.IGNORECASE)
+UNIT = re.compile(r"#unit(\d+)")
+"""What stands before the lines of a unit that were not understood."""
+
+_COUNT = re.compile(r"\d{1,9}")
+_RHYTHM = re.compile(r"([1-9]\d{0,3})\s*/\s*([1-9]\d{0,3})")
+_PART = re.compile(r"[a-z_]+")
+_KEYWORDS = ("direction", "#speed", "#rhythm")
+_LAST_TICK = int(np.iinfo(np.int32).max)
+_RANKS = {part: rank for rank, part in enumerate(PARTS)}
+
+
+def rank(part: str) -> tuple[int, str]:
+    """Return what to sort parts by: the alphabet's order, unknown ones behind."""
+    return _RANKS.get(part, len(_RANKS)), part
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """One ``direction`` line; times in beats from the beginning of its unit."""
+
+    part: str
+    cell: tuple[int, int]
+    unit: int
+    start: Fraction
+    stop: Fraction
+    line: int
+
+    def units(self, beats: int) -> tuple[Fraction, Fraction]:
+        """Return start and stop in units from the beginning of unit 1."""
+        if self.unit == 0:
+            return Fraction(0), Fraction(0)
+        return self.unit - 1 + self.start / beats, self.unit - 1 + self.stop / beats
+
+
+@dataclass(slots=True)
+class _Placed:
+    """A symbol in ticks."""
+
+    cell: tuple[int, int]
+    tick: int
+    stop: int
+    written: Written
+
+    @property
+    def opens_unit(self) -> bool:
+        """Whether it can be the second half of a symbol across a bar line."""
+        return self.written.unit > 1 and self.written.start == 0 and self.stop > self.tick
+
+
+class Page:
+    """What has been read so far; `take` lines, then ask for the `score`."""
+
+    def __init__(self, place: str) -> None:
+        self.place = place
+        self.line = 0
+        self.speed: Fraction | None = None
+        self.rhythm: tuple[int, int] | None = None
+        self.total = 0
+        self.unit: int | None = None
+        self.kept_in: int | None = None
+        self.understood = False
+        self.written: list[Written] = []
+        self.other: list[str] = []
+
+    def fault(
+        self, found: str, wanted: str = "", remedy: str = "", line: int | None = None
+    ) -> NotationError:
+        """Return an error about a line, this one unless told, the whole file for 0."""
+        line = self.line if line is None else line
+        place = f"{self.place}:{line}" if line else self.place
+        return NotationError(found, place=place, wanted=wanted, remedy=remedy)
+
+    def take(self, line: str) -> None:
+        """Read one line."""
+        self.line += 1
+        content, mark, comment = line.partition("//")
+        heading, words = _HEADING.fullmatch(content.strip()), content.lower().split()
+        if heading:
+            _HEADINGS[heading[1].lower()](self, heading[2].strip())
+        elif words[:1] == ["direction"]:
+            self.written.append(self._symbol(words[1:]))
+        elif words:
+            self._guard(words[0])
+            self._keep(line)
+            return
+        if mark:
+            self._keep(mark + comment)
+        self.understood |= bool(words)
+
+    def _guard(self, word: str) -> None:
+        """Refuse a slip of the pen; the line would be kept, but its symbol lost in silence."""
+        from rapidfuzz.distance import OSA
+
+        for meant in _KEYWORDS:
+            if OSA.distance(word.partition("=")[0], meant) <= len(meant) // 4:
+                raise self.fault(f'"{word}"', f'"{meant}"')
+
+    def _keep(self, line: str) -> None:
+        if line.split() == UNITS_PER_LINE.split():
+            return
+        if self.unit != self.kept_in:
+            self.other.append(f"#unit{self.unit}")
+            self.kept_in = self.unit
+        self.other.append(line)
+
+    def _speed(self, word: str) -> None:
+        speed = self._number(word, "speed")
+        if not speed:
+            raise self.fault("a speed of 0", "beats a minute")
+        if self.speed not in (None, speed):
+            raise self.fault("a second speed", "one for the whole score")
+        self.speed = speed
+
+    def _rhythm(self, word: str) -> None:
+        match = _RHYTHM.fullmatch(word)
+        if not match:
+            raise self.fault(f'the rhythm "{word}"', "beats/note like 4/4")
+        rhythm = int(match[1]), int(match[2])
+        if self.rhythm not in (None, rhythm):
+            raise self.fault("a second rhythm", "one for the whole score")
+        self.rhythm = rhythm
+
+    def _total(self, word: str) -> None:
+        self.total = max(self.total, self._count(word, "total"))
+
+    def _unit(self, word: str) -> None:
+        self.unit = self._count(word, "unit")
+
+    def _count(self, word: str, what: str) -> int:
+        if not _COUNT.fullmatch(word):
+            raise self.fault(f'the {what} "{word}"', "a whole number")
+        return int(word)
+
+    def _number(self, word: str, what: str) -> Fraction:
+        if not DECIMAL.fullmatch(word):
+            raise self.fault(f'the {what} "{word}"', "a number like 1.5")
+        return fraction(word)
+
+    def _symbol(self, words: list[str]) -> Written:
+        """Read what stands behind ``direction``."""
+        if len(words) != 5:
+            found = f"{len(words)} words behind direction"
+            raise self.fault(found, "five: part direction level start end")
+        part, direction, level, start, stop = words
+        if self.unit is None:
+            raise self.fault("a symbol before any unit", "a line like #unit1 above it")
+        if not _PART.fullmatch(part):
+            raise self.fault(f'the part "{part}"', "a name like r_arm")
+        cell = (
+            self._code(direction, "direction", DIRECTION_CODES),
+            self._code(level, "level", LEVEL_CODES),
+        )
+        times = self._number(start, "start"), self._number(stop, "end")
+        if times[1] < times[0]:
+            raise self.fault(f"an end at {stop}", f"at {start} or later, where it starts")
+        return Written(part, cell, self.unit, *times, self.line)
+
+    def _code(self, word: str, what: str, codes: dict[str, int]) -> int:
+        if word in codes:
+            return codes[word]
+        from rapidfuzz import process
+
+        guess = process.extractOne(word, tuple(codes), score_cutoff=60)
+        remedy = f'Did you mean "{guess[0]}"?' if guess else ""
+        raise self.fault(f'the {what} "{word}"', " ".join(codes), remedy)
+
+    def score(self) -> Score:
+        """Return the score, once all lines are taken."""
+        if not self.understood:
+            raise self.fault("no line of LND", "lines like #unit1", line=0)
+        beats, beat = self.rhythm or (4, 4)
+        meter = Meter(self.speed or Fraction(60), beats, beat, self._division(beats))
+        parts: dict[str, list[_Placed]] = defaultdict(list)
+        for written in self.written:
+            start, stop = (int(time * meter.division) for time in written.units(beats))
+            parts[written.part].append(_Placed(written.cell, start, stop, written))
+        for symbols in parts.values():
+            symbols.sort(key=lambda symbol: (symbol.tick, symbol.stop, symbol.written.line))
+            self._check(symbols)
+        last = max((symbol.stop for symbols in parts.values() for symbol in symbols), default=0)
+        frames = max(self.total, -(-last // meter.division), 1) * meter.division
+        tracks = {
+            part: _track(part, _joined(parts[part]), frames) for part in sorted(parts, key=rank)
+        }
+        return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
+
+    def _division(self, beats: int) -> int:
+        """Return the coarsest grid that holds all times."""
+        times = [time for written in self.written for time in written.units(beats)]
+        division = lcm(Meter().division, *(time.denominator for time in times))
+        units = max(self.total, *map(ceil, times), 1)
+        if units * division > _LAST_TICK:
+            found = f"{units} units in ticks of 1/{division} unit"
+            wanted = f"at most {_LAST_TICK} ticks"
+            raise self.fault(found, wanted, "Round the times to a few decimals.", line=0)
+        return division
+
+    def _check(self, symbols: list[_Placed]) -> None:
+        """Refuse symbols that share time; two of them may only touch."""
+        for one, two in pairwise(symbols):
+            if two.tick < one.stop or two.stop == one.tick:
+                found = f"{two.written.part} has a symbol here and on line {one.written.line}"
+                raise self.fault(found, "one at a time", line=two.written.line)
+
+
+def _joined(symbols: Iterable[_Placed]) -> list[_Placed]:
+    """Make one of the halves of symbols across bar lines."""
+    joined: list[_Placed] = []
+    for symbol in symbols:
+        last = joined[-1] if joined else None
+        if (
+            last is not None
+            and symbol.opens_unit
+            and (last.cell, last.stop) == (symbol.cell, symbol.tick)
+            and last.tick < last.stop
+        ):
+            joined[-1] = replace(last, stop=symbol.stop)
+        else:
+            joined.append(symbol)
+    return joined
+
+
+def _track(part: str, symbols: list[_Placed], frames: int) -> Track:
+    rows = np.zeros(len(symbols), SYMBOL)
+    for row, symbol in zip(rows, symbols, strict=True):
+        row["direction"], row["level"] = symbol.cell
+        row["start"] = row["tick"] = symbol.tick
+        row["stop"], row["ticks"] = symbol.stop, symbol.stop - symbol.tick
+    rows["runner_direction"] = rows["runner_level"] = -1
+    rows["margin"] = 1
+    seen = [symbol.tick for symbol in symbols if symbol.tick == symbol.stop]
+    edges = [*(seen if seen[:1] == [symbols[0].tick] else [0, *seen]), frames]
+    known = tuple(Span(*pair) for pair in pairwise(edges))
+    return Track(part, rows, known)
+
+
+_HEADINGS: dict[str, Callable[[Page, str], None]] = {
+    "speed": Page._speed,
+    "rhythm": Page._rhythm,
+    "unit_total": Page._total,
+    "unit": Page._unit,
+}

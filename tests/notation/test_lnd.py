@@ -1,0 +1,237 @@
+from contextlib import suppress
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scores import scores, seconds
+
+from lanindex.errors import NotationError
+from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.notation import lnd
+
+PAPER = """\
+#speed=80
+#rhythm 4/4
+#unit_per_line 5
+#unit_total 10
+#unit1
+//direction part direction level start end
+direction l_arm left mid 0.0 1.0
+direction r_arm right high 1.5 2.5
+"""
+
+
+def shown(text: str, part: str = "r_arm") -> list[str]:
+    return [str(symbol) for symbol in lnd.read(text).symbols(part)]
+
+
+def test_the_papers_example() -> None:
+    score = lnd.read(PAPER)
+    assert score.meter == Meter(Fraction(80), 4, 4, 32)
+    assert score.rate == Fraction(32, 3)
+    assert score.frames == 320
+    assert shown(PAPER) == ["r_arm right high [12, 20)"]
+    assert shown(PAPER, "l_arm") == ["l_arm left mid [0, 8)"]
+    assert score.tracks["r_arm"].known == (Span(0, 320),)
+    assert lnd.write(score) == PAPER.replace(".0", "")
+
+
+@given(scores())
+def test_what_is_written_is_read(score: Score) -> None:
+    again = lnd.read(lnd.write(score))
+    assert seconds(again) == {part: rows for part, rows in seconds(score).items() if rows}
+    assert replace(again.meter, division=1) == replace(score.meter, division=1)
+    assert again.frames / again.rate == score.frames / score.rate
+    for part, track in again.tracks.items():
+        mine = score.tracks[part].known
+        assert [s.start / again.rate for s in track.known] == [s.start / score.rate for s in mine]
+
+
+@given(scores())
+def test_its_own_output_is_stable_to_the_byte(score: Score) -> None:
+    text = lnd.write(score)
+    assert lnd.write(lnd.read(text)) == text
+
+
+LINES = st.sampled_from(
+    [
+        "#unit1",
+        "#unit2",
+        "#unit4",
+        "// a comment",
+        "//",
+        "support r_foot forward mid 0 1",
+        "hold r_arm 0 2",
+        "rotation torso left 45 0 2",
+        "#unit_per_line 7",
+        "#title Swan  Lake",
+        "gesture, whatever that is",
+        "direction head forward mid 0 1 // looks up",
+        "",
+    ]
+)
+
+
+@given(st.lists(LINES, max_size=12).filter(lambda lines: sum("head" in line for line in lines) < 2))
+def test_lines_not_understood_survive(lines: list[str]) -> None:
+    text = lnd.write(lnd.read("\n".join(["#speed=60", "#unit3", *lines])))
+    assert lnd.write(lnd.read(text)) == text
+    for line in filter(None, lines):
+        if not line.startswith(("#unit1", "#unit2", "#unit4", "direction")):
+            assert text.count(line) >= lines.count(line)
+
+
+def test_lines_not_understood_keep_their_unit() -> None:
+    header = "// title\n#speed=60\n#rhythm 4/4\n#unit_per_line 4\n#unit_total 3\n"
+    text = f"{header}#unit2\nhold r_arm 0 1\n"
+    assert lnd.read(text).other == ("// title", "#unit2", "hold r_arm 0 1")
+    assert lnd.write(lnd.read(text)) == text
+
+
+def test_a_symbol_across_the_bar_line_stands_in_its_starting_unit() -> None:
+    text = "#unit1\ndirection r_arm right mid 3 6\n"
+    assert shown(text) == ["r_arm right mid [24, 48)"]
+    assert "#unit1\ndirection r_arm right mid 3 6\n" in lnd.write(lnd.read(text))
+
+
+def test_halves_are_joined() -> None:
+    halves = (
+        "#unit1\ndirection r_arm right mid 3 4\n#unit2\ndirection r_arm right mid 0 4\n"
+        "#unit3\ndirection r_arm right mid 0 1"
+    )
+    assert shown(halves) == ["r_arm right mid [24, 72)"]
+
+
+def test_repeats_are_not_joined() -> None:
+    inside = "#unit1\ndirection r_arm right mid 1 2\ndirection r_arm right mid 2 3"
+    assert shown(inside) == ["r_arm right mid [8, 16)", "r_arm right mid [16, 24)"]
+    border = "#unit1\ndirection r_arm right mid 3 4\ndirection r_arm right mid 4 5"
+    assert shown(border) == ["r_arm right mid [24, 32)", "r_arm right mid [32, 40)"]
+    assert shown(lnd.write(lnd.read(border))) == shown(border)
+
+
+def test_other_directions_at_a_bar_line_are_not_joined() -> None:
+    text = "#unit1\ndirection r_arm right mid 3 4\n#unit2\ndirection r_arm right high 0 1"
+    assert len(shown(text)) == 2
+
+
+def test_unit_0_holds_starting_positions_whatever_their_times() -> None:
+    text = "#unit0\ndirection r_arm place low 1 2\n#unit1\ndirection r_arm right mid 0 1"
+    assert shown(text) == ["r_arm place low [0, 0)", "r_arm right mid [0, 8)"]
+    assert "#unit0\ndirection r_arm place low 0 0\n" in lnd.write(lnd.read(text))
+
+
+def test_a_symbol_without_length_opens_a_new_stretch() -> None:
+    text = (
+        "#unit_total 2\n#unit0\ndirection head place high 0 0\n#unit1\ndirection head left mid 2 2"
+    )
+    assert lnd.read(text).tracks["head"].known == (Span(0, 16), Span(16, 64))
+
+
+@pytest.mark.parametrize(
+    ("rhythm", "time", "division"),
+    [("4/4", "0.125", 32), ("4/4", "0.0625", 64), ("3/4", "1", 96), ("4/4", "0.1", 160)],
+)
+def test_the_grid_is_as_fine_as_the_file_needs(rhythm: str, time: str, division: int) -> None:
+    score = lnd.read(f"#rhythm {rhythm}\n#unit1\ndirection r_arm right mid 0 {time}")
+    assert score.meter.division == division
+    assert int(score.tracks["r_arm"].symbols[0]["stop"]) / score.rate == Fraction(time)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n").encode(),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: b"\xef\xbb\xbf" + text.encode(),
+        lambda text: text.encode("utf-16"),
+        lambda text: text.upper(),
+        lambda text: (
+            text.replace("=80", " 80").replace("m 4/4", "m=4/4").replace("unit1", "unit 1")
+        ),
+        lambda text: text.replace(" ", "  \t").replace("#", "  # "),
+    ],
+)
+def test_other_ways_of_writing_are_read(change: object) -> None:
+    changed = lnd.read(change(PAPER))  # type: ignore[operator]
+    assert seconds(changed) == seconds(lnd.read(PAPER))
+    assert changed.meter == lnd.read(PAPER).meter
+
+
+def test_ticks_that_ran_over_a_gap_stay_readable() -> None:
+    """A stretch may begin in the tick in which the last symbol before the gap still lasts."""
+    rows = np.zeros(4, SYMBOL)
+    rows["start"], rows["stop"] = [0, 0, 12, 13], [0, 10, 12, 13]
+    rows["tick"], rows["ticks"] = [0, 0, 2, 2], [0, 3, 0, 0]
+    rows["direction"] = [8, 0, 1, 2]
+    track = Track("r_arm", rows, (Span(0, 10), Span(12, 13), Span(13, 60)))
+    text = lnd.write(Score(Fraction(60), 60, Meter(), {"r_arm": track}))
+    assert shown(text) == [
+        "r_arm place low [0, 0)",
+        "r_arm right low [0, 3)",
+        "r_arm forward low [3, 3)",
+    ]
+
+
+HEAD = "#speed=60\n#unit1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "said"),
+    [
+        ("", 0, "no line of LND"),
+        ("HIERARCHY\nROOT Hips\n", 0, "no line of LND"),
+        (HEAD + "direction r_arm rihgt mid 0 1", 3, 'Did you mean "right"?'),
+        (HEAD + "direction r_arm right midd 0 1", 3, 'Did you mean "mid"?'),
+        (HEAD + "direction r_arm right 0 1", 3, "4 words behind direction, wanted five"),
+        (HEAD + "direction r_arm right mid 0 x", 3, 'the end "x", wanted a number like 1.5'),
+        (HEAD + "direction r_arm right mid -1 1", 3, 'the start "-1"'),
+        (HEAD + "direction r_arm right mid nan 1", 3, 'the start "nan"'),
+        (HEAD + "direction r_arm right mid 0 1e999", 3, 'the end "1e999"'),
+        (HEAD + "direction r_arm right mid 2 1", 3, "an end at 1, wanted at 2 or later"),
+        (HEAD + "direction r2-d2 right mid 0 1", 3, 'the part "r2-d2"'),
+        (HEAD + "diretion r_arm right mid 0 1", 3, '"diretion", wanted "direction"'),
+        ("#sped=60", 1, 'wanted "#speed"'),
+        ("#speed=0", 1, "a speed of 0"),
+        ("#speed=fast", 1, 'the speed "fast"'),
+        ("#speed=60\n#speed=70", 2, "a second speed"),
+        ("#rhythm 4", 1, 'the rhythm "4", wanted beats/note like 4/4'),
+        ("#rhythm 0/4", 1, 'the rhythm "0/4"'),
+        ("#rhythm 3/4\n#rhythm 4/4", 2, "a second rhythm"),
+        ("#unit_total many", 1, 'the total "many", wanted a whole number'),
+        ("#unit -1", 1, 'the unit "-1"'),
+        ("direction r_arm right mid 0 1", 1, "a symbol before any unit"),
+        (HEAD + "direction head left mid 0 2\ndirection head left mid 1 3", 4, "on line 3"),
+        ("#unit0\ndirection head left mid 0 0\ndirection head back mid 0 0", 3, "on line 2"),
+        ("#unit999999999\ndirection head left mid 0 1", 0, "at most 2147483647 ticks"),
+        (b"#speed=60\n\x80\n", 2, "is no text"),
+        (b"#speed=60\n\0\0\n", 2, "binary data"),
+    ],
+)
+def test_bad_lines_are_named(text: str | bytes, line: int, said: str) -> None:
+    with pytest.raises(NotationError) as caught:
+        lnd.read(text, place="walk.lnd")
+    assert caught.value.place == (f"walk.lnd:{line}" if line else "walk.lnd")
+    assert said in str(caught.value)
+
+
+@given(st.binary(max_size=200) | st.text(max_size=200))
+@settings(max_examples=300)
+def test_anything_else_is_read_or_refused(content: bytes | str) -> None:
+    with suppress(NotationError):
+        score = lnd.read(content)
+        assert lnd.write(lnd.read(lnd.write(score))) == lnd.write(score)
+
+
+def test_files(tmp_path: Path) -> None:
+    path = tmp_path / "paper.lnd"
+    path.write_text(PAPER)
+    assert seconds(lnd.read(path)) == seconds(lnd.read(PAPER))
+    for wrong in (tmp_path, tmp_path / "none.lnd"):
+        with pytest.raises(NotationError, match="cannot be read") as caught:
+            lnd.read(wrong)
+        assert caught.value.place == str(wrong)

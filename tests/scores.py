@@ -1,0 +1,76 @@
+"""Random scores for the tests of notation and performance."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import strategies as st
+
+from lanindex.alphabet import PARTS
+from lanindex.model import SYMBOL, Meter, Score, Span, Track
+
+METERS = st.builds(
+    Meter,
+    speed=st.fractions(Fraction(1, 3), 240, max_denominator=12).filter(bool),
+    beats=st.integers(1, 9),
+    beat=st.sampled_from([2, 4, 8, 16]),
+    division=st.sampled_from([32, 64, 96, 224, 480]),
+)
+
+
+@st.composite
+def tracks(draw: st.DrawFn, part: str, ticks: int) -> Track:
+    """Draw a track of a score whose frames are ticks."""
+    borders = sorted(draw(st.sets(st.integers(1, ticks), min_size=2, max_size=14)))
+    stretches, rows = [0], []
+
+    def symbol(start: int, stop: int) -> None:
+        row = np.zeros((), SYMBOL)
+        row["direction"] = draw(st.integers(0, 8))
+        row["level"] = draw(st.integers(0, 2))
+        row["start"] = row["tick"] = start
+        row["stop"], row["ticks"] = stop, stop - start
+        row["margin"], row["runner_direction"], row["runner_level"] = 1, -1, -1
+        rows.append(row)
+
+    symbol(0, 0)
+    for start, stop in pairwise(borders):
+        match draw(st.sampled_from(["move", "move", "move", "hold", "gap"])):
+            case "move":
+                symbol(start, stop)
+            case "gap":
+                symbol(start, start)
+                stretches.append(start)
+    edges = [*stretches, ticks]
+    known = tuple(Span(*pair) for pair in pairwise(edges))
+    return Track(part, np.array(rows, SYMBOL), known)
+
+
+@st.composite
+def scores(draw: st.DrawFn) -> Score:
+    """Draw a score as LND can carry it: whole units, ticks for frames."""
+    meter = draw(METERS)
+    units = draw(st.integers(1, 4))
+    parts = draw(st.lists(st.sampled_from([*PARTS, "tail"]), max_size=3, unique=True))
+    frames = units * meter.division
+    return Score(
+        meter.tick_rate, frames, meter, {part: draw(tracks(part, frames)) for part in parts}
+    )
+
+
+def seconds(score: Score) -> dict[str, list[tuple[int, int, Fraction, Fraction]]]:
+    """Return what a score shows: direction, level, start and stop in seconds."""
+    rate = score.meter.tick_rate
+    return {
+        part: [
+            (
+                int(row["direction"]),
+                int(row["level"]),
+                int(row["tick"]) / rate,
+                int(row["tick"] + row["ticks"]) / rate,
+            )
+            for row in track.symbols
+            if not row["passing"]
+        ]
+        for part, track in score.tracks.items()
+    }
