@@ -381,6 +381,8 @@ class Capture:
         Tempo and grid.
     metadata : Mapping of str to str
         The user's other columns.
+    location : str
+        The path made absolute, where its file can be found from any folder.
     """
 
     id: int
@@ -392,6 +394,7 @@ class Capture:
     frames: int
     meter: Meter = field(default_factory=Meter)
     metadata: Mapping[str, str] = field(default_factory=dict)
+    location: str = ""
 
 
 @dataclass(frozen=True, slots=True)
