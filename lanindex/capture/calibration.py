@@ -1,0 +1,252 @@
+"""What a file does not state and the body tells: unit, vertical axis, calibration pose, rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES
+from lanindex.errors import CaptureError, UsageError
+
+UNITS: Mapping[str, float] = {
+    "mm": 1.0,
+    "cm": 10.0,
+    "m": 1000.0,
+    "inch": 25.4,
+    "inch/0.45": 25.4 / 0.45,
+}
+"""Millimetres in one unit; the last is the CMU captures'."""
+
+_OTHER_NAMES = {"in": "inch", "inches": "inch", "cmu": "inch/0.45", "metre": "m", "meter": "m"}
+
+AXES: Mapping[str, tuple[tuple[int, int], ...]] = {
+    "y": ((0, 1), (1, 1), (2, 1)),
+    "z": ((0, 1), (2, 1), (1, -1)),
+    "x": ((1, -1), (0, 1), (2, 1)),
+    "-y": ((0, 1), (1, -1), (2, -1)),
+    "-z": ((0, 1), (2, -1), (1, 1)),
+    "-x": ((1, 1), (0, -1), (2, 1)),
+}
+"""By vertical axis: the file's axis and sign for each of x, y, z; all are turns, no mirrors."""
+
+_LENGTHS = (  # mm, of a person of 1.70 m
+    (("Hip", "Knee", "Ankle"), 820.0),
+    (("Shoulder", "Elbow", "Wrist"), 510.0),
+)
+_SIZES = (0.7, 1.4)
+_UPRIGHT = 0.7
+_CALIBRATION_SPEED = 25_000.0  # mm/s
+_RATES = (10, 500)
+_FRAME_TIMES = (1e-6, 1e3)
+_SNAP = Fraction(2, 10_000)
+
+
+def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None) -> Fraction:
+    """Return the frames a second.
+
+    Parameters
+    ----------
+    text : str or None
+        Seconds a frame, as the file has it.
+    place : str
+        File and line, for errors.
+    wanted : Fraction, float, str or None
+        What the user says instead.
+
+    Returns
+    -------
+    Fraction
+        The nearest n or n * 1000/1001 within 0.02 %, else the exact value (METHOD, stage 0).
+
+    Raises
+    ------
+    CaptureError
+        The file's time is missing or makes no sense.
+    UsageError
+        The user's rate makes no sense.
+    """
+    if wanted is not None:
+        given = _fraction(str(wanted))
+        if given is None:
+            raise UsageError(f"a rate of {wanted} frames a second", wanted="a number above 0")
+        return nearest_rate(given)
+    time = _fraction(text) if text is not None else None
+    if time is None:
+        raise CaptureError(
+            "no Frame Time: line" if text is None else f"Frame Time: {text[:40]!r}",
+            place=place,
+            wanted="seconds a frame, above 0",
+            remedy="Give the rate with --fps.",
+        )
+    return nearest_rate(1 / time)
+
+
+def _fraction(text: str) -> Fraction | None:
+    """Return a number between a millionth and 1000000 exactly, else None."""
+    try:
+        value = Fraction(text) if len(text) < 24 and "e" not in text.lower() else float(text)
+        if not 1e-6 <= value <= 1e6 or "_" in text:
+            return None
+        return Fraction(value).limit_denominator(10**9)
+    except (ValueError, ZeroDivisionError):
+        return None
+
+
+def nearest_rate(rate: Fraction) -> Fraction:
+    """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself."""
+    slow = Fraction(1000, 1001)
+    best = min((Fraction(round(rate)), round(rate / slow) * slow), key=lambda n: abs(n - rate))
+    return best if best > 0 and abs(best - rate) <= _SNAP * rate else rate.limit_denominator(10**6)
+
+
+def rate_doubt(rate: Fraction) -> tuple[str, ...]:
+    """Return a warning where a rate is unusual."""
+    if _RATES[0] <= rate <= _RATES[1]:
+        return ()
+    return (f"{float(rate):g} frames a second is unusual: if it is wrong, give --fps",)
+
+
+def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float, tuple[str, ...]]:
+    """Return the unit.
+
+    Parameters
+    ----------
+    lengths : mapping
+        Median distances in units of the file: ``Hip Knee Ankle`` → the leg, and the arm, as far
+        as they are there.
+    unit : str or None
+        What the user says.
+
+    Returns
+    -------
+    tuple of str, float and tuple of str
+        Name, millimetres in one, warnings.
+    """
+    if unit is not None:
+        name = _OTHER_NAMES.get(unit.lower(), unit.lower())
+        if name not in UNITS:
+            raise UsageError(f"unit {unit!r}", wanted=f"one of {', '.join(UNITS)}")
+        return name, UNITS[name], ()
+    known = [
+        (limb, length, typical)
+        for limb, typical in _LENGTHS
+        if (length := lengths.get(" ".join(limb), 0.0)) > 0
+    ]
+    if not known:
+        return "cm (assumed)", UNITS["cm"], ("no length tells the unit: cm assumed",)
+    limb, length, typical = known[0]
+    name = min(UNITS, key=lambda unit: abs(math.log(UNITS[unit] * length / typical)))
+    size = UNITS[name] * length
+    if _SIZES[0] <= size / typical <= _SIZES[1]:
+        return f"{name} (detected)", UNITS[name], ()
+    part = "leg" if limb[0] == "Hip" else "arm"
+    warning = f"in no known unit the body has a usual size: in {name} its {part} is {size:.0f} mm"
+    return f"{name} (detected)", UNITS[name], (f"{warning}. If that is wrong, give --unit",)
+
+
+def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
+    """Return the lengths of leg and arm in poses.
+
+    Parameters
+    ----------
+    body : ndarray
+        (S, 20, 3) float64, any unit, NaN where absent.
+
+    Returns
+    -------
+    dict
+        For `unit_of`.
+    """
+    lengths = {}
+    for limb, _ in _LENGTHS:
+        sides = []
+        for side in "RL":
+            chain = body[:, [JOINT_CODES[side + joint] for joint in limb]]
+            bones = np.linalg.norm(np.diff(chain, axis=1), axis=2).sum(axis=1)
+            if not np.isnan(bones).any():
+                sides.append(float(np.median(bones)))
+        if sides:
+            lengths[" ".join(limb)] = sum(sides) / len(sides)
+    return lengths
+
+
+def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ...]]:
+    """Return the vertical axis: where the body points, from the ankles to the neck.
+
+    Parameters
+    ----------
+    body : ndarray
+        (S, 20, 3) float64, any unit, NaN where absent.
+    up : str or None
+        What the user says.
+
+    Returns
+    -------
+    tuple of str and tuple of str
+        A key of `AXES`, and warnings.
+    """
+    if up is not None:
+        if up.lower() not in AXES:
+            raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
+        return up.lower(), ()
+    spine = _middle(body, "Neck", "Shoulder", "Head") - _middle(body, "Ankle", "Knee", "Pelvis")
+    sizes = np.linalg.norm(spine, axis=1, keepdims=True)
+    mean = (spine / np.where(sizes > 0, sizes, 1.0)).mean(axis=0)
+    if np.isnan(mean).any() or abs(mean[1]) >= _UPRIGHT:
+        return ("-y" if mean[1] < -_UPRIGHT else "y"), ()
+    axis = "xyz"[int(np.abs(mean).argmax())]
+    if axis == "z" and abs(mean[2]) >= _UPRIGHT:
+        return ("z" if mean[2] > 0 else "-z"), ()
+    return "y", ("the body is not upright: y taken as up. If that is wrong, give --up",)
+
+
+def _middle(body: NDArray[np.float64], *joints: str) -> NDArray[np.float64]:
+    """Return the first of these joints that is there, (S, 3); the middle of a pair."""
+    for joint in joints:
+        names = [joint] if joint in JOINT_CODES else ["R" + joint, "L" + joint]
+        place = body[:, [JOINT_CODES[name] for name in names]].mean(axis=1)
+        if not np.isnan(place).any():
+            break
+    return np.asarray(place, np.float64)
+
+
+def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
+    """Return a warning where the feet point backwards: left and right are mirrored.
+
+    Parameters
+    ----------
+    body : ndarray
+        (S, 20, 3) float64, any unit, axes of the file, NaN where absent.
+    up : str
+        The vertical axis.
+    """
+    vertical = np.zeros(3)
+    vertical["xyz".index(up[-1])] = -1.0 if up[0] == "-" else 1.0
+    hips = body[:, JOINT_CODES["RHip"]] - body[:, JOINT_CODES["LHip"]]
+    forward = np.cross(vertical, hips)
+    feet = sum(body[:, JOINT_CODES[s + "Toe"]] - body[:, JOINT_CODES[s + "Ankle"]] for s in "RL")
+    along = (forward * feet).sum(axis=1)
+    sizes = np.linalg.norm(forward, axis=1) * np.linalg.norm(feet, axis=1)
+    if np.isnan(along).any() or not sizes.all() or (along / sizes).mean() > -0.3:
+        return ()
+    return ("the feet point backwards: left and right may be exchanged",)
+
+
+def first_frame(wrists: NDArray[np.float32], rate: Fraction) -> int:
+    """Return the first frame that is movement: 1 behind a calibration pose, else 0.
+
+    Parameters
+    ----------
+    wrists : ndarray
+        (2, W, 3) float32, mm: the wrists that are there, in the first two frames.
+    rate : Fraction
+        Hz.
+    """
+    if len(wrists) < 2 or not wrists.size:
+        return 0
+    step = np.linalg.norm(wrists[1].astype(np.float64) - wrists[0], axis=1).max()
+    return int(step * float(rate) > _CALIBRATION_SPEED)

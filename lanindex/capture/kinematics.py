@@ -1,0 +1,205 @@
+"""From channels to places: the plain path, joint by joint, all frames at once.
+
+The compiled path, `kinematics_fast`, does the same operations in the same order, so that both
+give the same arrays bit for bit; for that reason sine and cosine are spelt out here too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_BLOCK = 512
+SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(7, -1, -1))
+COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(8, -1, -1))
+"""Taylor's coefficients, highest power first: below 45 degrees the rest is under 1e-16."""
+RADIANS = math.pi / 180.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """What has to be done for each joint, as flat tables.
+
+    Attributes
+    ----------
+    parents : ndarray
+        (J,) int64, -1 for a root.
+    offsets : ndarray
+        (J, 3) float64.
+    places : ndarray
+        (J, 3) int64, the column that replaces each coordinate of the offset, -1: none.
+    turns : ndarray
+        (J + 1,) int64: joint j turns by rows ``turns[j]`` to ``turns[j + 1]`` of the next two.
+    axes, columns : ndarray
+        (R,) int64, axis 0 to 2 and column of each turn, in file order.
+    child_first : bool
+        A joint's turn stands before its parent's, not behind it.
+    """
+
+    parents: NDArray[np.int64]
+    offsets: Array
+    places: NDArray[np.int64]
+    turns: NDArray[np.int64]
+    axes: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    child_first: bool
+
+
+def plan(
+    parents: Sequence[int],
+    offsets: Sequence[Sequence[float]],
+    channels: Sequence[Sequence[int]],
+    child_first: bool = False,
+) -> Plan:
+    """Lay out the work; joints whose turn moves nothing do not turn.
+
+    Parameters
+    ----------
+    parents : sequence of int
+        (J) parents before children, -1 for a root.
+    offsets : sequence
+        (J, 3) from the parent.
+    channels : sequence
+        (J) codes in file order: below 3 a coordinate, else 3 + the axis of a turn.
+    child_first : bool
+        Global turn = own times parent's, instead of parent's times own.
+
+    Returns
+    -------
+    Plan
+        For `positions`.
+    """
+    matters = [False] * len(parents)
+    for joint in range(len(parents) - 1, -1, -1):
+        moves = any(offsets[joint]) or any(code < 3 for code in channels[joint])
+        if parents[joint] >= 0 and (moves or matters[joint]):
+            matters[parents[joint]] = True
+    places = np.full((len(parents), 3), -1, np.int64)
+    turns, axes, columns = [0], list[int](), list[int]()
+    column = 0
+    for joint, codes in enumerate(channels):
+        for code in codes:
+            if code < 3:
+                places[joint, code] = column
+            elif matters[joint]:
+                axes.append(code - 3)
+                columns.append(column)
+            column += 1
+        turns.append(len(axes))
+    return Plan(
+        np.array(parents, np.int64),
+        np.array(offsets, np.float64).reshape(-1, 3),
+        places,
+        np.array(turns, np.int64),
+        np.array(axes, np.int64),
+        np.array(columns, np.int64),
+        child_first,
+    )
+
+
+def sine_cosine(degrees: Array) -> tuple[Array, Array]:
+    """Return sine and cosine of angles.
+
+    Parameters
+    ----------
+    degrees : ndarray
+        Any shape, float64, up to 1e9.
+
+    Returns
+    -------
+    tuple of ndarray and ndarray
+        Within 2e-16.
+    """
+    quarter = np.rint(degrees / 90.0)
+    rest = (degrees - 90.0 * quarter) * RADIANS
+    square = rest * rest
+    sine, cosine = np.full_like(rest, SINE[0]), np.full_like(rest, COSINE[0])
+    for term in SINE[1:]:
+        sine *= square
+        sine += term
+    for term in COSINE[1:]:
+        cosine *= square
+        cosine += term
+    sine *= rest
+    quarter -= 4.0 * np.floor(quarter * 0.25)
+    odd = (quarter == 1.0) | (quarter == 3.0)
+    return (
+        np.where(odd, cosine, sine) * np.where(quarter >= 2.0, -1.0, 1.0),
+        np.where(odd, sine, cosine) * np.where((quarter == 1.0) | (quarter == 2.0), -1.0, 1.0),
+    )
+
+
+def positions(work: Plan, values: Array) -> Array:
+    """Carry out a plan.
+
+    Parameters
+    ----------
+    work : Plan
+        What to do.
+    values : ndarray
+        (T, C) float64, the channels: units of the file, degrees.
+
+    Returns
+    -------
+    ndarray
+        (T, J, 3) float64, units of the file.
+    """
+    places = np.empty((len(values), len(work.parents), 3))
+    for start in range(0, len(values), _BLOCK):
+        part = slice(start, start + _BLOCK)
+        _block(work, np.ascontiguousarray(values[part].T), places[part])
+    return places
+
+
+def _block(work: Plan, values: Array, places: Array) -> None:
+    """Do `positions` for a few frames: `values` are (C, T), `places` (T, J, 3)."""
+    sines, cosines = sine_cosine(values[work.columns])
+    frames = values.shape[1]
+    # turned[j][a] is column a of joint j's turn (row a where children turn first), (3, T)
+    turned: list[Array] = []
+    placed: list[Array] = []
+    identity = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, frames))
+    for joint, parent in enumerate(work.parents.tolist()):
+        shift = [
+            values[column] if column >= 0 else np.full(frames, offset)
+            for column, offset in zip(
+                work.places[joint].tolist(), work.offsets[joint].tolist(), strict=True
+            )
+        ]
+        if parent < 0:
+            placed.append(np.stack(shift))
+        else:
+            placed.append(placed[parent] + _turned(turned[parent], shift, work.child_first))
+        first, stop = work.turns[joint : joint + 2].tolist()
+        base = identity if parent < 0 else turned[parent]
+        if first < stop:
+            base = _composed(base, work, sines, cosines, range(first, stop))
+        turned.append(base)
+        places[:, joint] = placed[joint].T
+
+
+def _turned(turn: Array, shift: Sequence[Array], by_rows: bool) -> Array:
+    x, y, z = (turn[:, 0], turn[:, 1], turn[:, 2]) if by_rows else (turn[0], turn[1], turn[2])
+    result: Array = x * shift[0]
+    result += y * shift[1]
+    result += z * shift[2]
+    return result
+
+
+def _composed(base: Array, work: Plan, sines: Array, cosines: Array, turns: range) -> Array:
+    """Turn columns from the right in file order, or rows from the left in the opposite order."""
+    result = base.copy()
+    for turn in reversed(turns) if work.child_first else turns:
+        one, other = ((1, 2), (2, 0), (0, 1))[work.axes[turn]]
+        sine = -sines[turn] if work.child_first else sines[turn]
+        cosine = cosines[turn]
+        first = cosine * result[one] + sine * result[other]
+        result[other] = cosine * result[other] - sine * result[one]
+        result[one] = first
+    return result

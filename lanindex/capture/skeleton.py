@@ -1,0 +1,277 @@
+"""Which joints of a file play the 20 joints of the body.
+
+Names first (`bodies.toml`), then, for what names do not tell, the shape of the skeleton
+(`shape`). Nothing is invented: a joint that is not there stays absent.
+
+A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
+down to the ankles or both arms from shoulder to wrist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.capture.joint_names import keys, tables
+from lanindex.errors import BodyError
+
+_LIMBS = (("Shoulder", "Elbow", "Wrist"), ("Hip", "Knee", "Ankle"))
+_TIPS = {"Wrist": "Hand", "Ankle": "Toe"}
+_NEAR_PELVIS = 0.35  # of a thigh, from the middle of the hips
+_NOTHING = 0.003  # of the body's extent: two joints in one place
+NEEDED = tuple(side + joint for side in "RL" for limb in _LIMBS for joint in limb)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rig:
+    """A skeleton in a few of its poses.
+
+    Attributes
+    ----------
+    names : tuple of str
+        (J) as in the file.
+    parents : tuple of int
+        (J) parents before children, -1 for a root.
+    poses : ndarray
+        (S, J, 3) float64, any unit.
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    poses: NDArray[np.float64]
+
+    def children(self) -> list[list[int]]:
+        """Return the children of each joint."""
+        below: list[list[int]] = [[] for _ in self.parents]
+        for joint, parent in enumerate(self.parents):
+            if parent >= 0:
+                below[parent].append(joint)
+        return below
+
+    def bones(self) -> NDArray[np.float64]:
+        """Return the median distance of each joint from its parent, (J,); 0 at a root."""
+        parents = np.maximum(self.parents, np.arange(len(self.parents)) * _is_root(self.parents))
+        apart = np.linalg.norm(self.poses - self.poses[:, parents], axis=2)
+        return np.asarray(np.median(apart, axis=0), np.float64)
+
+    def distance(self, one: int, other: int) -> float:
+        """Return the median distance of two joints."""
+        apart = self.poses[:, one] - self.poses[:, other]
+        return float(np.median(np.linalg.norm(apart, axis=1)))
+
+    def nothing(self) -> float:
+        """Return the distance below which two joints are in one place."""
+        pose = self.poses[len(self.poses) // 2]
+        return _NOTHING * float(np.ptp(pose, axis=0).max())
+
+    def above(self, joint: int) -> list[int]:
+        """Return a joint, its parent, and so on up to the root."""
+        chain = []
+        while joint >= 0:
+            chain.append(joint)
+            joint = self.parents[joint]
+        return chain
+
+
+def _is_root(parents: Sequence[int]) -> NDArray[np.bool_]:
+    return np.array(parents) < 0
+
+
+def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, ...]]:
+    """Find the body.
+
+    Parameters
+    ----------
+    rig : Rig
+        The skeleton.
+    path : str
+        The file, for errors.
+
+    Returns
+    -------
+    tuple of ndarray and tuple of str
+        (20,) int16, the joint that plays each of ``alphabet.JOINTS``, -1: absent; and warnings.
+
+    Raises
+    ------
+    BodyError
+        This is no human skeleton; names the joints that are missing.
+    """
+    body = _by_name(rig)
+    warnings: tuple[str, ...] = ()
+    if not all(joint in body for joint in NEEDED):
+        from lanindex.capture.shape import by_shape
+
+        shaped, doubts = by_shape(rig)
+        if all(shaped.get(joint, index) == index for joint, index in body.items()):
+            found = [joint for joint in JOINTS if joint in shaped and joint not in body]
+            body |= {joint: shaped[joint] for joint in found}
+            if found:
+                warnings = (f"recognised by shape, not by name: {', '.join(found)}", *doubts)
+    if not is_human(body):
+        raise _no_human(rig, body, path)
+    result = np.full(len(JOINTS), -1, np.int16)
+    for joint, index in body.items():
+        result[JOINT_CODES[joint]] = index
+    return result, warnings
+
+
+def is_human(body: dict[str, int]) -> bool:
+    """Tell whether enough of a body is there to encode it."""
+    limbs = [all(side + joint in body for side in "RL" for joint in limb) for limb in _LIMBS]
+    return any(limbs) and "RHip" in body and "LHip" in body
+
+
+def _by_name(rig: Rig) -> dict[str, int]:
+    """Return what the names tell."""
+    found: dict[tuple[str, str], int] = {}
+    for index, key in enumerate(keys(rig.names)):
+        found.setdefault(key, index)
+    body: dict[str, int] = {}
+    for side in "RL":
+        for limb in _LIMBS:
+            _limb(rig, found, side, limb, body)
+    _pelvis(rig, found, body)
+    _neck_head(rig, found, body)
+    _chest(rig, found, body)
+    return body
+
+
+def _limb(
+    rig: Rig,
+    found: dict[tuple[str, str], int],
+    side: str,
+    limb: tuple[str, ...],
+    body: dict[str, int],
+) -> None:
+    """Walk from the trunk outwards; each joint lies below the one before."""
+    last: int | None = None
+    for joint in limb:
+        for alias in tables()["limbs"][joint]:
+            index = found.get((side, alias))
+            if index is None or (last is not None and not _below(rig, index, last)):
+                continue
+            body[side + joint] = last = index
+            break
+    outer = body.get(side + limb[-1])
+    if outer is not None:
+        tip = _tip(rig, found, side, _TIPS[limb[-1]], outer)
+        if tip is not None:
+            body[side + _TIPS[limb[-1]]] = tip
+
+
+def _below(rig: Rig, index: int, ancestor: int) -> bool:
+    return index != ancestor and ancestor in rig.above(index)
+
+
+def _tip(
+    rig: Rig, found: dict[tuple[str, str], int], side: str, tip: str, outer: int
+) -> int | None:
+    """Return the joint that tells where a hand, a foot or a head points."""
+    nothing = rig.nothing()
+    for alias in tables()["tips"][tip]:
+        index = found.get((side, alias))
+        if index is not None and _below(rig, index, outer) and rig.distance(index, outer) > nothing:
+            return index
+    return longest_branch(rig, outer)
+
+
+def longest_branch(rig: Rig, joint: int) -> int | None:
+    """Return the first joint away from `joint` on the branch that reaches farthest, if any."""
+    bones, below, nothing = rig.bones(), rig.children(), rig.nothing()
+    reach = bones.copy()
+    for index in range(len(rig.parents) - 1, -1, -1):
+        if below[index]:
+            reach[index] += max(reach[child] for child in below[index])
+    at = joint
+    while below[at]:
+        at = max(below[at], key=lambda child: reach[child])
+        if rig.distance(at, joint) > nothing:
+            return at
+    return None
+
+
+def _pelvis(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
+    aliases = [found[("", name)] for name in tables()["middle"]["Pelvis"] if ("", name) in found]
+    if not {"RHip", "LHip", "RKnee"} <= body.keys():
+        if aliases:
+            body["Pelvis"] = aliases[0]
+        return
+    meeting = common(rig, body["RHip"], body["LHip"])
+    for index in (*aliases, *([meeting] if meeting is not None else [])):
+        if near_hips(rig, index, body):
+            body["Pelvis"] = index
+            return
+
+
+def near_hips(rig: Rig, index: int, body: dict[str, int]) -> bool:
+    """Tell whether a joint lies about where the hips are."""
+    middle = (rig.poses[:, body["RHip"]] + rig.poses[:, body["LHip"]]) / 2
+    apart = float(np.median(np.linalg.norm(rig.poses[:, index] - middle, axis=1)))
+    thigh = rig.distance(body["RHip"], body["RKnee"])
+    return apart < _NEAR_PELVIS * thigh and index not in (body["RHip"], body["LHip"])
+
+
+def common(rig: Rig, one: int, other: int) -> int | None:
+    """Return the joint where two branches part."""
+    above = set(rig.above(one))
+    return next((joint for joint in rig.above(other) if joint in above), None)
+
+
+def _neck_head(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
+    """Find neck and head; a head that stands for both (no neck, or in one place) gives its tip."""
+    named = {
+        joint: next((found[("", a)] for a in tables()["middle"][joint] if ("", a) in found), None)
+        for joint in ("Neck", "Head")
+    }
+    neck, head = named["Neck"], named["Head"]
+    if head is None:
+        head = _tip(rig, found, "", "Head", neck) if neck is not None else None
+    elif neck is None or rig.distance(neck, head) <= rig.nothing():
+        tip = _tip(rig, found, "", "Head", head)
+        neck, head = (head, tip) if tip is not None else (neck, head if neck is None else None)
+    body |= {joint: index for joint, index in (("Neck", neck), ("Head", head)) if index is not None}
+
+
+def _chest(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
+    """Take the joint where the arms part from the trunk; where all part at the pelvis, a name."""
+    taken = set(body.values())
+    if {"RShoulder", "LShoulder"} <= body.keys():
+        meeting = common(rig, body["RShoulder"], body["LShoulder"])
+        above_pelvis = rig.above(body["Pelvis"]) if "Pelvis" in body else ()
+        if meeting is not None and meeting not in taken and meeting not in above_pelvis:
+            body["Chest"] = meeting
+            return
+    for alias in tables()["middle"]["Chest"]:
+        index = found.get(("", alias))
+        if index is not None and index not in taken:
+            body["Chest"] = index
+            return
+
+
+def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
+    missing = [joint for joint in NEEDED if joint not in body]
+    return BodyError(
+        f"no human skeleton: among {len(rig.names)} joints there is no "
+        f"{', '.join(missing)}{_guess(rig, body, missing)}",
+        place=path,
+        wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
+    )
+
+
+def _guess(rig: Rig, body: dict[str, int], missing: list[str]) -> str:
+    """Return a near miss among the names, if there is one."""
+    from rapidfuzz import fuzz, process
+
+    taken = set(body.values())
+    free = [name for index, name in enumerate(rig.names) if index not in taken]
+    for joint in missing:
+        full = f"{'Right' if joint[0] == 'R' else 'Left'} {joint[1:]}"
+        best = process.extractOne(full.lower(), free, scorer=fuzz.WRatio, processor=str.lower)
+        if best is not None and best[1] >= 75:
+            return f" (is {best[0]!r} the {joint}?)"
+    return ""
