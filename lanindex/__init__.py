@@ -1,1 +1,68 @@
-"""Find human movement by what it is."""
+"""LanIndex: find human movement by what it is.
+
+Motion captures are read, written down as Labanotation, kept in a library, and found again by
+pattern::
+
+    import lanindex
+
+    motion = lanindex.read("walk.bvh")          # positions of joints over time
+    score = lanindex.encode(motion)             # symbols: part, direction, level, frames
+    with lanindex.open_library("dance.db", create=True) as library:
+        library.ingest("captures/")
+        hits = library.search("r_arm right mid -> high")
+        library.export(hits, "clips")
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lanindex.capture import read as read
+    from lanindex.encode import encode as encode
+    from lanindex.encode import trace as trace
+    from lanindex.encode.profile import load as load_profile
+    from lanindex.errors import LanindexError as LanindexError
+    from lanindex.model import Hit as Hit
+    from lanindex.model import Motion as Motion
+    from lanindex.model import Score as Score
+    from lanindex.model import Symbol as Symbol
+    from lanindex.notation.lnd import read as read_lnd
+    from lanindex.notation.lnd import write as write_lnd
+    from lanindex.perform import perform as perform
+    from lanindex.pipeline import Library as Library
+    from lanindex.pipeline import open_library as open_library
+
+_PUBLIC = {
+    "read": ("lanindex.capture", "read"),
+    "encode": ("lanindex.encode", "encode"),
+    "trace": ("lanindex.encode", "trace"),
+    "load_profile": ("lanindex.encode.profile", "load"),
+    "read_lnd": ("lanindex.notation.lnd", "read"),
+    "write_lnd": ("lanindex.notation.lnd", "write"),
+    "perform": ("lanindex.perform", "perform"),
+    "open_library": ("lanindex.pipeline", "open_library"),
+    "Library": ("lanindex.pipeline", "Library"),
+    "Motion": ("lanindex.model", "Motion"),
+    "Score": ("lanindex.model", "Score"),
+    "Symbol": ("lanindex.model", "Symbol"),
+    "Hit": ("lanindex.model", "Hit"),
+    "LanindexError": ("lanindex.errors", "LanindexError"),
+}
+"""Public names, with the place that each is imported from when it is first asked for."""
+
+__all__ = sorted(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for: the command's start shall be quick."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'lanindex' has no attribute {name!r}")
+    module, attribute = _PUBLIC[name]
+    return getattr(import_module(module), attribute)
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return list(__all__)

@@ -1,0 +1,111 @@
+"""``lanindex evaluate``: measure patterns against labelled captures."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.screen import Screen
+from lanindex.errors import UsageError
+
+if TYPE_CHECKING:
+    from lanindex.evaluate import Miss, Result
+
+
+def run(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Where the captures are.")],
+    labels: Annotated[Path, typer.Option(metavar="CSV", help="Columns file and label.")],
+    patterns: Annotated[Path, typer.Option(metavar="TOML", help="Patterns and their positives.")],
+    profile: options.Profile = "default",
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Processes.")] = None,
+    misses: Annotated[
+        bool, typer.Option("--misses", help="Say which clips were judged wrongly, and why.")
+    ] = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """Measure patterns against labelled captures.
+
+    A clip is found if a pattern has at least one hit in it. Files both in FOLDER and in the CSV
+    count. PATTERNS: name = {pattern = "r_arm high", positives = ["label", ...]}.
+    """
+    screen = Screen(json, quiet, verbose, color)
+    from lanindex.encode.profile import load
+    from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
+    from lanindex.pipeline.labels import read_labels
+
+    chosen, named = read_patterns(patterns), read_labels(labels)
+    reader = read_clips(folder, named, load(profile), jobs=jobs or os.cpu_count() or 1)
+    clips = list(screen.progress(reader, len(named), "clips"))
+    if not clips:
+        raise UsageError(
+            "no file of the CSV is in the folder",
+            place=str(folder),
+            wanted="files that both name",
+            remedy="A relative path in the CSV counts from the CSV's folder.",
+        )
+    failed = [clip for clip in clips if clip.error]
+    for clip in failed:
+        screen.note(f"{clip.error}; it counts as not found")
+    results = evaluate(clips, chosen)
+    _print(screen, results)
+    if misses:
+        for result in results:
+            for miss in result.misses:
+                _miss(screen, result, miss)
+    total = summary(results)
+    if json:
+        screen.record({"summary": total})
+    else:
+        mean, error = total["mean_f1"], total["standard_error"]
+        figure = "no pattern has positives" if mean is None else f"mean F1 {mean:.3f} ± {error:.3f}"
+        screen.out(f"{figure}, {total['patterns']} patterns, {total['clips']} clips")
+    if failed:
+        raise typer.Exit(2)
+
+
+def _print(screen: Screen, results: list[Result]) -> None:
+    records = [result.record() for result in results]
+    if screen.json:
+        for record in records:
+            screen.record(record)
+        return
+    figures = ("precision", "recall", "f1")
+    counts = ("found_rightly", "found_wrongly", "missed")
+    head = ("pattern", *figures, "right", "wrong", "missed")
+    rows = [
+        (
+            record["name"],
+            *("-" if record[key] is None else f"{record[key]:.3f}" for key in figures),
+            *(record[key] for key in counts),
+        )
+        for record in records
+    ]
+    screen.table(head, rows)
+
+
+def _miss(screen: Screen, result: Result, miss: Miss) -> None:
+    from lanindex.app.present import words
+    from lanindex.search.hits import hit_record
+
+    name = result.pattern.name
+    obstacle = result.pattern.query.obstacle(miss.capture, miss.tracks) if not miss.hit else None
+    if screen.json:
+        record = {"miss": name, "capture": miss.capture.path, "label": miss.capture.label}
+        if miss.hit:
+            screen.record({**record, "kind": "wrong", "hit": hit_record(miss.hit)})
+        else:
+            screen.record({**record, "kind": "missed", "obstacle": obstacle})
+    elif miss.hit:
+        span = miss.hit.span
+        screen.out(f"{name}: wrongly {miss.capture.path} ({miss.capture.label})")
+        screen.out(f"    frames {span.start}-{span.stop}: {words(miss.hit.symbols)}")
+    else:
+        screen.out(f"{name}: missed {miss.capture.path} ({miss.capture.label})")
+        screen.out(f"    {obstacle}")

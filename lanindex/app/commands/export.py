@@ -1,0 +1,90 @@
+"""``lanindex export``: write hits as clips."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.screen import Screen
+from lanindex.errors import UsageError
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.wanted import Wanted
+
+
+def run(
+    what: Annotated[
+        str | None,
+        typer.Argument(metavar="PATTERN|-", help="A pattern, or - for hits from search --json."),
+    ] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to.")] = (
+        Path("clips")
+    ),
+    capture: Annotated[
+        str | None, typer.Option("--capture", metavar="PATH|ID", help="Cut from this capture.")
+    ] = None,
+    begin: Annotated[
+        int | None, typer.Option("--from", metavar="FRAME", min=0, help="First frame.")
+    ] = None,
+    end: Annotated[
+        int | None, typer.Option("--to", metavar="FRAME", min=1, help="Frame after the last.")
+    ] = None,
+    format: Annotated[str, typer.Option(metavar="native|bvh|lnd", help="What to write.")] = (
+        "native"
+    ),
+    pad: Annotated[
+        str, typer.Option(metavar="TIME", help="Time around each hit: 0.5s, 200ms, 10f.")
+    ] = "0",
+    within: options.In = None,
+    overlaps: options.Overlaps = "none",
+    tolerance: options.Tolerance = 0.1,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """Write hits as clips, in the format they came in.
+
+    A clip's hierarchy and frame lines are the source's, byte for byte; beside each stands its
+    score (.lnd), and a manifest lists them all.
+    """
+    screen = Screen(json, quiet, verbose, color)
+    if (what is None) == (capture is None):
+        raise UsageError(
+            "nothing to export" if what is None else "two things to export",
+            wanted="a pattern, - or --capture",
+        )
+    if capture is None and not (begin is None and end is None):
+        raise UsageError("--from and --to", wanted="--capture beside them")
+    from lanindex.app.present import counted
+    from lanindex.pipeline import open_library
+    from lanindex.pipeline.export import export
+    from lanindex.pipeline.wanted import from_hits, from_lines, from_range
+
+    with open_library(db, readonly=True) as library:
+        if capture is not None:
+            wanted: Iterable[Wanted] = [from_range(library, capture, begin, end)]
+        elif what == "-":
+            wanted = from_lines(library, sys.stdin)
+        else:
+            pattern = str(what)
+            found = library.search(pattern, tolerance=tolerance, overlaps=overlaps, within=within)
+            wanted = from_hits(found, pattern)
+        manifest = export(library, wanted, output, pad=pad, format=format, force=force)
+    for row in manifest:
+        if json:
+            screen.record(row)
+        else:
+            screen.out(str(output / row["clip"]))
+    if json:
+        screen.record({"summary": {"clips": len(manifest), "folder": str(output)}})
+    screen.note(f"{counted(len(manifest), 'clip')} in {output}")
+    if not manifest:
+        raise typer.Exit(1)

@@ -1,0 +1,126 @@
+"""``lanindex ingest``: read captures and scores into the library."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.screen import Screen
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.ingest import Outcome
+
+MANY = 16
+"""Files from which on several processes are worth their start."""
+
+
+def run(
+    paths: Annotated[list[Path], typer.Argument(metavar="PATH...", help="Captures, .lnd scores.")],
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", "-j", min=1, help="Processes; as many as there are processors."),
+    ] = None,
+    profile: options.Profile = "default",
+    labels: Annotated[
+        str | None,
+        typer.Option(metavar="CSV", help="A table with columns file, label and any others."),
+    ] = None,
+    unit: options.Unit = None,
+    up: options.Up = None,
+    fps: options.Fps = None,
+    compose: options.Compose = None,
+    force: Annotated[bool, typer.Option("--force", help="Read unchanged files again.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Read and say what would be done; store nothing.")
+    ] = False,
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """Read captures and scores into the library.
+
+    Folders are searched through; what is unchanged is skipped. A file that cannot be read is
+    reported, the others go in, and the exit code is 2.
+    """
+    screen = Screen(json, quiet, verbose, color)
+    from contextlib import ExitStack
+
+    from lanindex.app.present import counted, duration
+    from lanindex.encode.profile import load
+    from lanindex.pipeline import open_library
+    from lanindex.pipeline.ingest import discover, ingest
+    from lanindex.pipeline.labels import read_labels
+
+    chosen = load(profile)
+    told = options.reading(unit, up, fps, compose)
+    named = read_labels(labels) if labels else {}
+    files = list(discover(paths))
+    processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
+    tally: Counter[str] = Counter()
+    begun = time.monotonic()
+    with ExitStack() as stack:
+        library = None
+        if not dry_run:
+            library = stack.enter_context(open_library(db, create=True))
+        elif os.path.exists(db):
+            library = stack.enter_context(open_library(db, readonly=True))
+        done = ingest(
+            library,
+            files,
+            chosen,
+            reading=told,
+            labels=named,
+            jobs=processes,
+            force=force,
+            dry_run=dry_run,
+        )
+        for outcome in screen.progress(done, len(files), "files"):
+            tally.update({outcome.status: 1, "frames": outcome.frames, "symbols": outcome.symbols})
+            tally["milliseconds"] += round(1000 * outcome.seconds)
+            _report(screen, outcome)
+    if json:
+        keys = ("added", "unchanged", "failed", "frames", "symbols")
+        screen.record({"summary": {key: tally[key] for key in keys}})
+    said = ", ".join(
+        f"{tally[status]} {word}"
+        for status, word in (
+            ("added", "would be added" if dry_run else "added"),
+            ("unchanged", "unchanged"),
+            ("failed", "failed"),
+        )
+        if tally[status]
+    )
+    screen.note(
+        f"{counted(len(files), 'file')}: {said or 'nothing to do'}; "
+        f"{duration(tally['milliseconds'] / 1000)} of movement, "
+        f"{counted(tally['symbols'], 'symbol')}, in {time.monotonic() - begun:.1f} s"
+    )
+    if tally["failed"]:
+        raise typer.Exit(2)
+
+
+def _report(screen: Screen, outcome: Outcome) -> None:
+    if screen.json:
+        record: dict[str, Any] = {
+            "path": outcome.path,
+            "status": outcome.status,
+            "frames": outcome.frames,
+            "symbols": outcome.symbols,
+            "warnings": list(outcome.warnings),
+            "error": outcome.error,
+        }
+        screen.record(record)
+    if outcome.error:
+        from lanindex.app.cli import say_error
+
+        say_error(outcome.error)
+    for warning in outcome.warnings:
+        screen.detail(f"{outcome.path}: {warning}")

@@ -1,0 +1,80 @@
+"""``lanindex inspect``: what a reader sees in a capture file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.screen import Screen
+
+if TYPE_CHECKING:
+    from lanindex.model import Motion
+
+
+def run(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A capture.")],
+    unit: options.Unit = None,
+    up: options.Up = None,
+    fps: options.Fps = None,
+    compose: options.Compose = None,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """Say what a reader sees in a capture file.
+
+    Joints and the body they map to, rate, unit, up axis, facing, and what is doubtful.
+    """
+    screen = Screen(json, quiet, verbose, color)
+    from lanindex.capture import read
+
+    told = options.reading(unit, up, fps, compose)
+    motion = read(file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose)
+    seen = _seen(motion)
+    if json:
+        screen.record(seen)
+        return
+    body = seen.pop("body")
+    warnings = seen.pop("warnings")
+    joints = seen.pop("joints")
+    for key, value in seen.items():
+        screen.out(f"{key:12} {value}")
+    screen.out(f"{'joints':12} {len(joints)}: {' '.join(joints)}")
+    screen.out("body")
+    for joint, name in body.items():
+        screen.out(f"  {joint:10} {name or '(absent)'}")
+    for warning in warnings:
+        screen.out(screen.paint(f"warning      {warning}", "warn"))
+
+
+def _seen(motion: Motion) -> dict[str, Any]:
+    import numpy as np
+
+    from lanindex.alphabet import JOINTS
+    from lanindex.encode.body import body, heading, lengths
+
+    joints = body(motion)
+    turn = float(np.degrees(heading(joints, motion.rate, motion.rate)[motion.first]))
+    played = motion.skeleton.played()
+    known = joints[:, ~np.isnan(joints).all(axis=(0, 2)), 1]
+    leg, arm = lengths(joints, ["r_leg", "r_arm"])
+    return {
+        "file": motion.source.path,
+        "format": motion.source.format,
+        "frames": len(motion),
+        "rate": f"{float(motion.rate):g} Hz ({motion.rate})",
+        "seconds": round(motion.seconds, 3),
+        "unit": f"{motion.source.unit}: {motion.source.scale:g} mm",
+        "up": motion.source.up,
+        "height": f"{np.nanmedian(known.max(axis=1) - known.min(axis=1)):.0f} mm",
+        "limbs": f"leg {leg:.0f} mm, arm {arm:.0f} mm",
+        "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
+        "calibration": "frame 0 is a pose, frame 1 stands in" if motion.first else "none",
+        "joints": list(motion.skeleton.names),
+        "body": {joint: played.get(joint) for joint in JOINTS},
+        "warnings": list(motion.warnings),
+    }

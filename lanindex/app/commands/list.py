@@ -1,0 +1,48 @@
+"""``lanindex list``: the captures of the library."""
+
+from __future__ import annotations
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.screen import Screen
+
+
+def run(
+    within: options.In = None,
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """List the captures of the library."""
+    screen = Screen(json, quiet, verbose, color)
+    from lanindex.app.present import capture_line, counted, duration
+    from lanindex.pipeline import open_library
+
+    with open_library(db, readonly=True) as library:
+        found = library.captures(within)
+    length = sum(float(capture.frames / capture.rate) for capture in found)
+    if json:
+        for capture in found:
+            screen.record(capture_line(capture))
+        screen.record({"summary": {"captures": len(found), "seconds": round(length, 3)}})
+    elif found:
+        screen.table(
+            ("id", "path", "label", "fps", "frames", "seconds"),
+            [
+                (
+                    capture.id,
+                    capture.path,
+                    capture.label,
+                    f"{float(capture.rate):g}",
+                    capture.frames,
+                    f"{float(capture.frames / capture.rate):.2f}",
+                )
+                for capture in found
+            ],
+        )
+    screen.note(f"{counted(len(found), 'capture')}, {duration(length)}")
+    if not found:
+        raise typer.Exit(1)

@@ -1,0 +1,97 @@
+"""``lanindex search``: find movement by pattern."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.screen import Screen, one_of
+
+if TYPE_CHECKING:
+    from lanindex.search.hits import Hits
+
+ON_A_TERMINAL = 20
+"""Hits that a terminal shows where no limit is set."""
+
+
+def run(
+    pattern: Annotated[str, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")],
+    limit: Annotated[
+        int | None,
+        typer.Option("--limit", "-n", min=1, help="Hits to show: 20 on a terminal, else all."),
+    ] = None,
+    within: options.In = None,
+    sort: Annotated[str, typer.Option(metavar="fit|time", help="Clearest or earliest first.")] = (
+        "time"
+    ),
+    overlaps: options.Overlaps = "none",
+    tolerance: options.Tolerance = 0.1,
+    count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
+        False
+    ),
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say how the pattern is understood.")
+    ] = False,
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """Find movement by pattern.
+
+    Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
+    "arms place high 1s+", "r_arm high with l_arm low". Exits with 1 if nothing is found.
+    """
+    screen = Screen(json, quiet, verbose, color)
+    one_of("--sort", sort, ("fit", "time"))
+    one_of("--overlaps", overlaps, ("none", "all"))
+    from lanindex.pipeline import open_library
+
+    with open_library(db, readonly=True) as library:
+        if explain:
+            text = library.explain(pattern, within=within)
+            if json:
+                screen.record({"explain": text})
+            else:
+                screen.out(text)
+            return
+        found = library.search(pattern, tolerance=tolerance, overlaps=overlaps, within=within)
+    if count:
+        _count(screen, found)
+    else:
+        _show(screen, found.by_fit() if sort == "fit" else found, limit)
+    if not found:
+        raise typer.Exit(1)
+
+
+def _count(screen: Screen, found: Hits) -> None:
+    counts = Counter(hit.capture for hit in found)
+    for capture, number in counts.items():
+        if screen.json:
+            screen.record({"capture": capture.path, "capture_id": capture.id, "count": number})
+        else:
+            screen.row([capture.path, number])
+    _summary(screen, found, len(found))
+
+
+def _show(screen: Screen, found: Hits, limit: int | None) -> None:
+    from lanindex.app import present
+
+    most = limit or (ON_A_TERMINAL if screen.terminal else len(found))
+    present.hits(screen, found[:most])
+    _summary(screen, found, min(most, len(found)))
+
+
+def _summary(screen: Screen, found: Hits, shown: int) -> None:
+    from lanindex.app.present import counted
+
+    captures = len({hit.capture.id for hit in found})
+    if screen.json:
+        summary = {"hits": len(found), "shown": shown, "captures": captures}
+        screen.record({"summary": {**summary, "pattern": found.pattern}})
+    cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
+    screen.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")

@@ -1,0 +1,87 @@
+"""``lanindex show``: the symbols of a capture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.screen import Screen
+from lanindex.errors import UsageError
+
+if TYPE_CHECKING:
+    from lanindex.model import Capture, Track
+
+
+def run(
+    capture: Annotated[
+        str | None, typer.Argument(metavar="CAPTURE", help="Its number, path or end of path.")
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="All captures.")] = False,
+    part: Annotated[
+        list[str] | None, typer.Option("--part", metavar="PART", help="Only this part.")
+    ] = None,
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """Show the symbols of a capture.
+
+    A star marks what is only passed on the way; it stands in no score.
+    """
+    screen = Screen(json, quiet, verbose, color)
+    if (capture is None) != everything:
+        raise UsageError("no capture" if capture is None else "a capture and --all", wanted="one")
+    from lanindex.pipeline import open_library
+
+    with open_library(db, readonly=True) as library:
+        numbers = None
+        if capture is not None:
+            numbers = [library.capture(int(capture) if capture.isdecimal() else capture).id]
+        _check_parts(part, library.parts())
+        symbols = 0
+        for found, tracks in library.tracks(numbers, part):
+            _show(screen, found, tracks)
+            symbols += sum(len(track) for track in tracks.values())
+    if json:
+        screen.record({"summary": {"symbols": symbols}})
+    if not symbols:
+        raise typer.Exit(1)
+
+
+def _check_parts(wanted: list[str] | None, parts: list[str]) -> None:
+    for part in wanted or []:
+        if part not in parts:
+            raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(parts))
+
+
+def _show(screen: Screen, capture: Capture, tracks: dict[str, Track]) -> None:
+    from lanindex.app.present import symbol_line
+
+    if not screen.json:
+        screen.out(screen.paint(capture.path, "path"))
+        head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else")
+    rows = []
+    for track in tracks.values():
+        for symbol in track.listed():
+            line = symbol_line(capture, symbol)
+            if screen.json:
+                screen.record(line)
+                continue
+            star = "*" if symbol.passing else ""
+            rows.append(
+                (
+                    symbol.part,
+                    f"{symbol.direction} {symbol.level}{star}",
+                    f"{symbol.span.start}-{symbol.span.stop}",
+                    f"{line['start']:.2f}-{line['end']:.2f}",
+                    f"{symbol.margin:.2f}",
+                    symbol.swings or "",
+                    line["runner_up"] or "",
+                )
+            )
+    if not screen.json:
+        screen.table(head, rows)

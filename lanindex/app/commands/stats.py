@@ -1,0 +1,41 @@
+"""``lanindex stats``: what the library holds."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from lanindex.app import options
+from lanindex.app.screen import Screen
+
+
+def run(
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+    color: options.Color = "auto",
+) -> None:
+    """Say what the library holds."""
+    screen = Screen(json, quiet, verbose, color)
+    from lanindex.app.present import duration
+    from lanindex.pipeline import open_library
+
+    with open_library(db, readonly=True) as library:
+        found = library.stats()
+    if json:
+        screen.record(asdict(found))
+        return
+    rows = [
+        ("captures", f"{found.captures}"),
+        ("movement", f"{duration(found.seconds)}, {found.frames} frames"),
+        ("symbols", f"{found.symbols}"),
+        ("size", f"{found.size / 1e6:.1f} MB"),
+    ]
+    for name, counts in (
+        ("format", found.formats),
+        ("profile", found.profiles),
+        ("label", found.labels),
+        ("part", found.parts),
+    ):
+        rows += [(f"{name} {key or '(none)'}", f"{number}") for key, number in counts.items()]
+    screen.table(("what", "how much"), rows)

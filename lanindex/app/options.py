@@ -1,0 +1,80 @@
+"""The options that several verbs share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lanindex.pipeline.ingest import Reading
+
+Db = Annotated[
+    str,
+    typer.Option("--db", envvar="LANINDEX_DB", metavar="PATH|URL", help="The library to use."),
+]
+DB = "lanindex.db"
+"""The library that is used where none is named."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON lines.")]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print results and errors only.")]
+Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Say more on standard error.")]
+Color = Annotated[str, typer.Option("--color", metavar="auto|always|never", help="Use colour.")]
+Profile = Annotated[
+    str, typer.Option("--profile", metavar="NAME|FOLDER", help="default, paper, or your own.")
+]
+Unit = Annotated[
+    str | None,
+    typer.Option("--unit", metavar="mm|cm|m|inch|cmu", help="Unit of the file, if you know it."),
+]
+Up = Annotated[
+    str | None, typer.Option("--up", metavar="x|y|z|-x|-y|-z", help="Vertical axis of the file.")
+]
+Fps = Annotated[
+    str | None,
+    typer.Option("--fps", metavar="RATE", help="Frames a second: 30, 29.97, 30000/1001."),
+]
+Compose = Annotated[
+    str | None,
+    typer.Option("--compose", metavar="parent|child", help="Which rotation a BVH applies first."),
+]
+Tolerance = Annotated[
+    float,
+    typer.Option("--tolerance", metavar="SECONDS", help="How far edges may lie apart to agree."),
+]
+Overlaps = Annotated[
+    str, typer.Option("--overlaps", metavar="none|all", help="Keep hits that overlap, or not.")
+]
+In = Annotated[
+    str | None, typer.Option("--in", metavar="GLOB", help="Only captures whose path matches.")
+]
+
+
+def rate(text: str) -> Fraction:
+    """Return a number of frames a second.
+
+    Raises
+    ------
+    UsageError
+        Where it is no number above 0.
+    """
+    from fractions import Fraction
+
+    from lanindex.errors import UsageError
+
+    try:
+        value = Fraction(text)
+    except (ValueError, ZeroDivisionError):
+        value = Fraction(0)
+    if not 0 < value < 100_000:
+        raise UsageError(f'"{text}"', place="--fps", wanted="30, 29.97 or 30000/1001")
+    return value
+
+
+def reading(unit: str | None, up: str | None, fps: str | None, compose: str | None) -> Reading:
+    """Return what the reader is told; it checks the words itself."""
+    from lanindex.pipeline.ingest import Reading
+
+    return Reading(unit, up, None if fps is None else rate(fps), compose)

@@ -1,0 +1,267 @@
+"""How well patterns tell labelled captures apart: precision, recall and F1.
+
+A capture counts as found if a pattern has at least one hit in it.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lanindex.errors import UsageError
+from lanindex.model import Capture
+from lanindex.notation.text import read_text
+from lanindex.pipeline.ingest import Outcome, Task, discover, prepared
+from lanindex.pipeline.labels import Labels
+from lanindex.search.language import Query, parse
+from lanindex.search.match import find
+
+if TYPE_CHECKING:
+    from lanindex.encode.profile import Profile
+    from lanindex.model import Hit, Track
+
+RESAMPLES = 2000
+"""Draws of the bootstrap that tells the standard error."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A pattern, and the labels of the captures that it should find."""
+
+    name: str
+    text: str
+    query: Query
+    positives: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A labelled capture, written down.
+
+    Attributes
+    ----------
+    capture : Capture
+        Path and label.
+    tracks : Mapping of str to Track
+        By part; empty where it could not be read.
+    error : str or None
+        Why not.
+    """
+
+    capture: Capture
+    tracks: Mapping[str, Track]
+    error: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Miss:
+    """A capture that a pattern judged wrongly.
+
+    Attributes
+    ----------
+    capture : Capture
+        Which.
+    hit : Hit or None
+        What was found though it should not; None: nothing was, though it should.
+    tracks : Mapping of str to Track
+        Its symbols.
+    """
+
+    capture: Capture
+    hit: Hit | None
+    tracks: Mapping[str, Track]
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a pattern found.
+
+    Attributes
+    ----------
+    pattern : Pattern
+        Which.
+    found, wanted : tuple of bool
+        By clip.
+    misses : tuple of Miss
+        The clips where the two differ.
+    """
+
+    pattern: Pattern
+    found: tuple[bool, ...]
+    wanted: tuple[bool, ...]
+    misses: tuple[Miss, ...]
+
+    def counts(self) -> tuple[int, int, int]:
+        """Return how many were rightly found, wrongly found, and missed."""
+        pairs = list(zip(self.found, self.wanted, strict=True))
+        return pairs.count((True, True)), pairs.count((True, False)), pairs.count((False, True))
+
+    def record(self) -> dict[str, Any]:
+        """Return the figures as one JSON line."""
+        right, wrong, missed = self.counts()
+        return {
+            "name": self.pattern.name,
+            "pattern": self.pattern.text,
+            "precision": _ratio(right, right + wrong),
+            "recall": _ratio(right, right + missed),
+            "f1": _ratio(2 * right, 2 * right + wrong + missed) if right + missed else None,
+            "found_rightly": right,
+            "found_wrongly": wrong,
+            "missed": missed,
+            "positives": right + missed,
+            "clips": len(self.found),
+        }
+
+
+def _ratio(part: int, whole: int) -> float:
+    return part / whole if whole else 0.0
+
+
+def read_patterns(path: str | os.PathLike[str]) -> list[Pattern]:
+    """Read the patterns to evaluate.
+
+    Parameters
+    ----------
+    path : path-like
+        TOML: ``name = {pattern = "...", positives = ["label", ...]}``.
+
+    Returns
+    -------
+    list of Pattern
+
+    Raises
+    ------
+    UsageError
+        Where it is no such file.
+    PatternError
+        Where a pattern is not understood.
+    """
+    try:
+        table = tomllib.loads(read_text(Path(path)))
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(str(error), place=str(path), wanted="TOML") from error
+    patterns = []
+    for name, entry in table.items():
+        match entry:
+            case {"pattern": str(text), "positives": [*positives]} if len(entry) == 2 and all(
+                isinstance(label, str) for label in positives
+            ):
+                patterns.append(Pattern(name, text, parse(text), frozenset(positives)))
+            case _:
+                raise UsageError(
+                    f"{name} = {entry!r}"[:120],
+                    place=str(path),
+                    wanted='name = {pattern = "...", positives = ["label", ...]}',
+                )
+    if not patterns:
+        raise UsageError("no patterns", place=str(path), wanted="one at least")
+    return patterns
+
+
+def read_clips(
+    folder: str | os.PathLike[str], labels: Labels, profile: Profile, *, jobs: int = 1
+) -> Iterator[Clip]:
+    """Read and write down the captures of a folder that have a label.
+
+    Parameters
+    ----------
+    folder : path-like
+        Searched through.
+    labels : Labels
+        As from `lanindex.pipeline.labels.read_labels`.
+    profile : Profile
+        How to write them down.
+    jobs : int
+        Processes.
+
+    Yields
+    ------
+    Clip
+        In order of path.
+    """
+    paths = [path for path in discover([folder]) if os.path.abspath(path) in labels]
+    tasks = (Task(path, profile) for path in paths)
+    for number, outcome in enumerate(prepared(tasks, jobs), 1):
+        label, metadata = labels[os.path.abspath(outcome.path)]
+        yield _clip(number, outcome, label, metadata)
+
+
+def _clip(number: int, outcome: Outcome, label: str, metadata: Mapping[str, str]) -> Clip:
+    score = outcome.score
+    capture = Capture(
+        number,
+        outcome.path,
+        outcome.format,
+        outcome.sha256,
+        label,
+        score.rate if score else Fraction(1),
+        score.frames if score else 0,
+        metadata=metadata,
+    )
+    return Clip(capture, score.tracks if score else {}, outcome.error)
+
+
+def evaluate(clips: Sequence[Clip], patterns: Iterable[Pattern]) -> list[Result]:
+    """Search all clips for each pattern.
+
+    Parameters
+    ----------
+    clips : sequence of Clip
+        As from `read_clips`.
+    patterns : iterable of Pattern
+        As from `read_patterns`.
+
+    Returns
+    -------
+    list of Result
+        One a pattern.
+    """
+    recordings = [(clip.capture, clip.tracks) for clip in clips]
+    results = []
+    for pattern in patterns:
+        hits: dict[int, Hit] = {}
+        for hit in find(pattern.query, recordings):
+            hits.setdefault(hit.capture.id, hit)
+        found = tuple(clip.capture.id in hits for clip in clips)
+        wanted = tuple(clip.capture.label in pattern.positives for clip in clips)
+        misses = tuple(
+            Miss(clip.capture, hits.get(clip.capture.id), clip.tracks)
+            for clip, got, should in zip(clips, found, wanted, strict=True)
+            if got != should
+        )
+        results.append(Result(pattern, found, wanted, misses))
+    return results
+
+
+def summary(results: Sequence[Result]) -> dict[str, Any]:
+    """Return the mean F1 over all patterns that have positives, and its standard error.
+
+    Parameters
+    ----------
+    results : sequence of Result
+        One a pattern, over the same clips.
+
+    Returns
+    -------
+    dict
+        ``mean_f1``, ``standard_error`` (bootstrap over clips, seeded), ``clips``, ``patterns``.
+    """
+    import numpy as np
+
+    judged = [result for result in results if any(result.wanted)]
+    clips = len(results[0].found) if results else 0
+    values: dict[str, Any] = {"mean_f1": None, "standard_error": None}
+    if judged:
+        values["mean_f1"] = sum(result.record()["f1"] for result in judged) / len(judged)
+        found = np.array([result.found for result in judged], dtype=float)
+        wanted = np.array([result.wanted for result in judged], dtype=float)
+        draw = np.random.default_rng(0).multinomial(clips, [1 / clips] * clips, size=RESAMPLES)
+        both, either = (found * wanted) @ draw.T, (found + wanted) @ draw.T
+        f1 = np.divide(2 * both, either, out=np.zeros_like(both), where=either > 0)
+        values["standard_error"] = float(f1.mean(axis=0).std())
+    return {**values, "clips": clips, "patterns": len(results)}

@@ -1,0 +1,190 @@
+"""The main job in one place: a library that reads, finds and exports."""
+
+from __future__ import annotations
+
+import os
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lanindex.library import store
+from lanindex.library.connect import DEFAULT, opened, target
+from lanindex.search.hits import Hits
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.ingest import Outcome, Reading
+
+
+class Library(store.Library):
+    """Captures written down, to search and to cut clips from. Made by `open_library`."""
+
+    def ingest(
+        self,
+        *paths: str | os.PathLike[str],
+        profile: str | os.PathLike[str] = "default",
+        reading: Reading | None = None,
+        labels: str | os.PathLike[str] | None = None,
+        jobs: int = 1,
+        force: bool = False,
+    ) -> list[Outcome]:
+        """Read files and folders into the library.
+
+        Parameters
+        ----------
+        *paths : path-like
+            Captures, ``.lnd`` scores, and folders of them.
+        profile : path-like
+            How to write them down: ``default``, ``paper`` or a folder.
+        reading : Reading, optional
+            Unit, up axis, rate, order of rotations, where the reader shall not find them itself.
+        labels : path-like, optional
+            A CSV file with columns ``file``, ``label`` and any others.
+        jobs : int
+            Processes.
+        force : bool
+            Read unchanged files again, too.
+
+        Returns
+        -------
+        list of Outcome
+            One a file: added, unchanged or failed, and why.
+
+        Raises
+        ------
+        LibraryError
+            Where the library cannot be written.
+        NotationError, UsageError
+            Where profile or labels cannot be read.
+        """
+        from lanindex.encode.profile import load
+        from lanindex.pipeline.ingest import discover, ingest
+        from lanindex.pipeline.labels import read_labels
+
+        named = read_labels(labels) if labels is not None else {}
+        found = discover(paths)
+        chosen = load(os.fspath(profile))
+        return list(
+            ingest(self, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)
+        )
+
+    def search(
+        self,
+        pattern: str,
+        *,
+        tolerance: float = 0.1,
+        overlaps: str = "none",
+        within: str | None = None,
+    ) -> Hits:
+        """Find movement by pattern.
+
+        Parameters
+        ----------
+        pattern : str
+            ``r_arm right mid -> high``; see the README's page on the language.
+        tolerance : float
+            Seconds within which edges agree.
+        overlaps : str
+            ``none``, or ``all``.
+        within : str, optional
+            Only captures whose path matches this glob.
+
+        Returns
+        -------
+        Hits
+            In order of capture, start and end.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+        LibraryError
+            Where the library cannot be read.
+        """
+        from lanindex.search.language import parse
+        from lanindex.search.match import find
+
+        query = parse(pattern, self.parts())
+        chosen = None
+        if within is not None:
+            chosen = [capture.id for capture in self.captures(within)]
+        recordings = self.tracks(chosen, query.parts)
+        span = Fraction(str(tolerance))
+        return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+
+    def export(
+        self,
+        hits: Hits,
+        folder: str | os.PathLike[str],
+        *,
+        pad: str = "0",
+        format: str = "native",
+        force: bool = False,
+    ) -> list[dict[str, Any]]:
+        """Write hits as clips in the format they came in.
+
+        Parameters
+        ----------
+        hits : Hits
+            What to cut.
+        folder : path-like
+            Where to.
+        pad : str
+            Time before and after each: ``0.5s``, ``10f``.
+        format : str
+            ``native``, ``bvh`` or ``lnd``.
+        force : bool
+            Replace files that are there.
+
+        Returns
+        -------
+        list of dict
+            The manifest, a clip each.
+
+        Raises
+        ------
+        ExportError
+            Where a source has changed or is gone, or a file is there already; then nothing is
+            written.
+        """
+        from lanindex.pipeline.export import export
+        from lanindex.pipeline.wanted import from_hits
+
+        wanted = from_hits(hits, hits.pattern)
+        return export(self, wanted, Path(folder), pad=pad, format=format, force=force)
+
+
+def open_library(
+    named: str | os.PathLike[str] = DEFAULT,
+    *,
+    create: bool = False,
+    readonly: bool = False,
+    timeout: float = 30.0,
+) -> Library:
+    """Open a library; use it as a context manager, or close it.
+
+    Parameters
+    ----------
+    named : path-like
+        A file, or an SQLAlchemy URL.
+    create : bool
+        Make it if there is none.
+    readonly : bool
+        Refuse to change it.
+    timeout : float
+        Seconds to wait for another process.
+
+    Returns
+    -------
+    Library
+
+    Raises
+    ------
+    LibraryError
+        If there is none, it is no library, or it cannot be opened.
+    LibraryVersionError
+        If it is older or newer than this program.
+    LibraryBusyError
+        If another process holds it for longer than `timeout`.
+    """
+    where = target(named)
+    return Library(where, opened(where, create=create, readonly=readonly, timeout=timeout))

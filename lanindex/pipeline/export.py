@@ -1,0 +1,224 @@
+"""Hits to clips: exact copies of the source's frames, with their scores and a manifest."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import re
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from itertools import groupby
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+from lanindex import capture
+from lanindex.errors import CaptureError, ExportError, UsageError
+from lanindex.library.store import Library
+from lanindex.model import Capture, Score, Span
+from lanindex.notation import lnd
+from lanindex.notation.excerpt import excerpt
+from lanindex.pipeline.wanted import Wanted
+from lanindex.write import clip
+from lanindex.write.files import safe_stem, write_all
+
+FORMATS = ("native", "bvh", "lnd")
+MANIFEST = "manifest"
+
+
+def pad_frames(text: str, rate: Fraction) -> int:
+    """Return how many frames a time covers.
+
+    Parameters
+    ----------
+    text : str
+        ``0``, ``0.5s``, ``200ms`` or ``10f``.
+    rate : Fraction
+        Frames a second.
+
+    Returns
+    -------
+    int
+        Frames, rounded up.
+
+    Raises
+    ------
+    UsageError
+        Where it is no time.
+    """
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)(s|ms|f)|0", text.strip())
+    if match is None:
+        raise UsageError(f'"{text}"', place="--pad", wanted="a time such as 0.5s, 200ms or 10f")
+    if match[1] is None:
+        return 0
+    scale = {"s": rate, "ms": rate / 1000, "f": Fraction(1)}[match[2]]
+    return ceil(Fraction(match[1]) * scale)
+
+
+def export(
+    library: Library,
+    wanted: Iterable[Wanted],
+    folder: Path,
+    *,
+    pad: str = "0",
+    format: str = "native",
+    force: bool = False,
+) -> list[dict[str, Any]]:
+    """Write clips, an LND excerpt beside each, and a manifest; all or nothing.
+
+    Parameters
+    ----------
+    library : Library
+        Where the hits come from.
+    wanted : iterable of Wanted
+        What to cut.
+    folder : Path
+        Where to; it is made if need be.
+    pad : str
+        Time before and after each hit, clamped to the source.
+    format : str
+        ``native``: as the source; ``bvh``: only from BVH sources; ``lnd``: the scores alone.
+    force : bool
+        Whether files that are there may be replaced.
+
+    Returns
+    -------
+    list of dict
+        The manifest, a clip each; where it is empty nothing is written.
+
+    Raises
+    ------
+    ExportError
+        Where a source has changed or is gone, a range lies outside it, or a file is there already.
+    UsageError
+        Where `format` or `pad` is not understood.
+    """
+    if format not in FORMATS:
+        raise UsageError(f'"{format}"', place="--format", wanted=", ".join(FORMATS))
+    manifest: list[dict[str, Any]] = []
+
+    def files() -> Iterator[tuple[Path, bytes]]:
+        taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
+        for source, group in groupby(wanted, key=lambda one: one.capture.id):
+            requests = list(group)
+            cutter = _Cutter(library, library.capture(source), format)
+            for request in requests:
+                yield from _clip(cutter, request, folder, pad, taken, manifest)
+        if not manifest:
+            return
+        yield folder / f"{MANIFEST}.csv", _table(manifest)
+        lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in manifest)
+        yield folder / f"{MANIFEST}.jsonl", "".join(lines).encode()
+
+    write_all(files(), force=force)
+    return manifest
+
+
+class _Cutter:
+    """One source: its bytes, checked against what was ingested, and its score."""
+
+    def __init__(self, library: Library, source: Capture, format: str) -> None:
+        self.capture = source
+        self.score: Score = library.score(source.id)
+        form = source.format if format == "native" else format
+        self.suffix = f".{form}"
+        self.data, self.lines = b"", None
+        if form == "lnd":
+            return
+        if form != source.format:
+            raise ExportError(
+                f"came as {source.format}",
+                place=source.path,
+                wanted=f"a {form} source",
+                remedy="Use --format native.",
+            )
+        self.data = _unchanged(library.location(source.id), source)
+        self.lines = capture.scan(self.data, source.path)
+
+    def contents(self, span: Span) -> Iterator[tuple[str, bytes]]:
+        """Yield the suffix and the bytes of each file of a clip, the clip itself first."""
+        if self.lines is not None:
+            yield self.suffix, clip.bvh(self.data, self.lines, span)
+        yield ".lnd", lnd.write(excerpt(self.score, span)).encode()
+
+
+def _unchanged(location: str, source: Capture) -> bytes:
+    remedy = "Ingest it again, then search again."
+    try:
+        data = capture.load(location)
+    except CaptureError as error:
+        raise ExportError(
+            error.found, place=location, wanted="the file that was ingested", remedy=remedy
+        ) from error
+    if hashlib.sha256(data).hexdigest() != source.sha256:
+        raise ExportError(
+            "has changed since it was ingested",
+            place=location,
+            wanted=f"content with sha256 {source.sha256[:12]}...",
+            remedy=remedy,
+        )
+    return data
+
+
+def _clip(
+    cutter: _Cutter,
+    request: Wanted,
+    folder: Path,
+    pad: str,
+    taken: set[str],
+    manifest: list[dict[str, Any]],
+) -> Iterator[tuple[Path, bytes]]:
+    source, hit = cutter.capture, request.hit
+    if not 0 <= hit.start < hit.stop <= source.frames:
+        raise ExportError(
+            f"frames {hit.start} to {hit.stop}",
+            place=source.path,
+            wanted=f"a range inside 0 to {source.frames}, not empty",
+        )
+    span = clip.padded(hit, pad_frames(pad, source.rate), source.frames)
+    name = _free(f"{safe_stem(source.path)}_{span.start}-{span.stop}", taken)
+    for suffix, content in cutter.contents(span):
+        yield folder / (name + suffix), content
+    manifest.append(
+        {
+            "clip": name + cutter.suffix,
+            "source": source.path,
+            "capture_id": source.id,
+            "label": source.label,
+            "fps": round(float(source.rate), 6),
+            "hit_start_frame": hit.start,
+            "hit_end_frame": hit.stop,
+            "clip_start_frame": span.start,
+            "clip_end_frame": span.stop,
+            "start": round(float(span.start / source.rate), 6),
+            "end": round(float(span.stop / source.rate), 6),
+            "fit": request.fit,
+            "pattern": request.pattern,
+            "symbols": list(request.symbols),
+        }
+    )
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """Return a name that no clip has yet, also where upper and lower case are one."""
+    free, number = name, 1
+    while free.casefold() in taken:
+        number += 1
+        free = f"{name}_{number}"
+    taken.add(free.casefold())
+    return free
+
+
+def _table(manifest: list[dict[str, Any]]) -> bytes:
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, list(manifest[0]), lineterminator="\n")
+    writer.writeheader()
+    for row in manifest:
+        symbols = "; ".join(
+            "{part} {direction} {level} {start_frame}-{end_frame}".format(**symbol)
+            for symbol in row["symbols"]
+        )
+        writer.writerow({**row, "symbols": symbols})
+    return text.getvalue().encode()

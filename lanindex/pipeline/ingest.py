@@ -1,0 +1,339 @@
+"""Files into the library: found, read, written down and stored, one transaction a file."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lanindex import capture
+from lanindex.errors import CaptureError, LanindexError, UsageError
+from lanindex.library.store import Encoding, Library
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+    from lanindex.encode.profile import Profile
+    from lanindex.model import Score
+
+SUFFIXES = {**capture.SUFFIXES, ".lnd": "lnd"}
+"""Endings that a folder is searched for, with the format each stands for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What a reader is told in place of what it would have found.
+
+    Attributes
+    ----------
+    unit, up, compose : str or None
+        As for `lanindex.read`.
+    rate : Fraction or None
+        Frames a second.
+    """
+
+    unit: str | None = None
+    up: str | None = None
+    rate: Fraction | None = None
+    compose: str | None = None
+
+    def told(self) -> dict[str, str]:
+        """Return what was told, as text."""
+        values = {"unit": self.unit, "up": self.up, "rate": self.rate, "compose": self.compose}
+        return {name: str(value) for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One file to ingest.
+
+    Attributes
+    ----------
+    path : str
+        As given, or as found in a folder.
+    profile : Profile
+        How to write it down.
+    reading : Reading
+        How to read it.
+    known : tuple or None
+        sha256 and encoding of what the library holds from there.
+    """
+
+    path: str
+    profile: Profile
+    reading: Reading = Reading()
+    known: tuple[str, Encoding] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a file.
+
+    Attributes
+    ----------
+    path : str
+        As in the task.
+    status : str
+        ``added``, ``unchanged`` or ``failed``.
+    frames, symbols : int
+        How many there are.
+    warnings : tuple of str
+        What was doubtful.
+    error : str or None
+        What went wrong.
+    seconds : float
+        How long the capture lasts.
+    """
+
+    path: str
+    status: str
+    frames: int = 0
+    symbols: int = 0
+    warnings: tuple[str, ...] = ()
+    error: str | None = None
+    seconds: float = 0.0
+    score: Score | None = field(default=None, repr=False)
+    format: str = ""
+    sha256: str = ""
+    encoding: Encoding = field(default_factory=Encoding)
+
+
+def discover(paths: Iterable[str | os.PathLike[str]]) -> Iterator[str]:
+    """Yield the files to ingest: those named, and in folders all of a known ending, sorted.
+
+    Parameters
+    ----------
+    paths : iterable of path-like
+        Files and folders.
+
+    Yields
+    ------
+    str
+        A path, once.
+    """
+    seen: set[str] = set()
+    for path in map(os.fspath, paths):
+        for found in _walk(path) if os.path.isdir(path) else [path]:
+            place = os.path.abspath(found)
+            if place not in seen:
+                seen.add(place)
+                yield found
+
+
+def _walk(folder: str) -> Iterator[str]:
+    def refuse(error: OSError) -> None:
+        raise CaptureError(
+            f"cannot be looked into ({error.strerror})",
+            place=str(error.filename),
+            wanted="a folder",
+        ) from error
+
+    for place, folders, names in os.walk(folder, onerror=refuse):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for name in sorted(names):
+            if Path(name).suffix.lower() in SUFFIXES and not name.startswith("."):
+                yield os.path.join(place, name)
+
+
+def prepare(task: Task) -> Outcome:
+    """Read a file and write it down, without storing it; never raises a `LanindexError`.
+
+    Parameters
+    ----------
+    task : Task
+        Which file, and how.
+
+    Returns
+    -------
+    Outcome
+        With the score, if it is new or changed.
+    """
+    try:
+        return _prepare(task)
+    except LanindexError as error:
+        return Outcome(task.path, "failed", error=str(error))
+
+
+def _prepare(task: Task) -> Outcome:
+    from lanindex.encode import encode
+    from lanindex.notation import lnd
+
+    data = capture.load(task.path)
+    sha256 = hashlib.sha256(data).hexdigest()
+    notated = Path(task.path).suffix.lower() == ".lnd"
+    encoding = Encoding()
+    if not notated:
+        encoding = Encoding(task.profile.name, task.profile.digest, task.reading.told())
+    if task.known == (sha256, encoding):
+        return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
+    warnings: tuple[str, ...] = ()
+    if notated:
+        score = lnd.read(data, place=task.path)
+        form = "lnd"
+    else:
+        reading = task.reading
+        motion = capture.read(
+            task.path,
+            unit=reading.unit,
+            up=reading.up,
+            rate=reading.rate,
+            compose=reading.compose,
+            data=data,
+        )
+        score, form, warnings = encode(motion, task.profile), motion.source.format, motion.warnings
+        if score.meter.division != task.profile.meter.division:
+            warnings += (f"the grid was refined to {score.meter.division} ticks a unit",)
+    return Outcome(
+        task.path,
+        "added",
+        score.frames,
+        sum(len(track) for track in score.tracks.values()),
+        warnings,
+        seconds=float(score.frames / score.rate),
+        score=score,
+        format=form,
+        sha256=sha256,
+        encoding=encoding,
+    )
+
+
+def ingest(
+    library: Library | None,
+    paths: Iterable[str],
+    profile: Profile,
+    *,
+    reading: Reading | None = None,
+    labels: Mapping[str, tuple[str, Mapping[str, str]]] | None = None,
+    jobs: int = 1,
+    force: bool = False,
+    dry_run: bool = False,
+) -> Iterator[Outcome]:
+    """Read files into a library.
+
+    Parameters
+    ----------
+    library : Library or None
+        None, with `dry_run`: there is none yet.
+    paths : iterable of str
+        Files, as from `discover`.
+    profile : Profile
+        How to write captures down.
+    reading : Reading, optional
+        How to read them.
+    labels : Mapping, optional
+        By absolute path: the label and other columns of a capture.
+    jobs : int
+        Processes.
+    force : bool
+        Read unchanged files again, too.
+    dry_run : bool
+        Store nothing, only say what would be.
+
+    Yields
+    ------
+    Outcome
+        One a file, in their order, as soon as it is stored.
+
+    Raises
+    ------
+    LibraryError
+        Where the library cannot be written; what was stored before stays.
+    """
+    known = library.known() if library and not force else {}
+    told = reading or Reading()
+    tasks = (Task(path, profile, told, known.get(os.path.abspath(path))) for path in paths)
+    for outcome in prepared(tasks, jobs):
+        yield replace(outcome if dry_run else _store(library, outcome, labels or {}), score=None)
+
+
+def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
+    """Prepare tasks, in their order, in one process or several.
+
+    Parameters
+    ----------
+    tasks : iterable of Task
+        What to read.
+    jobs : int
+        Processes.
+
+    Yields
+    ------
+    Outcome
+        One a task.
+
+    Raises
+    ------
+    UsageError
+        Where `jobs` is less than one.
+    CaptureError
+        Where a process died.
+    """
+    if jobs < 1:
+        raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
+    yield from map(prepare, tasks) if jobs == 1 else _in_processes(tasks, jobs)
+
+
+def _store(
+    library: Library | None,
+    outcome: Outcome,
+    labels: Mapping[str, tuple[str, Mapping[str, str]]],
+) -> Outcome:
+    label, metadata = labels.get(os.path.abspath(outcome.path), (None, None))
+    if library is not None and outcome.score is not None:
+        try:
+            library.add(
+                outcome.path,
+                outcome.score,
+                format=outcome.format,
+                sha256=outcome.sha256,
+                encoding=outcome.encoding,
+                label=label,
+                metadata=metadata,
+            )
+        except UsageError as error:
+            return Outcome(outcome.path, "failed", error=str(error))
+    elif library is not None and outcome.status == "unchanged" and label is not None:
+        library.label(outcome.path, label, metadata)
+    return outcome
+
+
+def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
+    """Prepare tasks in several processes, in their order, with a few ahead."""
+    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_ignore_interrupts)
+    waiting: deque[tuple[Task, Future[Outcome]]] = deque()
+
+    def next_outcome() -> Outcome:
+        task, future = waiting.popleft()
+        try:
+            return future.result()
+        except BrokenProcessPool as error:
+            raise CaptureError(
+                "the process that read it died (out of memory?)",
+                place=task.path,
+                remedy="Try again with --jobs 1.",
+            ) from error
+
+    try:
+        for task in tasks:
+            waiting.append((task, pool.submit(prepare, task)))
+            if len(waiting) >= 4 * jobs:
+                yield next_outcome()
+        while waiting:
+            yield next_outcome()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _ignore_interrupts(*_: Any) -> None:
+    """Leave Ctrl-C to the parent, which ends the pool in good order."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,122 @@
+"""What a search gives back: hits as objects, dictionaries or an array."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, overload
+
+from lanindex.model import Capture, Hit, Symbol
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def symbol_record(symbol: Symbol) -> dict[str, Any]:
+    """Return the five keys that tell a symbol."""
+    return {
+        "part": symbol.part,
+        "direction": symbol.direction,
+        "level": symbol.level,
+        "start_frame": symbol.span.start,
+        "end_frame": symbol.span.stop,
+    }
+
+
+def seconds(capture: Capture, frame: int) -> float:
+    """Return where a frame lies in time, in seconds, to the microsecond."""
+    return round(float(frame / capture.rate), 6)
+
+
+def hit_record(hit: Hit) -> dict[str, Any]:
+    """Return a hit as a dictionary: one JSON line of a search.
+
+    Parameters
+    ----------
+    hit : Hit
+        Any.
+
+    Returns
+    -------
+    dict
+        Frames are of the source file, half-open; start and end in seconds.
+    """
+    capture = hit.capture
+    return {
+        "capture": capture.path,
+        "capture_id": capture.id,
+        "label": capture.label,
+        "fps": round(float(capture.rate), 6),
+        "start_frame": hit.span.start,
+        "end_frame": hit.span.stop,
+        "start": seconds(capture, hit.span.start),
+        "end": seconds(capture, hit.span.stop),
+        "fit": round(hit.fit, 3),
+        "symbols": [symbol_record(symbol) for symbol in hit.symbols],
+    }
+
+
+class Hits(Sequence[Hit]):
+    """The hits of a search, in order.
+
+    Parameters
+    ----------
+    found : iterable of Hit
+        The hits.
+    pattern : str
+        What was searched for.
+    """
+
+    def __init__(self, found: Iterable[Hit], pattern: str) -> None:
+        self._hits = tuple(found)
+        self.pattern = pattern
+
+    @overload
+    def __getitem__(self, index: int) -> Hit: ...
+    @overload
+    def __getitem__(self, index: slice) -> Hits: ...
+    def __getitem__(self, index: int | slice) -> Hit | Hits:
+        """Return one hit, or some of them."""
+        if isinstance(index, slice):
+            return Hits(self._hits[index], self.pattern)
+        return self._hits[index]
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._hits)
+
+    def __repr__(self) -> str:
+        """Return the first hits, a line each."""
+        captures = len({hit.capture.id for hit in self._hits})
+        lines = [f"<{len(self)} hits in {captures} captures: {self.pattern}>"]
+        for hit in self._hits[:10]:
+            begin, end = (seconds(hit.capture, frame) for frame in (hit.span.start, hit.span.stop))
+            lines.append(
+                f"  {hit.capture.path}  [{hit.span.start}, {hit.span.stop})"
+                f"  {begin:.2f}-{end:.2f} s  fit {hit.fit:.2f}"
+            )
+        if len(self) > 10:
+            lines.append(f"  ... {len(self) - 10} more")
+        return "\n".join(lines)
+
+    def by_fit(self) -> Hits:
+        """Return the same hits, the clearest first."""
+        return Hits(sorted(self._hits, key=lambda hit: -hit.fit), self.pattern)
+
+    def dicts(self) -> list[dict[str, Any]]:
+        """Return the hits as dictionaries, as the command prints with ``--json``."""
+        return [hit_record(hit) for hit in self._hits]
+
+    def numpy(self) -> NDArray[Any]:
+        """Return the hits as an array.
+
+        Returns
+        -------
+        ndarray
+            (H,) with the fields capture_id, start, stop (frames of the source, half-open) and
+            fit.
+        """
+        import numpy as np
+
+        fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
+        rows = [(hit.capture.id, hit.span.start, hit.span.stop, hit.fit) for hit in self._hits]
+        return np.array(rows, dtype=fields)
