@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lanindex.model import Symbol as Symbol
     from lanindex.notation.lnd import read as read_lnd
     from lanindex.notation.lnd import write as write_lnd
-    from lanindex.perform import perform as perform
+    from lanindex.perform import perform as animate
     from lanindex.pipeline import Library as Library
     from lanindex.pipeline import open_library as open_library
 
@@ -41,7 +41,7 @@ _PUBLIC = {
     "load_profile": ("lanindex.encode.profile", "load"),
     "read_lnd": ("lanindex.notation.lnd", "read"),
     "write_lnd": ("lanindex.notation.lnd", "write"),
-    "perform": ("lanindex.perform", "perform"),
+    "animate": ("lanindex.perform", "perform"),
     "open_library": ("lanindex.pipeline", "open_library"),
     "Library": ("lanindex.pipeline", "Library"),
     "Motion": ("lanindex.model", "Motion"),
@@ -52,7 +52,22 @@ _PUBLIC = {
 }
 """Public names, with the place that each is imported from when it is first asked for."""
 
-__all__ = sorted(_PUBLIC)
+__all__ = [
+    "Hit",
+    "LanindexError",
+    "Library",
+    "Motion",
+    "Score",
+    "Symbol",
+    "animate",
+    "encode",
+    "load_profile",
+    "open_library",
+    "read",
+    "read_lnd",
+    "trace",
+    "write_lnd",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -65,4 +80,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return list(__all__)
+    return __all__

@@ -6,6 +6,8 @@ it.
 
 from __future__ import annotations
 
+import sys
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from lanindex.errors import EncodeError
@@ -77,6 +79,15 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     return Score(
         motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
     )
+
+
+class _Callable(ModuleType):
+    """A module that is its main function, too: importing it binds ``lanindex.encode`` to it."""
+
+    __call__ = staticmethod(encode)
+
+
+sys.modules[__name__].__class__ = _Callable
 
 
 def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") -> list[Trace]:
