@@ -23,16 +23,14 @@ from sqlalchemy import Connection, Engine
 from sqlalchemy.pool import NullPool
 
 from lanindex.errors import LibraryError, LibraryVersionError
-from lanindex.library.faults import library_error
-from lanindex.library.schema import REVISION, tables
+from lanindex.library.faults import translated
+from lanindex.library.schema import REVISION, stamp, tables
 
 DEFAULT = "lanindex.db"
 MEMORY = ":memory:"
 
 _OURS = {"alembic_version", "capture", "symbol"}
 """Tables by which a library of any revision is known."""
-
-_STAMP = sqlalchemy.table("alembic_version", sqlalchemy.column("version_num"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +168,9 @@ def revision(connection: Connection, place: str) -> str | None:
     names = set(sqlalchemy.inspect(connection).get_table_names())
     if not names:
         return None
-    stamps = list(connection.scalars(sqlalchemy.select(_STAMP))) if names >= _OURS else []
+    stamps = (
+        list(connection.scalars(sqlalchemy.select(stamp.c.version_num))) if names >= _OURS else []
+    )
     if len(stamps) != 1:
         raise LibraryError(
             "this is another program's database",
@@ -181,8 +181,29 @@ def revision(connection: Connection, place: str) -> str | None:
     return str(stamps[0])
 
 
-def refuse_revision(found: str, place: str) -> None:
-    """Raise the error that says what to do about an older or a newer library."""
+def found_revision(connection: Connection, place: str) -> str | None:
+    """Return `revision`, in a transaction of its own."""
+    with reading(connection):
+        return revision(connection, place)
+
+
+def refuse_revision(found: str | None, place: str) -> None:
+    """Say what to do about a library that is empty, older or newer.
+
+    Raises
+    ------
+    LibraryError
+        If it is empty.
+    LibraryVersionError
+        If it has another revision than this program.
+    """
+    if found is None:
+        raise LibraryError(
+            "this file is empty",
+            place=place,
+            wanted="a library",
+            remedy=f"Fill it: lanindex ingest FOLDER --db {place}",
+        )
     if found < REVISION:
         raise LibraryVersionError(
             f"this library has revision {found}",
@@ -190,12 +211,13 @@ def refuse_revision(found: str, place: str) -> None:
             wanted=REVISION,
             remedy=f"Bring it up to date: lanindex db upgrade --db {place}",
         )
-    raise LibraryVersionError(
-        f"this library was made by a newer LanIndex (revision {found})",
-        place=place,
-        wanted=REVISION,
-        remedy="Install that LanIndex, or name another library with --db.",
-    )
+    if found > REVISION:
+        raise LibraryVersionError(
+            f"this library was made by a newer LanIndex (revision {found})",
+            place=place,
+            wanted=REVISION,
+            remedy="Install that LanIndex, or name another library with --db.",
+        )
 
 
 def keep_journal(connection: Connection) -> None:
@@ -224,11 +246,8 @@ def make_tables(connection: Connection, place: str) -> None:
         if revision(connection, place) is not None:
             return
         tables.create_all(connection)
-        connection.exec_driver_sql(
-            "CREATE TABLE alembic_version (version_num VARCHAR(32) NOT NULL, "
-            "CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num))"
-        )
-        connection.execute(sqlalchemy.insert(_STAMP).values(version_num=REVISION))
+        stamp.create(connection)
+        connection.execute(sqlalchemy.insert(stamp).values(version_num=REVISION))
 
 
 def writing(connection: Connection) -> Any:
@@ -243,6 +262,20 @@ def reading(connection: Connection) -> Any:
     return connection.begin()
 
 
+def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Connection:
+    """Return a connection to whatever is there.
+
+    Raises
+    ------
+    LibraryError
+        If there is nothing (and nothing is to be made), or it cannot be opened.
+    """
+    check_path(where, create=create)
+    engine = engine_for(where, create=create, readonly=readonly, timeout=timeout)
+    with translated(where.place):
+        return engine.connect()
+
+
 def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Connection:
     """Return a connection to a library at the newest revision.
 
@@ -255,33 +288,15 @@ def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Co
     LibraryBusyError
         If another process holds it for longer than `timeout`.
     """
-    check_path(where, create=create)
-    engine = engine_for(where, create=create, readonly=readonly, timeout=timeout)
-    connection: Connection | None = None
+    connection = connected(where, create=create, readonly=readonly, timeout=timeout)
     try:
-        connection = engine.connect()
-        with reading(connection):
-            found = revision(connection, where.place)
-        if found is None and create:
-            make_tables(connection, where.place)
-            found = REVISION
-        _accept(found, where)
-    except BaseException as error:
-        if connection is not None:
-            connection.close()
-        if isinstance(error, (sqlalchemy.exc.SQLAlchemyError, sqlite3.Error)):
-            raise library_error(error, where.place) from error
+        with translated(where.place):
+            found = found_revision(connection, where.place)
+            if found is None and create:
+                make_tables(connection, where.place)
+                found = REVISION
+        refuse_revision(found, where.place)
+    except BaseException:
+        connection.close()
         raise
     return connection
-
-
-def _accept(found: str | None, where: Target) -> None:
-    if found is None:
-        raise LibraryError(
-            "this file is empty",
-            place=where.place,
-            wanted="a library",
-            remedy=f"Fill it: lanindex ingest FOLDER --db {where.place}",
-        )
-    if found != REVISION:
-        refuse_revision(found, where.place)

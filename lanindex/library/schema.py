@@ -19,6 +19,8 @@ from sqlalchemy import (
     Integer,
     LargeBinary,
     MetaData,
+    PrimaryKeyConstraint,
+    String,
     Table,
     Text,
     UniqueConstraint,
@@ -35,7 +37,7 @@ tables = MetaData(
         "ck": "ck_%(table_name)s_%(constraint_name)s",
     }
 )
-"""All tables but ``alembic_version``, which Alembic keeps."""
+"""All tables but `stamp`."""
 
 profile = Table(
     "profile",
@@ -112,3 +114,11 @@ symbol = Table(
     CheckConstraint("start_frame >= 0 AND end_frame >= start_frame", name="span"),
     sqlite_with_rowid=False,
 )
+
+stamp = Table(
+    "alembic_version",
+    MetaData(),
+    Column("version_num", String(32), nullable=False),
+    PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
+)
+"""One row, the revision: as Alembic makes it, which keeps it."""

@@ -1,0 +1,195 @@
+"""Bring a library to the newest revision. Alembic is imported only when there is work to do."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import Connection
+
+from lanindex.errors import LibraryError
+from lanindex.library.check import check_connection
+from lanindex.library.connect import (
+    DEFAULT,
+    Target,
+    connected,
+    found_revision,
+    opened,
+    reading,
+    refuse_revision,
+    revision,
+    target,
+    writing,
+)
+from lanindex.library.faults import translated
+from lanindex.library.schema import REVISION
+
+_PACKAGE = Path(__file__).parents[1]
+_FOLDERS = (_PACKAGE / "_migrations", _PACKAGE.parent / "migrations")
+"""Where the revisions are: in a wheel, in a checkout."""
+
+_TIMEOUT = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """How new a library is.
+
+    Attributes
+    ----------
+    place : str
+        The library, as it was named.
+    found : str
+        Its revision.
+    newest : str
+        That of this program.
+    """
+
+    place: str
+    found: str
+    newest: str
+
+    @property
+    def state(self) -> str:
+        """``current``, ``older`` (upgrade it) or ``newer`` (than this program)."""
+        if self.found == self.newest:
+            return "current"
+        return "older" if self.found < self.newest else "newer"
+
+
+def scripts() -> Path:
+    """Return the folder of the revisions.
+
+    Raises
+    ------
+    LibraryError
+        If the installation lacks it.
+    """
+    for folder in _FOLDERS:
+        if (folder / "env.py").is_file():
+            return folder
+    raise LibraryError(
+        "this installation lacks its migrations",
+        place=str(_FOLDERS[0]),
+        remedy="Install LanIndex again.",
+    )
+
+
+def status(named: str | os.PathLike[str] = DEFAULT) -> Status:
+    """Return how new a library is.
+
+    Raises
+    ------
+    LibraryError
+        If there is none, or it is no library.
+    """
+    where = target(named)
+    with _connected(where, readonly=True) as connection:
+        found = found_revision(connection, where.place)
+        if found is None:
+            refuse_revision(found, where.place)
+        return Status(where.place, str(found), REVISION)
+
+
+def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
+    """Bring a library to the newest revision, in one transaction, and say what it was before.
+
+    Raises
+    ------
+    LibraryVersionError
+        If it is newer than this program.
+    LibraryError
+        If there is none, or it is no library; it stays as it was.
+    """
+    where = target(named)
+    before = status(named)
+    if before.state == "newer":
+        refuse_revision(before.found, where.place)
+    if before.state == "older":
+        with _connected(where, readonly=False) as connection:
+            _loosen(connection)
+            with writing(connection):
+                if revision(connection, where.place) != REVISION:
+                    run(connection, "head", where.place)
+                    _check_bonds(connection, where.place)
+    return before
+
+
+def run(connection: Connection, to: str, place: str) -> None:
+    """Run the revisions up to one of them.
+
+    Parameters
+    ----------
+    connection : Connection
+        In a transaction.
+    to : str
+        A revision, or ``head``.
+    place : str
+        The library, as a message names it.
+    """
+    from alembic import command
+    from alembic.config import Config
+    from alembic.util import CommandError
+
+    config = Config()
+    config.set_main_option("script_location", str(scripts()).replace("%", "%%"))
+    config.set_main_option("path_separator", "os")
+    config.attributes["connection"] = connection
+    try:
+        command.upgrade(config, to)
+    except CommandError as error:
+        raise LibraryError(
+            f"no way leads from its revision to {to}: {error}",
+            place=place,
+            remedy="Ingest the captures into a new library: all in it comes from them.",
+        ) from error
+
+
+def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
+    """Return what is wrong inside a library, a sentence each; an empty list if nothing is.
+
+    Raises
+    ------
+    LibraryError
+        If it cannot be opened at all.
+    """
+    where = target(named)
+    connection = opened(where, create=False, readonly=True, timeout=_TIMEOUT)
+    try:
+        with translated(where.place), reading(connection):
+            return check_connection(connection)
+    finally:
+        connection.close()
+
+
+@contextmanager
+def _connected(where: Target, *, readonly: bool) -> Iterator[Connection]:
+    connection = connected(where, create=False, readonly=readonly, timeout=_TIMEOUT)
+    try:
+        with translated(where.place):
+            yield connection
+    finally:
+        connection.close()
+
+
+def _loosen(connection: Connection) -> None:
+    # SQLite rebuilds a table to change it; dropping the old one would take along all rows that
+    # hang on it. The switch works only outside transactions.
+    driver = connection.connection.driver_connection
+    if isinstance(driver, sqlite3.Connection):
+        driver.execute("PRAGMA foreign_keys = OFF")
+
+
+def _check_bonds(connection: Connection, place: str) -> None:
+    if connection.dialect.name == "sqlite":
+        loose = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+        if loose:
+            raise LibraryError(
+                f"after the upgrade {len(loose)} rows would hang on nothing",
+                place=place,
+                remedy="Nothing was changed. Ask for what is wrong with: lanindex db check",
+            )

@@ -1,0 +1,36 @@
+"""A library with something in it, the same each time."""
+
+from fractions import Fraction
+
+import numpy as np
+
+from lanindex.library.store import Encoding, open_library
+from lanindex.model import SYMBOL, Meter, Score, Span, Track
+
+ENCODING = Encoding("default", "d" * 64, {"up": "z"})
+
+
+def sample_score(seed: int = 0, parts=("r_arm", "l_arm", "head"), length: int = 6) -> Score:
+    """Return a score of 10 frames a symbol; other seeds give other directions."""
+    rows = np.zeros(length, SYMBOL)
+    order = np.arange(length)
+    rows["direction"], rows["level"] = (order + seed) % 9, (order + seed) % 3
+    rows["start"], rows["stop"] = np.maximum(order * 10 - 9, 0), order * 10
+    rows["tick"], rows["ticks"] = rows["start"], rows["stop"] - rows["start"]
+    rows["margin"] = np.linspace(0.1, 0.9, length)
+    rows["runner_direction"], rows["runner_level"] = (order + 1) % 9, -1
+    tracks = {part: Track(part, rows, (Span(0, length * 10),)) for part in parts}
+    return Score(Fraction(30000, 1001), length * 10, Meter(), tracks, other=("// kept",))
+
+
+def fill(path, captures: int) -> None:
+    """Make a library of captures named 0.bvh, 1.bvh …."""
+    with open_library(path, create=True) as library:
+        for number in range(captures):
+            add_sample(library, number)
+
+
+def add_sample(library, number: int, **extra) -> int:
+    """Store one sample under its number."""
+    said = {"format": "bvh", "sha256": f"{number:064}", "encoding": ENCODING} | extra
+    return library.add(f"{number}.bvh", sample_score(number), **said)
