@@ -9,11 +9,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lanindex.encode.direction import Space, nearest
-
-Floats = NDArray[np.float64]
+from lanindex.encode.direction import Course
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,38 +44,28 @@ class Run:
     rule: int = 0
 
 
-def runs(
-    curve: Floats, codes: NDArray[np.int64], first: int, last: int, around: Space
-) -> list[Run]:
+def runs(course: Course, first: int, last: int) -> list[Run]:
     """Return the runs of a move, each with the frame that comes nearest to its reference.
 
     Parameters
     ----------
-    curve : ndarray
-        (N, 3) float64, mm, of the whole stretch.
-    codes : ndarray
-        (N,) int64, the cell of each frame.
+    course : Course
+        The cells of the whole stretch.
     first, last : int
         The move's frames, both included.
-    around : Space
-        The division of space.
 
     Returns
     -------
     list of Run
         In order of time; the last is achieved at the move's end.
     """
-    edges = np.flatnonzero(np.diff(codes[first : last + 1])) + first + 1
-    borders = [first, *edges.tolist(), last + 1]
+    codes = course.cells[first : last + 1]
+    edges = (np.flatnonzero(codes[1:] != codes[:-1]) + first + 1).tolist()
     found = []
-    for start, stop in pairwise(borders):
-        cell = int(codes[start])
-        if stop == last + 1:
-            frame, (_, angle) = last, nearest(curve[last:stop], cell, around)
-        else:
-            offset, angle = nearest(curve[start:stop], cell, around)
-            frame = start + offset
-        found.append(Run(cell, start, stop, frame, angle))
+    for start, stop in pairwise([first, *edges, last + 1]):
+        achieved = start + int(course.apart[start:stop].argmin()) if stop <= last else last
+        angle = float(course.angle[achieved])
+        found.append(Run(int(course.cells[start]), start, stop, achieved, angle))
     return found
 
 

@@ -6,12 +6,12 @@ Source: METHOD, stages 3 and 4, "Margin"; the paper, 4.5.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, pi, radians, sin
+from math import cos, pi, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import HIGH, LOW, MID, PLACE
+from lanindex.alphabet import HIGH, LOW, PLACE
 from lanindex.notation.lpd import Ranges
 
 Floats = NDArray[np.float64]
@@ -42,14 +42,31 @@ class Space:
     length: float
     references: Floats
 
-    def cell(self, point: Floats) -> int:
-        """Return the cell of one point (3,), mm."""
-        return int(cells(point[None], self)[0])
-
     def reference(self, cell: int) -> Floats:
         """Return the middle of a cell, (3,) mm."""
         point: Floats = self.references[cell] * self.length
         return point
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """A curve in terms of the cells that it passes, point by point.
+
+    Attributes
+    ----------
+    cells : ndarray
+        (N,) int64, direction · 3 + level.
+    apart : ndarray
+        (N,) float64, distance from the middle of the point's cell: between unit vectors, for place
+        between points, in limb lengths. To be compared within one cell.
+    angle : ndarray
+        (N,) float64, degrees from the reference direction: for place low and high from the
+        vertical, 0 for place mid.
+    """
+
+    cells: NDArray[np.int64]
+    apart: Floats
+    angle: Floats
 
 
 def space(ranges: Ranges, length: float) -> Space:
@@ -68,8 +85,22 @@ def space(ranges: Ranges, length: float) -> Space:
     return Space(ranges, length, references)
 
 
-def cells(curve: Floats, around: Space) -> NDArray[np.int64]:
-    """Return the cell that each point lies in.
+def _polar(curve: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return horizontal distance, azimuth and elevation from straight down, in degrees."""
+    forward, up, right = curve[:, 0], curve[:, 1], curve[:, 2]
+    away = np.hypot(forward, right)
+    azimuth = np.degrees(np.arctan2(forward, right)) % 360
+    return away, azimuth, np.degrees(np.arctan2(away, -up))
+
+
+def _sectors(azimuth: Floats, ranges: Ranges) -> NDArray[np.int64]:
+    order = np.argsort(ranges.starts)
+    borders = np.array(ranges.starts)[order]
+    return order[np.searchsorted(borders, azimuth, side="right") - 1]
+
+
+def course(curve: Floats, around: Space) -> Course:
+    """Tell where each point of a curve lies.
 
     Parameters
     ----------
@@ -80,107 +111,67 @@ def cells(curve: Floats, around: Space) -> NDArray[np.int64]:
 
     Returns
     -------
-    ndarray
-        (N,) int64, direction · 3 + level.
+    Course
+        (N) points.
     """
-    forward, up, right = curve[:, 0], curve[:, 1], curve[:, 2]
-    away = np.hypot(forward, right)
     ranges = around.ranges
-    azimuth = np.degrees(np.arctan2(forward, right)) % 360
-    order = np.argsort(ranges.starts)
-    borders = np.array(ranges.starts)[order]
-    direction = order[np.searchsorted(borders, azimuth, side="right") - 1]
-    direction = np.where(away <= ranges.radius(around.length), PLACE, direction)
-    elevation = np.degrees(np.arctan2(away, -up))
+    away, azimuth, elevation = _polar(curve)
+    place = away <= ranges.radius(around.length)
+    direction = np.where(place, PLACE, _sectors(azimuth, ranges))
     level = np.searchsorted([ranges.mid, ranges.high], elevation, side="right")
-    result: NDArray[np.int64] = direction * 3 + level
-    return result
+    code = direction * 3 + level
+    size = np.sqrt(np.einsum("ij,ij->i", curve, curve))
+    scale = np.where(place, around.length, np.maximum(size, 1e-9))
+    offset = curve / scale[:, None] - around.references[code]
+    apart = np.sqrt(np.einsum("ij,ij->i", offset, offset))
+    angle = np.degrees(2 * np.arcsin(np.minimum(apart / 2, 1)))
+    upright = np.select([level == LOW, level == HIGH], [elevation, 180 - elevation], 0.0)
+    return Course(code, apart, np.where(place, upright, angle))
 
 
-def nearest(curve: Floats, cell: int, around: Space) -> tuple[int, float]:
-    """Return where a curve comes nearest to the middle of a cell.
+def margins(
+    curve: Floats, code: NDArray[np.int64], around: Space
+) -> tuple[Floats, NDArray[np.int64]]:
+    """Return how clearly points lie in their cells, and the cell across the nearest border.
 
     Parameters
     ----------
     curve : ndarray
         (N, 3) float64, mm.
-    cell : int
-        Which.
+    code : ndarray
+        (N,) int64, the cell of each.
     around : Space
         The division.
 
     Returns
     -------
-    frame : int
-        The nearest, by angle, for place by distance; the first on ties.
-    angle : float
-        Degrees from the reference there: for place low and high from the vertical, 0 for
-        place mid.
-    """
-    reference = around.references[cell]
-    if cell // 3 == PLACE:
-        frame = int(np.argmin(((curve - reference * around.length) ** 2).sum(axis=1)))
-        if cell % 3 == MID:
-            return frame, 0.0
-        point = curve[frame]
-        upright = point[1] * reference[1]
-        return frame, float(np.degrees(np.arctan2(hypot(point[0], point[2]), upright)))
-    size = np.sqrt((curve**2).sum(axis=1))
-    apart = ((curve / np.maximum(size, 1e-9)[:, None] - reference) ** 2).sum(axis=1)
-    frame = int(np.argmin(apart))
-    return frame, float(np.degrees(2 * np.arcsin(min(1.0, np.sqrt(apart[frame]) / 2))))
-
-
-def margin(point: Floats, around: Space) -> tuple[float, int]:
-    """Return how clearly a point lies in its cell, and the cell across the nearest border.
-
-    Parameters
-    ----------
-    point : ndarray
-        (3,) float64, mm.
-    around : Space
-        The division.
-
-    Returns
-    -------
-    margin : float
-        0 at a border, 1 at 22.5 degrees or one radius of place from every border.
-    runner_up : int
-        The cell across the border that is nearest in this measure.
+    margin : ndarray
+        (N,) float64, 0 at a border, 1 at 22.5 degrees or one radius of place from every border.
+    runner_up : ndarray
+        (N,) int64, the cell across the border that is nearest in this measure.
     """
     ranges = around.ranges
-    forward, up, right = (float(value) for value in point)
-    away = hypot(forward, right)
-    cell = around.cell(point)
-    direction, level = divmod(cell, 3)
-    azimuth = float(np.degrees(np.arctan2(forward, right))) % 360
-    elevation = float(np.degrees(np.arctan2(away, -up)))
-    sector = direction if direction != PLACE else _sector(azimuth, ranges)
-    choices: list[tuple[float, int]] = []
-    if direction != PLACE:
-        choices += _beside(azimuth, direction, level, ranges)
-    if level != HIGH:
-        border = (ranges.mid, ranges.high)[level]
-        choices.append(((border - elevation) / FULL, direction * 3 + level + 1))
-    if level != LOW:
-        border = (ranges.mid, ranges.high)[level - 1]
-        choices.append(((elevation - border) / FULL, direction * 3 + level - 1))
-    radius = ranges.radius(around.length)
-    across = sector if direction == PLACE else PLACE
-    if radius > 0:
-        choices.append((abs(away - radius) / radius, across * 3 + level))
-    least, other = min(choices, key=lambda choice: choice[0])
-    return min(1.0, max(0.0, least)), other
-
-
-def _sector(azimuth: float, ranges: Ranges) -> int:
-    turned = [(azimuth - start) % 360 for start in ranges.starts]
-    return turned.index(min(turned))
-
-
-def _beside(azimuth: float, direction: int, level: int, ranges: Ranges) -> list[tuple[float, int]]:
-    before, after = (direction - 1) % 8, (direction + 1) % 8
-    return [
-        (((azimuth - ranges.starts[direction]) % 360) / FULL, before * 3 + level),
-        (((ranges.starts[after] - azimuth) % 360) / FULL, after * 3 + level),
-    ]
+    starts, radius = np.array(ranges.starts), ranges.radius(around.length)
+    away, azimuth, elevation = _polar(curve)
+    direction, level = np.divmod(code, 3)
+    placed = direction == PLACE
+    own = np.where(placed, 0, direction)
+    before, after = (own - 1) % 8, (own + 1) % 8
+    borders = np.array([-np.inf, ranges.mid, ranges.high, np.inf])
+    never = 1e9
+    across = np.where(placed, _sectors(azimuth, ranges), PLACE)
+    choices = (
+        (np.where(placed, never, (azimuth - starts[own]) % 360 / FULL), before * 3 + level),
+        (np.where(placed, never, (starts[after] - azimuth) % 360 / FULL), after * 3 + level),
+        ((borders[level + 1] - elevation) / FULL, direction * 3 + level + 1),
+        ((elevation - borders[level]) / FULL, direction * 3 + level - 1),
+        (
+            np.abs(away - radius) / radius if radius else np.full_like(away, never),
+            across * 3 + level,
+        ),
+    )
+    measures = np.stack([measure for measure, _ in choices])
+    nearest = np.argmin(measures, axis=0)
+    rows = np.arange(len(curve))
+    runner_up = np.stack([cell for _, cell in choices])[nearest, rows]
+    return np.clip(measures[nearest, rows], 0.0, 1.0), runner_up

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from lanindex.alphabet import PARTS
+from lanindex.encode.rules import Rules
 from lanindex.errors import NotationError
 from lanindex.model import Meter
 from lanindex.notation import ldd, lpd
@@ -72,7 +73,7 @@ class Profile:
         Tempo, rhythm and grid.
     ranges : Mapping of str to Ranges
         By part.
-    rules : Mapping of str to tuple of Rule
+    rules : Mapping of str to Rules
         By part.
     """
 
@@ -89,7 +90,7 @@ class Profile:
     onset: float
     meter: Meter
     ranges: Mapping[str, lpd.Ranges]
-    rules: Mapping[str, tuple[ldd.Rule, ...]]
+    rules: Mapping[str, Rules]
 
 
 def _text(value: Any) -> str:
@@ -233,7 +234,7 @@ def load(name: str | Path = "default") -> Profile:
     }
     used = {path for pair in paths.values() for path in pair} | {folder / "profile.toml"}
     ranges = {path: lpd.read(path) for path in used if path.suffix == ".lpd"}
-    rules = {path: ldd.read(path) for path in used if path.suffix == ".ldd"}
+    rules = {path: Rules(ldd.read(path)) for path in used if path.suffix == ".ldd"}
     return Profile(
         **values,
         digest=_digest(used),

@@ -6,13 +6,14 @@ Source: METHOD, stages 2b, 4 and 5.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import dist
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encode.achieve import Run
-from lanindex.encode.direction import Space, margin
+from lanindex.encode.direction import Space, margins
 from lanindex.encode.segment import Segment
 from lanindex.model import SYMBOL
 
@@ -88,8 +89,7 @@ class Writer:
 
     def _stay(self, move: Segment) -> None:
         """Count a move that leaves the symbol in force as it is."""
-        apart = self.curve[move.last] - self.curve[move.first]
-        if np.linalg.norm(apart) > self.distance:
+        if dist(self.curve[move.last], self.curve[move.first]) > self.distance:
             self.in_force.swings += 1
         touches = self.in_force.stop > 0 and move.begin <= self.in_force.stop
         if self.lengthen and touches and self._gain(move, self.in_force.cell) > 0:
@@ -102,7 +102,7 @@ class Writer:
         begin = move.begin
         first = next(run for run in runs if run.outcome in ("symbol", "passing", "rejoined"))
         for before in reversed(self.idle if self.lengthen else []):
-            apart = float(np.linalg.norm(self.curve[before.last] - self.curve[before.first]))
+            apart = dist(self.curve[before.last], self.curve[before.first])
             if before.end + 1 < begin or self._gain(before, first.cell) < apart / 2:
                 break
             begin = before.begin
@@ -111,9 +111,7 @@ class Writer:
     def _gain(self, move: Segment, cell: int) -> float:
         """Return by how many mm a move comes nearer to the middle of a cell."""
         middle = self.around.reference(cell)
-        before, after = (
-            float(np.linalg.norm(self.curve[frame] - middle)) for frame in (move.first, move.last)
-        )
+        before, after = (dist(self.curve[frame], middle) for frame in (move.first, move.last))
         return before - after
 
     def table(self, begin: int) -> NDArray[Any]:
@@ -129,19 +127,16 @@ class Writer:
         ndarray
             (S,) of `model.SYMBOL`, start and stop in resampled frames.
         """
-        table = np.zeros(len(self.rows), SYMBOL)
-        for index, row in enumerate(self.rows):
-            clear, other = margin(self.curve[row.achieved], self.around)
-            table[index] = (
-                *divmod(row.cell, 3),
-                row.start + begin,
-                row.stop + begin,
-                0,
-                0,
-                row.passing,
-                row.rule,
-                row.swings,
-                clear,
-                *divmod(other, 3),
-            )
+        rows = self.rows
+        cells = np.array([row.cell for row in rows])
+        points = self.curve[[row.achieved for row in rows]]
+        clear, other = margins(points, cells, self.around)
+        table = np.zeros(len(rows), SYMBOL)
+        table["direction"], table["level"] = np.divmod(cells, 3)
+        for name in ("start", "stop", "passing", "rule", "swings"):
+            table[name] = [getattr(row, name) for row in rows]
+        table["start"] += begin
+        table["stop"] += begin
+        table["margin"] = clear
+        table["runner_direction"], table["runner_level"] = np.divmod(other, 3)
         return table

@@ -13,22 +13,38 @@ from lanindex.encode.achieve import Run
 from lanindex.notation.ldd import Rule
 
 
-def _first_match(cells: Sequence[int], rules: Sequence[Rule]) -> tuple[int, Rule] | None:
-    """Return where the first rule applies; the ends of `cells` are never deleted."""
-    for start in range(len(cells)):
-        for rule in rules:
-            stop = start + len(rule.cells)
-            if stop > len(cells):
-                continue
-            wanted = [direction * 3 + level for direction, level in rule.cells]
-            deleted = [start + offset for offset, gone in enumerate(rule.deleted) if gone]
-            ends = {0, len(cells) - 1}
-            if list(cells[start:stop]) == wanted and not ends.intersection(deleted):
-                return start, rule
-    return None
+class Rules:
+    """The rules of a part, ready to be looked up.
+
+    Parameters
+    ----------
+    rules : sequence of Rule
+        In their file's order.
+    """
+
+    def __init__(self, rules: Sequence[Rule]) -> None:
+        self._by_cells: dict[tuple[int, ...], list[tuple[int, Rule]]] = {}
+        for order, rule in enumerate(rules):
+            cells = tuple(direction * 3 + level for direction, level in rule.cells)
+            self._by_cells.setdefault(cells, []).append((order, rule))
+        self._sizes = sorted({len(rule.cells) for rule in rules})
+
+    def first_match(self, cells: Sequence[int]) -> tuple[int, Rule] | None:
+        """Return where the first rule applies, and which; the ends are never deleted."""
+        for start in range(len(cells)):
+            found = [
+                (order, rule)
+                for size in self._sizes
+                for order, rule in self._by_cells.get(tuple(cells[start : start + size]), ())
+                if not (start == 0 and rule.deleted[0])
+                and not (start + size == len(cells) and rule.deleted[-1])
+            ]
+            if found:
+                return start, min(found, key=lambda one: one[0])[1]
+        return None
 
 
-def apply(runs: list[Run], in_force: int, rules: Sequence[Rule]) -> list[Run]:
+def apply(runs: list[Run], in_force: int, rules: Rules) -> list[Run]:
     """Mark the symbols that the rules delete as passing, and join equal neighbours.
 
     Parameters
@@ -37,9 +53,9 @@ def apply(runs: list[Run], in_force: int, rules: Sequence[Rule]) -> list[Run]:
         All of a move, as from `achieve`.
     in_force : int
         The cell of the last symbol before: the left context, never deleted.
-    rules : sequence of Rule
-        In their file's order: left to right the first that matches is applied, then again from
-        the left, until nothing matches.
+    rules : Rules
+        Left to right the first that matches is applied, then again from the left, until nothing
+        matches.
 
     Returns
     -------
@@ -50,7 +66,7 @@ def apply(runs: list[Run], in_force: int, rules: Sequence[Rule]) -> list[Run]:
     alive = [index for index, run in enumerate(result) if run.outcome == "symbol"]
     if len(alive) < 2:
         return result
-    while match := _first_match([in_force, *(result[index].cell for index in alive)], rules):
+    while match := rules.first_match([in_force, *(result[index].cell for index in alive)]):
         start, rule = match
         gone = [start + offset - 1 for offset, deleted in enumerate(rule.deleted) if deleted]
         for position in gone:

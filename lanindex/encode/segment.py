@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import dist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,7 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
         (C,) int64, rising; always the first frame and the last.
     """
     level = np.maximum(speed, still)
-    edges = np.flatnonzero(np.diff(level)) + 1
+    edges = np.flatnonzero(level[1:] != level[:-1]) + 1
     starts = np.concatenate(([0], edges))
     stops = np.concatenate((edges, [len(level)])) - 1
     heights = level[starts]
@@ -149,9 +150,11 @@ def holds(
         In order of time.
     """
     found: list[Hold] = []
-    first = last = int(stops[0])
-    for stop in stops[1:].tolist():
-        near = np.linalg.norm(curve[stop] - curve[first]) <= distance
+    frames = stops.tolist()
+    points = dict(zip(frames, curve[stops].tolist(), strict=True))
+    first = last = frames[0]
+    for stop in frames[1:]:
+        near = dist(points[stop], points[first]) <= distance
         if near and path_check:
             strayed = curve[last : stop + 1] - curve[first]
             near = np.einsum("ij,ij->i", strayed, strayed).max() <= path_check**2
@@ -202,6 +205,7 @@ def _begin(speed: Floats, hold: int, first: int, last: int, onset: float, still:
     threshold = max(onset * peak, still)
     if first - hold + 1 >= LONG_HOLD:
         threshold = max(threshold, float(np.median(speed[hold : first + 1])))
-    fast = first + int(np.argmax(move >= peak / 4))
-    slow = np.flatnonzero(speed[hold : fast + 1] <= threshold)
-    return hold + int(slow[-1]) if len(slow) else hold
+    fast = first + int((move >= peak / 4).argmax())
+    slow = speed[hold : fast + 1][::-1] <= threshold
+    back = int(slow.argmax())
+    return fast - back if slow[back] else hold

@@ -16,7 +16,7 @@ from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.encode import rules
 from lanindex.encode.achieve import Run, achieve, runs
 from lanindex.encode.body import Limbs
-from lanindex.encode.direction import Space, cells, space
+from lanindex.encode.direction import Course, Space, course, space
 from lanindex.encode.profile import Profile
 from lanindex.encode.rows import Writer
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
@@ -46,8 +46,8 @@ class Trace:
         Length of the part and the cells around the joint.
     speed : ndarray
         (N,) float64, mm/s.
-    codes : ndarray
-        (N,) int64, the cell of each frame: direction · 3 + level.
+    course : Course
+        The cell of each frame, and how near to its middle.
     candidates : ndarray
         (C,) int64, frames at which the part may have stopped.
     holds : list of Hold
@@ -66,7 +66,7 @@ class Trace:
     curve: Floats
     space: Space
     speed: Floats
-    codes: NDArray[np.int64]
+    course: Course
     candidates: NDArray[np.int64]
     holds: list[Hold]
     segments: list[Segment]
@@ -120,22 +120,20 @@ def _write(
     length = around.length
     still = profile.still.of(length)
     distance = profile.distance.of(length)
-    codes = cells(curve, around)
+    passed = course(curve, around)
     stops = candidates(
         speed, profile.candidate_speed.of(length), profile.prominence.of(length), still
     )
     grouped = holds(curve, stops, distance, profile.path_check * distance)
     moves = segments(speed, grouped, profile.onset, still)
-    writer = Writer(curve, int(codes[0]), around, distance, lengthen=profile.onset > 0)
+    writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
     found = []
     for move in moves:
         cell = writer.in_force.cell
-        passed = achieve(
-            runs(curve, codes, move.first, move.last, around), cell, profile.achieved_within
-        )
-        passed = rules.apply(passed, cell, profile.rules[part])
-        writer.add(move, passed)
-        found.append(passed)
+        judged = achieve(runs(passed, move.first, move.last), cell, profile.achieved_within)
+        judged = rules.apply(judged, cell, profile.rules[part])
+        writer.add(move, judged)
+        found.append(judged)
     rows = to_source(writer.table(limbs.begin), limbs.known, limbs.rate, profile.rate)
     return Trace(
         part,
@@ -144,7 +142,7 @@ def _write(
         curve,
         around,
         speed,
-        codes,
+        passed,
         stops,
         grouped,
         moves,
