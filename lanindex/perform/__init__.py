@@ -1,1 +1,46 @@
 """Score to Motion: a standard body carries out a score."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lanindex.model import Motion, Score
+
+
+def perform(
+    score: Score, *, rate: Fraction | int = 60, noise: float = 0.0, seed: int = 0
+) -> Motion:
+    """Carry out a score.
+
+    Limbs are straight. Each symbol is one reach along the great circle from the direction in
+    force to the symbol's, with minimum jerk, from its first frame to its end; between symbols the
+    part rests. Forearm and shank have tracks of their own or follow the arm and leg, hands follow
+    the forearms, the head the torso, feet their shanks. The lower foot stands on the floor.
+    Parts without a track hang or stand; passing symbols are passed over.
+
+    Parameters
+    ----------
+    score : Score
+        Of a capture, or read from LND.
+    rate : Fraction or int
+        Frames a second of the motion.
+    noise : float
+        Standard deviation, mm, of each coordinate of every joint.
+    seed : int
+        Of the noise; the same seed gives the same motion.
+
+    Returns
+    -------
+    Motion
+        Facing +z, y up, left +x. What the body could not do is among its warnings.
+
+    Raises
+    ------
+    UsageError
+        Where rate or noise make no sense.
+    """
+    from lanindex.perform.stage import carry_out
+
+    return carry_out(score, Fraction(rate), noise, seed)

@@ -1,0 +1,130 @@
+"""Reaches: how a part gets from one direction to the next.
+
+Directions are unit vectors of the body frame: forward +x, up +y, right +z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import LOW, MID, PLACE
+
+Floats = NDArray[np.float64]
+Cell = tuple[int, int]
+
+FORWARD = np.array([1.0, 0.0, 0.0])
+UP = np.array([0.0, 1.0, 0.0])
+FOLDED: Cell = (PLACE, MID)
+
+
+def direction(cell: Cell) -> Floats:
+    """Return the reference direction of a cell other than `FOLDED`.
+
+    Parameters
+    ----------
+    cell : tuple of int
+        Codes of direction and level: azimuth 45 degrees times the direction, 0 right and 90
+        forward; elevation 45, 90, 135 degrees from straight down.
+
+    Returns
+    -------
+    ndarray
+        (3,) unit vector.
+    """
+    code, level = cell
+    if code == PLACE:
+        return -UP if level == LOW else UP
+    azimuth, elevation = np.radians(45.0 * code), np.radians(45.0 * (level + 1))
+    flat = np.sin(elevation)
+    return np.array([flat * np.sin(azimuth), -np.cos(elevation), flat * np.cos(azimuth)])
+
+
+def minimum_jerk(share: Floats) -> Floats:
+    """Return how much of a reach is done after a share of its time, both 0 to 1."""
+    return share**3 * (10 - 15 * share + 6 * share**2)
+
+
+def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Floats:
+    """Return directions along the shorter great circle between two.
+
+    Half-way round there is no shorter one: that reach passes in front of the body, and from
+    front to back past `side`.
+
+    Parameters
+    ----------
+    start, stop : ndarray
+        (..., 3) unit vectors.
+    share : ndarray
+        (T,) 0 at `start`, 1 at `stop`.
+    side : ndarray
+        (3,) unit vector.
+
+    Returns
+    -------
+    ndarray
+        (T, 3) unit vectors.
+    """
+    along = float(start @ stop)
+    across = stop - along * start
+    angle = np.arctan2(np.linalg.norm(across), along)
+    if np.linalg.norm(across) < 1e-9:
+        across = FORWARD - (FORWARD @ start) * start
+        if np.linalg.norm(across) < 1e-9:
+            across = side
+    turn = share[:, None] * angle
+    points: Floats = np.cos(turn) * start + np.sin(turn) * (across / np.linalg.norm(across))
+    return points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """A stretch of frames in which a part goes from one cell to another, or stays.
+
+    Attributes
+    ----------
+    frames : slice
+        Of the performance.
+    start, stop : tuple of int
+        Cells.
+    share : ndarray
+        (T,) how much is done in each of the frames.
+    """
+
+    frames: slice
+    start: Cell
+    stop: Cell
+    share: Floats
+
+
+def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:
+    """Yield what a track asks for, frame after frame.
+
+    Parameters
+    ----------
+    rows : ndarray
+        (S,) of `model.SYMBOL`; passing ones are passed over.
+    times : ndarray
+        (T,) seconds of the frames.
+    rate : Fraction
+        Frames a second of `rows`.
+    rest : tuple of int
+        The cell in force before the first row.
+    """
+    now, done = rest, 0
+    for row in rows[~rows["passing"]]:
+        cell = int(row["direction"]), int(row["level"])
+        start, stop = float(row["start"] / rate), float(row["stop"] / rate)
+        begin, end = np.searchsorted(times, [start - 1e-9, stop - 1e-9])
+        yield Reach(slice(done, begin), now, now, np.zeros(begin - done))
+        share = (
+            minimum_jerk((times[begin:end] - start) / (stop - start)) if end > begin else times[:0]
+        )
+        yield Reach(slice(begin, end), now, cell, share)
+        now, done = cell, int(end)
+    yield Reach(slice(done, len(times)), now, now, np.zeros(len(times) - done))

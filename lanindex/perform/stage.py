@@ -1,0 +1,207 @@
+"""The standard body on stage: tracks to directions of bones, bones to joints."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import ceil, isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import HIGH, LOW, PARTS, PLACE
+from lanindex.errors import UsageError
+from lanindex.model import SYMBOL, Motion, Score, Source
+from lanindex.perform.body import Body, Limb, standard
+from lanindex.perform.reach import FOLDED, UP, Cell, Reach, direction, great_circle, reaches
+
+Floats = NDArray[np.float64]
+
+REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
+"""Where a part is without a symbol; the others hang."""
+
+TURNING = 0.35
+"""A limb folds straight towards its beginning; its end turns where it is nearer than this."""
+
+FASTEST = 10_000
+"""Frames a second, at most."""
+
+
+def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
+    """Carry out a score; see `perform.perform`."""
+    if not 0 < rate <= FASTEST:
+        raise UsageError(f"{rate} frames a second", wanted=f"more than 0, at most {FASTEST}")
+    if not (isfinite(noise) and noise >= 0):
+        raise UsageError(f"noise of {noise} mm", wanted="0 or more")
+    times = np.arange(max(1, ceil(score.frames * rate / score.rate))) / float(rate)
+    body = standard()
+    joints = _joints(body, _bones(score, times, body))
+    if noise:
+        joints += _tremor(body, noise, seed, len(times))
+    source = Source("", "score", "", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
+    return Motion(
+        body.skeleton, rate, joints.astype(np.float32), source, warnings=_left_out(score, body)
+    )
+
+
+def _left_out(score: Score, body: Body) -> tuple[str, ...]:
+    """Say what the standard body cannot do."""
+    strange = [f"the standard body has no {part}" for part in score.tracks if part not in PARTS]
+    stiff = [
+        f"{part} is one bone and cannot come to place mid: it stays where it is"
+        for part in score.tracks
+        if part in PARTS
+        and PARTS[part].group not in body.limbs
+        and _folds(_shown(score, part)).any()
+    ]
+    return (*strange, *stiff)
+
+
+def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
+    """Return the direction of each bone, (T, 3) unit vectors of the body frame.
+
+    A bone's own track counts first, then that of its limb; a lower bone without either
+    follows the upper one.
+    """
+    own = {
+        part: _pointed(score, part, times)
+        for part in score.tracks
+        if part in PARTS and PARTS[part].group not in body.limbs
+    }
+    bones = {"torso": own.get("torso", np.broadcast_to(UP, (len(times), 3)))}
+    bones["head"] = own.get("head", bones["torso"])
+    for side in "rl":
+        for group, limb in body.limbs.items():
+            part = f"{side}_{group}"
+            upper, lower = (f"{side}_{bone}" for bone in limb.bones)
+            bones[upper], bones[lower] = _bent(score, part, limb, times)
+            if upper in own:
+                bones[upper] = own[upper]
+                bones[lower] = bones[lower] if part in score.tracks else own[upper]
+            bones[lower] = own.get(lower, bones[lower])
+        bones[f"{side}_hand"] = own.get(f"{side}_hand", bones[f"{side}_forearm"])
+        standing = np.broadcast_to(body.standing_foot, (len(times), 3))
+        turned = _turned(standing, -UP, bones[f"{side}_shank"])
+        bones[f"{side}_foot"] = own.get(f"{side}_foot", turned)
+    return bones
+
+
+def _shown(score: Score, part: str) -> NDArray[Any]:
+    """Return the rows of a part that the score shows."""
+    rows = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
+    shown: NDArray[Any] = rows[~rows["passing"]]
+    return shown
+
+
+def _folds(rows: NDArray[Any]) -> NDArray[np.bool_]:
+    folds: NDArray[np.bool_] = (rows["direction"] == FOLDED[0]) & (rows["level"] == FOLDED[1])
+    return folds
+
+
+def _rest(part: str) -> Cell:
+    return REST.get(part, (PLACE, LOW))
+
+
+def _side(part: str) -> float:
+    """Return the sign of a part's own side; the right for head and torso."""
+    return -1.0 if part.startswith("l_") else 1.0
+
+
+def _pointed(score: Score, part: str, times: Floats) -> Floats:
+    """Return where a single bone points, (T, 3)."""
+    rows = _shown(score, part)
+    points = np.empty((len(times), 3))
+    side = np.array([0.0, 0.0, _side(part)])
+    for reach in reaches(rows[~_folds(rows)], times, score.rate, _rest(part)):
+        ends = direction(reach.start), direction(reach.stop)
+        points[reach.frames] = great_circle(*ends, reach.share, side)
+    return points
+
+
+def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, Floats]:
+    """Return where the upper and the lower bone of a limb point, (T, 3) each.
+
+    Both point the limb's way unless it comes from or goes to place mid.
+    """
+    way, reach_of = np.empty((len(times), 3)), np.empty(len(times))
+    mirror = np.array([1.0, 1.0, _side(part)])
+    for reach in reaches(_shown(score, part), times, score.rate, _rest(part)):
+        way[reach.frames], reach_of[reach.frames] = _ways(reach, limb, mirror)
+    bend = limb.bend * mirror
+    aside = bend - (way @ bend)[:, None] * way
+    size = np.linalg.norm(aside, axis=1, keepdims=True)
+    aside = aside / np.where(size > 0, size, 1)
+    along = reach_of[:, None] * way
+    across = np.sqrt(np.maximum(1 - reach_of**2, 0))[:, None] * aside
+    return along + across, along - across
+
+
+def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats]:
+    """Return a limb's direction, (T, 3), and how much of its length it reaches, (T,)."""
+    toward = limb.toward * mirror
+    start, stop = (
+        toward if cell == FOLDED else direction(cell) for cell in (reach.start, reach.stop)
+    )
+    lengths = [limb.near if cell == FOLDED else 1.0 for cell in (reach.start, reach.stop)]
+    length = lengths[0] + (lengths[1] - lengths[0]) * reach.share
+    share = reach.share
+    if lengths[0] != lengths[1]:
+        turn = np.clip((TURNING - length) / (TURNING - limb.near), 0, 1)
+        share = turn if lengths[1] < lengths[0] else 1 - turn
+    return great_circle(start, stop, share, mirror * [0, 0, 1]), length
+
+
+def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
+    """Turn vectors, (T, 3), as the smallest turn takes `start`, (3,), to `stop`, (T, 3).
+
+    Half a turn is made about the axis from left to right.
+    """
+    axis = np.cross(start, stop)
+    along = stop @ start
+    opposite = along < -1 + 1e-12
+    scale = 1 / np.where(opposite, 1, 1 + along)
+    turned: Floats = (
+        along[:, None] * vectors
+        + np.cross(axis, vectors)
+        + axis * (np.sum(axis * vectors, axis=1) * scale)[:, None]
+    )
+    turned[opposite] = vectors[opposite] * [-1, -1, 1]
+    return turned
+
+
+def _joints(body: Body, bones: dict[str, Floats]) -> Floats:
+    """Return positions (T, J, 3), mm, facing +z, y up, left +x; the lower foot on the floor."""
+    skeleton = body.skeleton
+    offsets = skeleton.offsets.astype(np.float64)
+    frames = len(bones["torso"])
+    joints = np.empty((frames, len(offsets), 3))
+    for joint, (parent, bone) in enumerate(zip(skeleton.parents, body.bones, strict=True)):
+        offset = np.broadcast_to(offsets[joint], (frames, 3))
+        if bone == "torso":
+            offset = _seen(_turned(_felt(offset), UP, bones[bone]))
+        elif bone:
+            offset = np.linalg.norm(offsets[joint]) * _seen(bones[bone])
+        joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
+    feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_shank", "_foot"))]
+    joints[..., 1] += body.sole - joints[:, feet, 1].min(axis=1, keepdims=True)
+    return joints
+
+
+def _seen(vectors: Floats) -> Floats:
+    """Turn vectors from the body frame to the stage: right is -x, forward +z."""
+    return np.stack([-vectors[..., 2], vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def _felt(vectors: Floats) -> Floats:
+    """Turn vectors from the stage to the body frame."""
+    return np.stack([vectors[..., 2], vectors[..., 1], -vectors[..., 0]], axis=-1)
+
+
+def _tremor(body: Body, noise: float, seed: int, frames: int) -> Floats:
+    """Return noise for every joint; an End Site shakes with its joint."""
+    skeleton = body.skeleton
+    shaken = np.random.default_rng(seed).normal(0, noise, (frames, len(skeleton.names), 3))
+    for joint, name in enumerate(skeleton.names):
+        if name.endswith(" End"):
+            shaken[:, joint] = shaken[:, skeleton.parents[joint]]
+    return shaken
