@@ -85,13 +85,12 @@ def curves(
     profile: Profile,
 ) -> list[Stages]:
     """Return the part's known stretches, with the smoothed way of child around parent."""
-    arm: plain_body.Points = []
-    for parent, child in zip(joints[PARTS[part].parent], joints[PARTS[part].child], strict=True):
-        known = parent is not None and child is not None
-        arm.append(plain_body.less(child, parent) if known else None)
+    arm = plain_body.across(joints[PARTS[part].parent], joints[PARTS[part].child])
     if all(vector is None for vector in arm):
         return []
     length = plain_body.length_of(part, joints)
+    if length == 0:
+        return []
     vectors = plain_body.resampled(arm, rate, profile.rate)
     window = plain_body.window_of(profile.smoothing, profile.rate)
     found = []
@@ -128,87 +127,86 @@ def write_down(stretch: Stages, profile: Profile) -> None:
     """Turn every move into symbols, and the moves without one into swings and times."""
     space = Space(profile.cells[stretch.part], stretch.length)
     near = amount(profile.distance, stretch.length)
-
-    def margin(frame: int) -> tuple[float, plain_symbol.Cell]:
-        return space.margin(stretch.curve[frame])
-
+    joining = profile.onset > 0
     first = Row(*space.cell(stretch.curve[0]), 0, -1, 0)
-    first.margin, first.runner = margin(0)
-    in_force = first
-    moves: list[list[Row]] = []
+    stretch.rows = [first]
+    in_force, free, silent = first, 0, []
     for segment in stretch.segments:
         found = plain_symbol.runs(stretch.curve, segment.start, segment.stop, space)
         stretch.runs.append(found)
         kept = plain_symbol.achieved(found, profile.achieved_within)
-        rows = plain_symbol.rows_of(in_force.cell, kept, segment.begins, segment.ends, margin)
-        plain_symbol.apply_rules(in_force.cell, rows, profile.rules[stretch.part])
-        rows = plain_symbol.joined(rows)
-        moves.append(rows)
-        ends = (stretch.curve[segment.start], stretch.curve[segment.stop])
-        if rows:
-            in_force = rows[-1]
-        elif distance(*ends) >= near:
-            in_force.swings += 1
-    if profile.onset > 0:
-        join_silent(stretch, moves, space)
-    stretch.rows = [first, *(row for rows in moves for row in rows)]
+        if kept[0].cell == in_force.cell:
+            kept = kept[1:]
+        if kept:
+            begins = segment.begins
+            if joining:
+                begins = earlier(stretch, silent, begins, kept[0].cell, space)
+            rows = plain_symbol.rows_of(kept, max(begins, free), segment.ends)
+            plain_symbol.apply_rules(in_force.cell, rows, profile.rules[stretch.part])
+            stretch.rows += plain_symbol.joined(rows)
+            in_force, silent = rows[-1], []
+        else:
+            ends = (stretch.curve[segment.start], stretch.curve[segment.stop])
+            in_force.swings += distance(*ends) >= near
+            if joining and goes_on(stretch, segment, in_force, space):
+                in_force.ends = max(in_force.ends, segment.ends)
+            else:
+                silent.append(segment)
+        free = in_force.ends + 1
+    for row in stretch.rows:
+        row.margin, row.runner = space.margin(stretch.curve[row.achieved])
 
 
-def join_silent(stretch: Stages, moves: list[list[Row]], space: Space) -> None:
-    """Give the time of a move without a symbol to a neighbour that goes the same way."""
-    taken = lengthen_last(stretch, moves, space)
-    following: Row | None = None
-    for index in reversed(range(len(moves))):
-        segment, rows = stretch.segments[index], moves[index]
-        if rows:
-            following = rows[0]
-        elif following is not None and index not in taken:
-            start, stop, aim = (
-                stretch.curve[frame] for frame in (segment.begins, segment.ends, following.achieved)
-            )
-            touches = segment.ends + 1 >= following.begins
-            nearer = distance(start, aim) - distance(stop, aim)
-            if touches and nearer >= 0.5 * distance(start, stop):
-                following.begins = segment.begins
+def gain(stretch: Stages, segment: Segment, cell: plain_symbol.Cell, space: Space) -> float:
+    """Return by how many mm a move comes nearer to the reference of a cell."""
+    reference = space.reference(cell)
+    before, after = stretch.curve[segment.start], stretch.curve[segment.stop]
+    return distance(before, reference) - distance(after, reference)
 
 
-def lengthen_last(stretch: Stages, moves: list[list[Row]], space: Space) -> set[int]:
-    """Lengthen symbols by the moves that follow and go on; return the indices of those."""
-    taken: set[int] = set()
-    last: Row | None = None
-    for index, (segment, rows) in enumerate(zip(stretch.segments, moves, strict=True)):
-        if rows:
-            last = rows[-1]
-        elif last is not None and segment.begins <= last.ends + 1:
-            before = space.nearness(stretch.curve[last.ends], last.cell)
-            after = space.nearness(stretch.curve[segment.ends], last.cell)
-            if after < before:
-                last.ends = max(last.ends, segment.ends)
-                taken.add(index)
-    return taken
+def goes_on(stretch: Stages, segment: Segment, last: Row, space: Space) -> bool:
+    """Tell whether a move without a symbol touches the last symbol and goes on with it."""
+    is_symbol = last is not stretch.rows[0]
+    touches = segment.begins <= last.ends + 1
+    return is_symbol and touches and gain(stretch, segment, last.cell, space) > 0
+
+
+def earlier(
+    stretch: Stages, silent: list[Segment], begins: int, cell: plain_symbol.Cell, space: Space
+) -> int:
+    """Return where a symbol begins: with the moves before it that already head for it."""
+    for segment in reversed(silent):
+        way = distance(stretch.curve[segment.start], stretch.curve[segment.stop])
+        heads = gain(stretch, segment, cell, space) >= 0.5 * way
+        if segment.ends + 1 < begins or not heads:
+            break
+        begins = segment.begins
+    return begins
 
 
 def count_frames(stretch: Stages, step: Fraction) -> None:
-    """Give every row its frames of the source: borders rounded up, none left empty."""
+    """Give every row its frames of the source: borders rounded up, no symbol left empty."""
     begin, end = stretch.source
-    here = math.ceil(stretch.offset * step)
+    for row in stretch.rows:
+        row.start = min(max(math.ceil((stretch.offset + row.begins) * step), begin), end)
+        row.stop = min(max(math.ceil((stretch.offset + row.ends + 1) * step), begin), end)
     first, *rows = stretch.rows
-    first.start = first.stop = here
-    after = here
-    for row in rows:
-        starts = math.ceil((stretch.offset + row.begins) * step)
-        stops = math.ceil((stretch.offset + row.ends + 1) * step)
-        row.start = max(starts, after)
-        row.stop = max(stops, row.start + 1)
-        after = row.stop
-    before = end
+    first.start = first.stop = begin
+    shown = [row for row in rows if not row.passing]
+    while len(shown) > end - begin:
+        shown.pop(0).passing = True
+    free = begin
+    for row in shown:
+        row.start = max(row.start, free)
+        row.stop = free = max(row.stop, row.start + 1)
+    limit = end
+    for row in reversed(shown):
+        row.stop = min(row.stop, limit)
+        row.start = limit = min(row.start, row.stop - 1)
+    outer = first
     for row in reversed(rows):
-        row.stop = min(row.stop, before)
-        row.start = max(begin, min(row.start, row.stop - 1))
-        before = row.start
-    lying: Row | None = None
-    for row in rows:
-        if row.passing:
-            lying = lying or row
-        elif lying is not None:
-            row.start, lying = min(row.start, lying.start), None
+        if not row.passing:
+            outer = row
+            continue
+        row.start = min(max(row.start, outer.start), outer.stop - 1)
+        row.stop = min(max(row.stop, row.start + 1), outer.stop)

@@ -63,8 +63,8 @@ def filled(points: Points, rate: Fraction) -> Points:
 def joints_of(body: list[list[list[float]]], rate: Fraction, first: int) -> dict[str, Points]:
     """Return each joint's points over time: calibration pose replaced, gaps filled."""
     frames = list(body)
-    for frame in range(min(first, len(frames))):
-        frames[frame] = frames[first]
+    if first < len(frames):
+        frames[:first] = [frames[first]] * first
     joints: dict[str, Points] = {}
     for index, name in enumerate(JOINTS):
         points: Points = []
@@ -78,6 +78,14 @@ def joints_of(body: list[list[list[float]]], rate: Fraction, first: int) -> dict
                 x, y, z = (0.5 * (a + b) for a, b in zip(right, left, strict=True))
                 joints["Pelvis"][frame] = (x, y, z)
     return {name: filled(points, rate) for name, points in joints.items()}
+
+
+def across(start: Points, end: Points) -> Points:
+    """Return the way from one joint to another, where both are known."""
+    return [
+        None if one is None or other is None else less(other, one)
+        for one, other in zip(start, end, strict=True)
+    ]
 
 
 def length_of(part: str, joints: dict[str, Points]) -> float:
@@ -144,14 +152,20 @@ def resampled(points: Points, rate: Fraction, grid: Fraction) -> dict[int, Vecto
 
 
 def rights(joints: dict[str, Points], rate: Fraction, grid: Fraction) -> list[tuple[float, float]]:
-    """Return, per frame of the grid, the unit vector (x, z) from the left hip to the right."""
-    frames = math.floor((len(joints["RHip"]) - 1) / (rate / grid)) + 1
-    right, left = (resampled(joints[name], rate, grid) for name in ("RHip", "LHip"))
+    """Return, per frame of the grid, the unit vector (x, z) from the left hip to the right.
+
+    A body without any hips is turned by its shoulders.
+    """
+    axis_points = across(joints["LHip"], joints["RHip"])
+    if all(point is None for point in axis_points):
+        axis_points = across(joints["LShoulder"], joints["RShoulder"])
+    frames = math.floor((len(axis_points) - 1) / (rate / grid)) + 1
+    known = resampled(axis_points, rate, grid)
     seen: list[tuple[float, float] | None] = []
     for frame in range(frames):
         seen.append(None)
-        if frame in right and frame in left:
-            x, _, z = less(right[frame], left[frame])
+        if frame in known:
+            x, _, z = known[frame]
             size = math.sqrt(x * x + z * z)
             if size >= SHORTEST_HIPS:
                 seen[frame] = (x / size, z / size)

@@ -1,7 +1,6 @@
 """Stages 3 to 5 as plain loops: cells, runs, what is achieved, and the rules."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from plain_body import Vector, distance
@@ -11,6 +10,7 @@ Cell = tuple[str, str]
 
 WHOLE_AZIMUTH = 22.5
 WHOLE_LEVEL = 22.5
+ORIGIN = (0.0, 0.0, 0.0)
 REFERENCE_ELEVATION = {"low": 45.0, "mid": 90.0, "high": 135.0}
 REFERENCE_HEIGHT = {"low": -1.0, "mid": 0.0, "high": 1.0}
 
@@ -95,31 +95,32 @@ class Space:
         following = self.sectors[(index + 1) % len(names)][0]
         return start + (following - start) % 360.0 / 2.0
 
-    def angle(self, vector: Vector, cell: Cell) -> float:
-        """Return the angle to a cell's reference direction, degrees."""
+    def reference(self, cell: Cell) -> Vector:
+        """Return the point that a straight limb reaches in the middle of a cell, mm."""
         direction, level = cell
         if direction == "place":
-            if level == "mid":
-                return 0.0
-            return elevation(vector) if level == "low" else 180.0 - elevation(vector)
+            return (0.0, REFERENCE_HEIGHT[level] * self.length, 0.0)
         around = math.radians(self.middle(direction))
         up = math.radians(REFERENCE_ELEVATION[level])
-        reference = (
-            math.sin(up) * math.sin(around),
-            -math.cos(up),
-            math.sin(up) * math.cos(around),
-        )
-        size = math.sqrt(sum(value * value for value in vector))
+        out = self.length * math.sin(up)
+        return (out * math.sin(around), -self.length * math.cos(up), out * math.cos(around))
+
+    def angle(self, vector: Vector, cell: Cell) -> float:
+        """Return the angle to a cell's reference direction, degrees; place mid has none."""
+        if cell == ("place", "mid"):
+            return 0.0
+        one, other = vector, self.reference(cell)
+        size = distance(one, ORIGIN) * distance(other, ORIGIN)
         if size == 0.0:
             return 90.0
-        dot = sum(a * b for a, b in zip(vector, reference, strict=True)) / size
+        dot = sum(a * b for a, b in zip(one, other, strict=True)) / size
         return math.degrees(math.acos(max(-1.0, min(1.0, dot))))
 
     def nearness(self, vector: Vector, cell: Cell) -> float:
         """Return what is least where a cell is achieved: an angle, or a distance for place."""
         if cell[0] != "place":
             return self.angle(vector, cell)
-        return distance(vector, (0.0, REFERENCE_HEIGHT[cell[1]] * self.length, 0.0))
+        return distance(vector, self.reference(cell))
 
     def _choices(self, vector: Vector) -> list[tuple[float, Cell]]:
         """Return how far every border is, as a margin, with the cell behind it."""
@@ -162,9 +163,8 @@ def runs(curve: list[Vector], start: int, stop: int, space: Space) -> list[Run]:
             continue
         run = found[-1]
         run.last = frame
-        run.angle = min(run.angle, angle)
         if nearness < run.nearness:
-            run.nearest, run.nearness = frame, nearness
+            run.nearest, run.nearness, run.angle = frame, nearness, angle
     return found
 
 
@@ -179,14 +179,7 @@ def achieved(found: list[Run], within: float) -> list[Run]:
         if kept and kept[-1].cell == run.cell:
             same = kept[-1]
             nearest = min(same, run, key=lambda choice: choice.nearness)
-            kept[-1] = Run(
-                run.cell,
-                same.first,
-                run.last,
-                nearest.nearest,
-                min(same.angle, run.angle),
-                nearest.nearness,
-            )
+            kept[-1] = Run(**vars(nearest))
         else:
             kept.append(Run(**vars(run)))
     kept[-1].nearest = found[-1].last
@@ -207,51 +200,49 @@ def _apply_one(context: Cell, rows: list[Row], rules: list[Rule]) -> bool:
             wanted = [(direction, level) for _, direction, level in rule.rows]
             if cells[position : position + len(wanted)] != wanted:
                 continue
-            changed = False
-            for offset, (action, _, _) in enumerate(rule.rows):
-                index = position + offset - 1
-                if action == "D" and 0 <= index < len(living) - 1:
+            deleted = [
+                position + offset - 1
+                for offset, (action, _, _) in enumerate(rule.rows)
+                if action == "D"
+            ]
+            if all(0 <= index < len(living) - 1 for index in deleted):
+                for index in deleted:
                     living[index].passing = True
                     living[index].rule = rule.line
-                    changed = True
-            if changed:
                 return True
     return False
 
 
 def joined(rows: list[Row]) -> list[Row]:
-    """Return the rows of a segment with equal neighbours as one, passing rows before it."""
+    """Return a segment's rows: equal neighbours as one, all begin with what passes before them."""
     result: list[Row] = []
-    open_row: Row | None = None
+    last: Row | None = None
     waiting: list[Row] = []
     for row in rows:
         if row.passing:
             waiting.append(row)
-        elif open_row is not None and open_row.cell == row.cell:
-            row.begins = open_row.begins
-            row.swings += open_row.swings
-            result.remove(open_row)
-            result += [*waiting, row]
-            open_row, waiting = row, []
-        else:
-            result += [*waiting, row]
-            open_row, waiting = row, []
+            continue
+        if waiting:
+            row.begins = waiting[0].begins
+        if last is not None and last.cell == row.cell:
+            row.begins = last.begins
+            result.remove(last)
+        result += [*waiting, row]
+        last, waiting = row, []
     return result
 
 
-Margin = Callable[[int], tuple[float, Cell]]
+def rows_of(kept: list[Run], begins: int, ends: int) -> list[Row]:
+    """Return a segment's symbols before any rule, from `begins` to `ends`, both included.
 
-
-def rows_of(context: Cell, kept: list[Run], begins: int, ends: int, margin: Margin) -> list[Row]:
-    """Return the symbols of a segment before any rule: none where the context stays."""
-    if kept[0].cell == context:
-        kept = kept[1:]
+    A run achieved before `begins` or after `ends` (they are other frames than the segment's own,
+    stage 2b) is left without a frame.
+    """
     rows: list[Row] = []
     for run in kept:
-        row = Row(*run.cell, begins, run.nearest, run.nearest)
-        row.margin, row.runner = margin(run.nearest)
-        rows.append(row)
-        begins = run.nearest + 1
-    if rows:
-        rows[-1].ends = ends
+        last = max(begins - 1, min(run.nearest, ends))
+        if run is kept[-1]:
+            last = max(begins - 1, ends)
+        rows.append(Row(*run.cell, begins, last, run.nearest))
+        begins = last + 1
     return rows
