@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
 """Where a part is without a symbol; the others hang."""
 
-TURNING = 0.35
-"""A limb folds straight towards its beginning; its end turns where it is nearer than this."""
+TURNING = 0.19
+"""A limb folds straight towards its beginning; nearer than this its end turns, as it is in place."""
 
 FASTEST = 10_000
 """Frames a second, at most."""
