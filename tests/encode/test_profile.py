@@ -1,0 +1,93 @@
+import shutil
+from pathlib import Path
+
+import pytest
+
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PARTS, PLACE
+from lanindex.encode.profile import BUILT_IN, Measure, load
+from lanindex.errors import NotationError
+from lanindex.notation import ldd
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(BUILT_IN / "default", tmp_path / "mine"))
+
+
+def test_built_in_profiles_differ() -> None:
+    default, paper = load("default"), load("paper")
+    assert default.digest != paper.digest
+    assert paper.candidate_speed == Measure(600, False)
+    assert default.candidate_speed.of(500) == pytest.approx(545)
+    assert {profile.ranges["r_arm"].relative for profile in (default, paper)} == {True, False}
+
+
+def test_every_part_has_ranges_and_rules() -> None:
+    for name in ("default", "paper"):
+        profile = load(name)
+        assert set(profile.ranges) == set(profile.rules) == set(PARTS)
+
+
+def test_default_rules_are_the_pages() -> None:
+    rules = ldd.read(BUILT_IN / "default" / "all.ldd")
+    low, mid, high = (LEVEL_CODES[name] for name in ("low", "mid", "high"))
+    wanted = set()
+    for direction in range(PLACE):
+        for end, between in ((low, low), (high, high)):
+            row = ((PLACE, end), (direction, between), (direction, mid))
+            wanted |= {row, row[::-1]}
+    assert {rule.cells for rule in rules} == wanted
+    assert {rule.deleted for rule in rules} == {(False, True, False)}
+
+
+def test_a_copy_encodes_the_same_and_an_edit_does_not(own: Path) -> None:
+    assert load(own).digest == load("default").digest
+    text = (own / "profile.toml").read_text()
+    (own / "profile.toml").write_text(text.replace("0.09 L", "50 mm"))
+    assert load(own).digest != load("default").digest
+    assert load(own).distance == Measure(50, False)
+
+
+def test_a_part_has_its_own_file_before_its_group(own: Path) -> None:
+    arm = (own / "all.lpd").read_text()
+    (own / "arm.lpd").write_text(arm.replace("place\t0.38268 L", "place\t100"))
+    (own / "l_arm.lpd").write_text(arm.replace("place\t0.38268 L", "place\t200"))
+    ranges = load(own).ranges
+    assert (ranges["r_arm"].place, ranges["l_arm"].place) == (100, 200)
+    assert ranges["head"].place == pytest.approx(0.34202)
+    assert DIRECTION_CODES["right"] == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('smoothing = "83 ms"', 'smoothing = "83"', "smoothing = '83', wanted \"83 ms\""),
+        ("rate = 60", "rate = 0", "rate = 0, wanted a number above 0"),
+        ("rate = 60", "rate = true", "rate = True, wanted a number above 0"),
+        ('still = "0.02 L/s"', "", "no still, wanted a line for it"),
+        ("division = 32", "divisions = 32", '"divisions", wanted one of name, rate'),
+        ("division = 32", "division = 1.5", "division = 1.5, wanted a whole number"),
+        ("onset = 0.03", "onset = 2.0", "onset = 2.0, wanted a number from 0 to 0.25"),
+        ('rhythm = "4/4"', 'rhythm = "4"', "rhythm = '4', wanted \"4/4\""),
+        ('distance = "0.09 L"', 'distance = "9 cm"', 'wanted "50 mm" or "0.09 L"'),
+        ("rate = 60", "rate = = 60", "wanted TOML"),
+    ],
+)
+def test_errors_name_the_file(own: Path, old: str, new: str, message: str) -> None:
+    path = own / "profile.toml"
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(NotationError) as error:
+        load(own)
+    assert message in str(error.value)
+    assert "profile.toml" in str(error.value)
+
+
+def test_unknown_profile() -> None:
+    with pytest.raises(NotationError, match="default, paper, or a folder"):
+        load("papre")
+
+
+def test_missing_file_of_a_part(own: Path) -> None:
+    (own / "all.ldd").unlink()
+    with pytest.raises(NotationError, match=r"r_arm\.ldd, arm\.ldd or all\.ldd"):
+        load(own)

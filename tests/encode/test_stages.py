@@ -1,0 +1,258 @@
+"""Small hand-made cases of each stage; the twin and the laws test the whole."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
+from lanindex.encode.achieve import Run, achieve, runs
+from lanindex.encode.body import resample, smooth, window
+from lanindex.encode.direction import course, margins, space
+from lanindex.encode.profile import load
+from lanindex.encode.rules import Rules, apply
+from lanindex.encode.segment import Hold, candidates, holds, segments, speeds
+from lanindex.encode.timing import quantise, to_source
+from lanindex.model import SYMBOL, Meter, Span
+from lanindex.notation import ldd
+
+RANGES = load("default").ranges["r_arm"]
+
+
+def cell(name: str) -> int:
+    direction, level = name.split()
+    return DIRECTION_CODES[direction] * 3 + LEVEL_CODES[level]
+
+
+class TestBody:
+    def test_window_is_the_nearest_odd_number(self) -> None:
+        assert [window(s, Fraction(60)) for s in (0, 0.01, 0.05, 0.083, 0.15)] == [1, 1, 3, 5, 9]
+
+    def test_average_takes_the_frames_that_exist(self) -> None:
+        curve = np.arange(4.0)[None, :, None] * np.ones(3)
+        assert smooth(curve, 3)[0, :, 0].tolist() == [0.5, 1.0, 2.0, 2.5]
+
+    def test_a_straight_line_stays_one(self) -> None:
+        begin, values = resample(np.arange(10.0)[:, None], 0, Fraction(30), Fraction(60))
+        assert begin == 0
+        assert values[:, 0] == pytest.approx(np.arange(19) / 2)
+
+    def test_whole_frames_are_kept_exactly(self) -> None:
+        points = np.random.default_rng(1).normal(size=(21, 3))
+        begin, values = resample(points, 0, Fraction(120), Fraction(60))
+        assert begin == 0
+        assert np.array_equal(values, points[::2])
+
+    def test_no_frame_lies_after_the_last(self) -> None:
+        _, values = resample(np.zeros((4, 1)), 0, Fraction(25), Fraction(60))
+        assert len(values) == 8  # 3 / 25 s is 7.2 frames of 60
+
+    def test_a_stretch_keeps_the_grid(self) -> None:
+        begin, values = resample(np.zeros((5, 1)), 7, Fraction(25), Fraction(60))
+        assert (begin, len(values)) == (17, 10)  # 16.8 .. 26.4
+
+
+class TestDirection:
+    @pytest.mark.parametrize("name", ["right mid", "l_back high", "forward low", "place low"])
+    def test_references_lie_in_their_cells(self, name: str) -> None:
+        around = space(RANGES, 500.0)
+        passed = course(around.reference(cell(name))[None], around)
+        assert passed.cells.tolist() == [cell(name)]
+        assert passed.angle[0] == pytest.approx(0, abs=1e-6)
+        assert passed.apart[0] == pytest.approx(0, abs=1e-9)
+
+    def test_every_reference_is_its_cells_clearest_point(self) -> None:
+        around = space(RANGES, 500.0)
+        codes = np.array([code for code in range(24)])
+        clear, _ = margins(around.references[codes] * 500, codes, around)
+        # low and high diagonals stand one radius of place less than 22.5 degrees deep
+        assert (clear > 0.8).all()
+
+    def test_borders_begin_the_next_cell(self) -> None:
+        around = space(RANGES, 1.0)
+        angles = np.radians([22.5, 22.499])
+        flat = np.stack([np.sin(angles), 0 * angles, np.cos(angles)], axis=1)
+        assert course(flat, around).cells.tolist() == [cell("r_forward mid"), cell("right mid")]
+
+    def test_hand_at_the_shoulder_is_place_mid(self) -> None:
+        around = space(RANGES, 500.0)
+        assert course(np.array([[1.0, 0.0, 1.0]]), around).cells.tolist() == [cell("place mid")]
+
+    def test_runner_up_lies_across_the_nearest_border(self) -> None:
+        around = space(RANGES, 500.0)
+        point = np.array([[500 * np.sin(np.radians(20)), 0, 500 * np.cos(np.radians(20))]])
+        clear, other = margins(point, course(point, around).cells, around)
+        assert clear[0] == pytest.approx(2.5 / 22.5)
+        assert other.tolist() == [cell("r_forward mid")]
+
+
+class TestSegment:
+    def test_ends_are_always_candidates(self) -> None:
+        assert candidates(np.array([9.0, 8, 7, 8, 9]), 1.0, 0.0, 0.0).tolist() == [0, 4]
+
+    def test_both_ends_of_a_plateau(self) -> None:
+        speed = np.array([9.0, 5, 1, 0.5, 1, 1, 5, 9])
+        assert candidates(speed, 6.0, 2.0, 1.0).tolist() == [0, 2, 5, 7]
+
+    def test_shallow_minima_do_not_count(self) -> None:
+        speed = np.array([9.0, 4, 4.5, 3, 9])
+        assert candidates(speed, 6.0, 1.0, 0.0).tolist() == [0, 3, 4]
+        assert candidates(speed, 6.0, 0.5, 0.0).tolist() == [0, 1, 3, 4]
+
+    def test_fast_minima_do_not_count(self) -> None:
+        assert candidates(np.array([9.0, 7, 9]), 6.0, 0.0, 0.0).tolist() == [0, 2]
+
+    def test_the_first_frame_may_be_a_minimum(self) -> None:
+        assert candidates(np.array([1.0, 9, 9, 1]), 6.0, 0.5, 0.0).tolist() == [0, 3]
+
+    def test_near_candidates_are_one_hold(self) -> None:
+        curve = np.array([[0.0, 0, 0], [10, 0, 0], [90, 0, 0], [95, 0, 0]])
+        found = holds(curve, np.array([0, 1, 2, 3]), 50.0, 0.0)
+        assert found == [Hold(0, 1), Hold(2, 3)]
+
+    def test_out_and_back_is_no_hold(self) -> None:
+        curve = np.array([[0.0, 0, 0], [200, 0, 0], [0, 0, 0]])
+        assert holds(curve, np.array([0, 2]), 50.0, 0.0) == [Hold(0, 2)]
+        assert holds(curve, np.array([0, 2]), 50.0, 100.0) == [Hold(0, 0), Hold(2, 2)]
+
+    def test_a_move_begins_where_it_leaves_the_noise(self) -> None:
+        speed = np.array([1.0, 1, 1, 1, 1, 1, 1, 1, 50, 100, 50, 1, 1, 1, 1, 1, 1, 1])
+        (move,) = segments(speed, [Hold(0, 4), Hold(14, 17)], 0.03, 0.1)
+        assert (move.first, move.last, move.begin, move.end) == (4, 14, 7, 11)
+
+    def test_speed_is_a_central_difference(self) -> None:
+        curve = np.array([0.0, 1, 4, 9])[:, None] * np.array([1.0, 0, 0])
+        assert speeds(curve, 10.0).tolist() == [10, 20, 40, 50]
+        assert speeds(curve[:1], 10.0).tolist() == [0]
+
+
+def run(name: str, angle: float = 0.0, outcome: str = "symbol") -> Run:
+    return Run(cell(name), 0, 1, 0, angle, outcome)
+
+
+class TestAchieve:
+    def test_a_run_is_achieved_nearest_to_its_reference(self) -> None:
+        around = space(RANGES, 500.0)
+        angles = np.radians([10, 30, 46, 60, 80, 100])
+        curve = 500 * np.stack([0 * angles, -np.cos(angles), np.sin(angles)], axis=1)
+        found = runs(course(curve, around), 0, 5)
+        assert [(one.cell, one.achieved) for one in found] == [
+            (cell("place low"), 0),
+            (cell("right low"), 2),
+            (cell("right mid"), 5),
+        ]
+
+    def test_far_runs_are_dropped_and_neighbours_joined(self) -> None:
+        found = achieve(
+            [run("right mid"), run("r_forward mid", 21), run("right mid", 3), run("left mid", 40)],
+            cell("place low"),
+            20,
+        )
+        outcomes = [one.outcome for one in found]
+        assert outcomes == ["joined", "not achieved", "symbol", "symbol"]
+        assert found[2].angle == 0
+
+    def test_what_is_in_force_is_no_symbol(self) -> None:
+        found = achieve([run("place low"), run("right mid")], cell("place low"), 20)
+        assert [one.outcome for one in found] == ["in force", "symbol"]
+
+
+class TestRules:
+    RULE = "#rule_start#\nL place low\nD right low\nL right mid\n#rule_end#\n"
+
+    def outcomes(self, names: list[str], in_force: str, text: str) -> list[str]:
+        found = apply([run(name) for name in names], cell(in_force), Rules(ldd.parse(text)))
+        return [one.outcome for one in found]
+
+    def test_the_context_counts(self) -> None:
+        assert self.outcomes(["right low", "right mid"], "place low", self.RULE) == [
+            "passing",
+            "symbol",
+        ]
+        assert self.outcomes(["right low", "right mid"], "place mid", self.RULE) == ["symbol"] * 2
+
+    def test_the_last_is_never_deleted(self) -> None:
+        text = "#rule_start#\nL place low\nD right low\n#rule_end#\n"
+        assert self.outcomes(["right low"], "place low", text) == ["symbol"]
+        assert self.outcomes(["right low", "left mid"], "place low", text) == ["passing", "symbol"]
+
+    def test_equal_neighbours_that_are_left_become_one(self) -> None:
+        text = "#rule_start#\nL right mid\nD right high\nL right mid\n#rule_end#\n"
+        names = ["right mid", "right high", "right mid"]
+        assert self.outcomes(names, "place low", text) == ["rejoined", "passing", "symbol"]
+
+    def test_rules_apply_until_nothing_matches(self) -> None:
+        text = (
+            "#rule_start#\nL place low\nD left low\n#rule_end#\n"
+            "#rule_start#\nL place low\nD right low\n#rule_end#\n"
+        )
+        names = ["left low", "right low", "left low", "left mid"]
+        assert self.outcomes(names, "place low", text) == ["passing"] * 3 + ["symbol"]
+
+    def test_first_rule_of_the_file_first(self) -> None:
+        text = (
+            "#rule_start#\nD right low\nL right mid\n#rule_end#\n"
+            "#rule_start#\nL right low\nD right mid\nL right high\n#rule_end#\n"
+        )
+        found = apply(
+            [run("right low"), run("right mid"), run("right high")],
+            cell("place low"),
+            Rules(ldd.parse(text)),
+        )
+        assert [one.rule for one in found] == [1, 0, 0]
+
+
+def rows(*spans: tuple[int, int], passing: tuple[int, ...] = ()) -> np.ndarray:
+    table = np.zeros(len(spans), SYMBOL)
+    table["start"], table["stop"] = zip(*spans, strict=True)
+    table["passing"][list(passing)] = True
+    return table
+
+
+def spans(table: np.ndarray) -> list[tuple[int, int]]:
+    return list(zip(table["start"].tolist(), table["stop"].tolist(), strict=True))
+
+
+class TestTiming:
+    def test_borders_round_up(self) -> None:
+        table = to_source(rows((0, 0), (3, 7), (7, 11)), Span(0, 9), Fraction(30), Fraction(60))
+        assert spans(table) == [(0, 0), (2, 4), (4, 6)]
+
+    def test_an_empty_symbol_takes_a_frame_of_the_next(self) -> None:
+        table = to_source(
+            rows((0, 0), (1, 2), (2, 3), (3, 9)), Span(0, 9), Fraction(30), Fraction(60)
+        )
+        assert spans(table) == [(0, 0), (1, 2), (2, 3), (3, 5)]
+
+    def test_at_the_end_of_the_previous(self) -> None:
+        table = to_source(
+            rows((0, 0), (0, 8), (8, 9), (9, 10)), Span(0, 5), Fraction(30), Fraction(60)
+        )
+        assert spans(table) == [(0, 0), (0, 3), (3, 4), (4, 5)]
+
+    def test_too_many_symbols_become_passing(self) -> None:
+        table = to_source(
+            rows((0, 0), (0, 8), (8, 16), (16, 24)), Span(0, 2), Fraction(5), Fraction(60)
+        )
+        assert table["passing"].tolist() == [False, True, False, False]
+        assert spans(table) == [(0, 0), (0, 1), (0, 1), (1, 2)]
+
+    def test_passing_rows_lie_inside_the_next(self) -> None:
+        table = to_source(
+            rows((0, 0), (2, 3), (2, 9), passing=(1,)), Span(0, 9), Fraction(24), Fraction(60)
+        )
+        assert spans(table) == [(0, 0), (1, 2), (1, 4)]
+
+    def test_quantised_symbols_neither_overlap_nor_vanish(self) -> None:
+        table = rows((0, 0), (10, 11), (11, 12), (12, 13), (50, 100))
+        meter = quantise([table], 100, Fraction(100), Meter(division=32))
+        assert meter.division == 32
+        assert table["tick"].tolist() == [0, 1, 2, 3, 4]
+        assert table["ticks"].tolist() == [0, 1, 1, 1, 4]
+
+    def test_the_grid_is_refined_where_there_is_no_room(self) -> None:
+        table = rows((0, 0), *((90 + k, 91 + k) for k in range(10)))
+        meter = quantise([table], 100, Fraction(100), Meter(division=32))
+        assert meter.division == 512
+        assert (np.diff(table["tick"][1:]) >= 1).all()
+        assert table["tick"][-1] + table["ticks"][-1] <= 128

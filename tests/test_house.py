@@ -1,0 +1,91 @@
+"""The habits of the house, as far as a program can hold them."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SLOW_TO_IMPORT = {"numpy", "sqlalchemy", "alembic", "rapidfuzz", "numba", "scipy", "rich"}
+
+
+def modules(repository: Path) -> list[Path]:
+    return sorted((repository / "lanindex").rglob("*.py"))
+
+
+def tool(name: str) -> str:
+    return str(Path(sys.executable).parent / name)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["ruff", "format", "--check", "--no-cache", "."],
+        ["ruff", "check", "--no-cache", "."],
+        ["mypy", "--cache-dir", "{tmp}"],
+        ["lint-imports", "--no-cache"],
+    ],
+    ids=lambda command: " ".join(command[:2]),
+)
+def test_checks_are_clean(command: list[str], repository: Path, tmp_path: Path) -> None:
+    words = [word.format(tmp=tmp_path) for word in command]
+    done = subprocess.run(
+        [tool(words[0]), *words[1:]], cwd=repository, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_modules_are_small(repository: Path) -> None:
+    sizes = {path: len(path.read_text().splitlines()) for path in modules(repository)}
+    assert {path: size for path, size in sizes.items() if size > 400} == {}
+
+
+def test_functions_are_small(repository: Path) -> None:
+    large = {}
+    for path in modules(repository):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                body = node.body
+                documented = ast.get_docstring(node, clean=False) is not None
+                first = body[1] if documented and len(body) > 1 else body[0]
+                lines = (node.end_lineno or 0) - first.lineno + 1
+                if lines > 40:
+                    large[f"{path.name}:{node.lineno} {node.name}"] = lines
+    assert large == {}
+
+
+def test_nothing_below_the_app_prints(repository: Path) -> None:
+    printing = [
+        str(path)
+        for path in modules(repository)
+        if "app" not in path.relative_to(repository / "lanindex").parts[:1]
+        and any(
+            isinstance(node, ast.Call) and getattr(node.func, "id", "") == "print"
+            for node in ast.walk(ast.parse(path.read_text()))
+        )
+    ]
+    assert printing == []
+
+
+def loaded(*words: str) -> set[str]:
+    code = (
+        f"import sys; sys.argv = ['lanindex', *{words!r}]\n"
+        "from lanindex.app.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "print('LOADED', *sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    line = next(line for line in done.stdout.splitlines() if line.startswith("LOADED"))
+    return set(line.split()[1:])
+
+
+def test_help_starts_fast() -> None:
+    assert loaded("--help") & SLOW_TO_IMPORT == set()
+
+
+def test_import_starts_fast() -> None:
+    code = "import lanindex, sys; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert set(done.stdout.split()) & SLOW_TO_IMPORT == set()
