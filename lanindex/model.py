@@ -45,13 +45,7 @@ def _frozen(array: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True, slots=True, order=True)
 class Span:
-    """Frames of a source, half-open, counted from 0.
-
-    Attributes
-    ----------
-    start, stop : int
-        The first frame, and the one after the last.
-    """
+    """Frames of a source, half-open, counted from 0: the first, and the one after the last."""
 
     start: int
     stop: int
@@ -200,14 +194,8 @@ class Symbol:
         As in LND.
     span : Span
         Frames of the source; a starting position has no length.
-    tick, ticks : int
-        Start and length on the score's grid.
-    passing : bool
-        On the way, not in the score.
-    swings : int
-        Moves out and back that never left the cell, while it stayed.
-    margin : float
-        0 at a border of the cell, 1 at its middle.
+    tick, ticks, passing, swings, margin
+        As in `SYMBOL`.
     runner_up : tuple of str or None
         Direction and level of the cell across the nearest border.
     ordinal : int
@@ -240,8 +228,6 @@ class Track:
 
     Attributes
     ----------
-    part : str
-        As in LND.
     symbols : ndarray
         (S,) of dtype `SYMBOL`, in order of time; each known stretch begins with a starting
         position, a row with ``start == stop``.
@@ -345,11 +331,8 @@ class Score:
 
     def __repr__(self) -> str:
         """Return one line that tells the length and the number of symbols."""
-        symbols = sum(len(track) for track in self.tracks.values())
-        return (
-            f"<Score {len(self.tracks)} parts, {symbols} symbols, {self.frames} frames "
-            f"at {float(self.rate):g} Hz>"
-        )
+        count = f"{len(self.tracks)} parts, {sum(map(len, self.tracks.values()))} symbols"
+        return f"<Score {count}, {self.frames} frames at {float(self.rate):g} Hz>"
 
     def symbols(self, part: str | None = None) -> list[Symbol]:
         """Return the symbols of one part, or of all, as objects."""
@@ -367,20 +350,12 @@ class Capture:
         Its number in the library.
     path : str
         As ingested.
-    format : str
-        ``bvh``, ``lnd`` ...
-    sha256 : str
-        Of the content when it was ingested.
-    label : str
-        The user's, or the empty string.
-    rate : Fraction
-        Frames a second.
-    frames : int
-        How many.
-    meter : Meter
-        Tempo and grid.
-    metadata : Mapping of str to str
-        The user's other columns.
+    format, sha256 : str
+        ``bvh``, ``lnd`` ..., and the content's digest when it was ingested.
+    label, metadata
+        The user's words and other columns.
+    rate, frames, meter
+        Of the source: frames a second, how many, tempo and grid.
     location : str
         The path made absolute, where its file can be found from any folder.
     """

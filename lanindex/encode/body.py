@@ -124,11 +124,12 @@ def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tu
     values : ndarray
         (N, ...) float64; no frame lies after the last of the source.
     """
-    if rate == target or len(points) < 2:
-        begin = math.ceil(start * target / rate)
-        return begin, points[: 1 if len(points) == 1 and begin * rate == start * target else None]
+    if rate == target:
+        return start, points
     step = rate / target
     begin = math.ceil(start / step)
+    if len(points) < 2:
+        return begin, points[: int(begin * step == start)]
     frames = np.arange(begin, math.floor((start + len(points) - 1) / step) + 1)
     whole, rest = np.divmod(frames * step.numerator, step.denominator)
     index = np.minimum(whole - start, len(points) - 2)

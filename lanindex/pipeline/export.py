@@ -134,7 +134,7 @@ class _Cutter:
                 wanted=f"a {form} source",
                 remedy="Use --format native.",
             )
-        self.data = _unchanged(library.location(source.id), source)
+        self.data = _unchanged(source)
         self.lines = capture.scan(self.data, source.path)
 
     def contents(self, span: Span) -> Iterator[tuple[str, bytes]]:
@@ -144,7 +144,8 @@ class _Cutter:
         yield ".lnd", lnd.write(excerpt(self.score, span)).encode()
 
 
-def _unchanged(location: str, source: Capture) -> bytes:
+def _unchanged(source: Capture) -> bytes:
+    location = source.location
     remedy = "Ingest it again, then search again."
     try:
         data = capture.load(location)

@@ -63,12 +63,15 @@ class Task:
         How to read it.
     known : tuple or None
         sha256 and encoding of what the library holds from there.
+    only_look : bool
+        Whether only to see if it has changed.
     """
 
     path: str
     profile: Profile
     reading: Reading = Reading()
     known: tuple[str, Encoding] | None = None
+    only_look: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,9 +164,6 @@ def prepare(task: Task) -> Outcome:
 
 
 def _prepare(task: Task) -> Outcome:
-    from lanindex.encode import encode
-    from lanindex.notation import lnd
-
     data = capture.load(task.path)
     sha256 = hashlib.sha256(data).hexdigest()
     notated = Path(task.path).suffix.lower() == ".lnd"
@@ -172,23 +172,9 @@ def _prepare(task: Task) -> Outcome:
         encoding = Encoding(task.profile.name, task.profile.digest, task.reading.told())
     if task.known == (sha256, encoding):
         return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
-    warnings: tuple[str, ...] = ()
-    if notated:
-        score = lnd.read(data, place=task.path)
-        form = "lnd"
-    else:
-        reading = task.reading
-        motion = capture.read(
-            task.path,
-            unit=reading.unit,
-            up=reading.up,
-            rate=reading.rate,
-            compose=reading.compose,
-            data=data,
-        )
-        score, form, warnings = encode(motion, task.profile), motion.source.format, motion.warnings
-        if score.meter.division != task.profile.meter.division:
-            warnings += (f"the grid was refined to {score.meter.division} ticks a unit",)
+    if task.only_look:
+        return Outcome(task.path, "added")
+    score, form, warnings = (_notated if notated else _written_down)(task, data, sha256)
     return Outcome(
         task.path,
         "added",
@@ -201,6 +187,31 @@ def _prepare(task: Task) -> Outcome:
         sha256=sha256,
         encoding=encoding,
     )
+
+
+def _notated(task: Task, data: bytes, sha256: str) -> tuple[Score, str, tuple[str, ...]]:
+    from lanindex.notation import lnd
+
+    return lnd.read(data, place=task.path), "lnd", ()
+
+
+def _written_down(task: Task, data: bytes, sha256: str) -> tuple[Score, str, tuple[str, ...]]:
+    from lanindex.encode import encode
+
+    told = task.reading
+    motion = capture.read(
+        task.path,
+        unit=told.unit,
+        up=told.up,
+        rate=told.rate,
+        compose=told.compose,
+        data=data,
+        sha256=sha256,
+    )
+    score, warnings = encode(motion, task.profile), motion.warnings
+    if score.meter.division != task.profile.meter.division:
+        warnings += (f"the grid was refined to {score.meter.division} ticks a unit",)
+    return score, motion.source.format, warnings
 
 
 def ingest(
@@ -304,34 +315,46 @@ def _store(
 
 
 def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
-    """Prepare tasks in several processes, in their order, with a few ahead."""
+    """Prepare tasks in several processes, in their order, with a few ahead.
+
+    What is unchanged is told here: processes start with the first file that is not.
+    """
     from concurrent.futures import ProcessPoolExecutor
-    from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_ignore_interrupts)
-    waiting: deque[tuple[Task, Future[Outcome]]] = deque()
-
-    def next_outcome() -> Outcome:
-        task, future = waiting.popleft()
-        try:
-            return future.result()
-        except BrokenProcessPool as error:
-            raise CaptureError(
-                "the process that read it died (out of memory?)",
-                place=task.path,
-                remedy="Try again with --jobs 1.",
-            ) from error
-
+    waiting: deque[tuple[Task, Future[Outcome] | Outcome]] = deque()
     try:
         for task in tasks:
-            waiting.append((task, pool.submit(prepare, task)))
+            waiting.append((task, _unchanged(task) or pool.submit(prepare, task)))
             if len(waiting) >= 4 * jobs:
-                yield next_outcome()
+                yield _done(*waiting.popleft())
         while waiting:
-            yield next_outcome()
+            yield _done(*waiting.popleft())
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _unchanged(task: Task) -> Outcome | None:
+    if task.known is None:
+        return None
+    outcome = prepare(replace(task, only_look=True))
+    return None if outcome.status == "added" else outcome
+
+
+def _done(task: Task, result: Future[Outcome] | Outcome) -> Outcome:
+    from concurrent.futures.process import BrokenProcessPool
+
+    if isinstance(result, Outcome):
+        return result
+    try:
+        return result.result()
+    except BrokenProcessPool as error:
+        raise CaptureError(
+            "the process that read it died (out of memory?)",
+            place=task.path,
+            remedy="Try again with --jobs 1.",
+        ) from error
 
 
 def _ignore_interrupts(*_: Any) -> None:

@@ -2,10 +2,79 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import typer
 
 from lanindex.app import options
 from lanindex.app.cli import SETTINGS
 from lanindex.app.screen import Screen
 
+if TYPE_CHECKING:
+    from lanindex.library.migrate import Status
+
 app = typer.Typer(help="Look after the library.", no_args_is_help=True, **SETTINGS)
+
+
+@app.command()
+def status(
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    color: options.Color = "auto",
+) -> None:
+    """Say whether the library fits this program."""
+    from lanindex.library import migrate
+
+    _say(Screen(json, quiet, color=color), migrate.status(db))
+
+
+@app.command()
+def upgrade(
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    color: options.Color = "auto",
+) -> None:
+    """Bring the library to this program's revision; its content stays."""
+    from lanindex.library import migrate
+
+    _say(Screen(json, quiet, color=color), migrate.upgrade(db))
+
+
+@app.command()
+def check(
+    db: options.Db = options.DB,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    color: options.Color = "auto",
+) -> None:
+    """Look for damage; exits with 1 if there is any."""
+    screen = Screen(json, quiet, color=color)
+    from lanindex.library import migrate
+
+    found = migrate.check(db)
+    for sentence in found:
+        if json:
+            screen.record({"damage": sentence})
+        else:
+            screen.out(sentence)
+    if json:
+        screen.record({"summary": {"damages": len(found)}})
+    screen.note(f"{db}: {len(found) or 'no'} damage{'s' if len(found) > 1 else ''} found")
+    if found:
+        raise typer.Exit(1)
+
+
+def _say(screen: Screen, found: Status) -> None:
+    if screen.json:
+        screen.record(
+            {
+                "library": found.place,
+                "revision": found.found,
+                "newest": found.newest,
+                "state": found.state,
+            }
+        )
+    else:
+        screen.out(f"{found.place}: revision {found.found}, {found.state}")

@@ -5,13 +5,16 @@ from __future__ import annotations
 import tempfile
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lanindex.app import options
 from lanindex.app.screen import Screen
 from lanindex.errors import LanindexError
+
+if TYPE_CHECKING:
+    from lanindex.pipeline import Library
 
 SEARCHES = (
     ("arms side mid -> place high", "both arms open to their sides, then go up"),
@@ -39,9 +42,8 @@ def run(
     begun = time.monotonic()
     place = folder or Path(tempfile.mkdtemp(prefix="lanindex-demo-"))
     place.mkdir(parents=True, exist_ok=True)
-    db = place / "demo.db"
+    db, source = place / "demo.db", corpus()
     with open_library(db, create=True) as library:
-        source = corpus()
         done = library.ingest(*sorted(source.glob("*.bvh")), labels=source / "labels.csv")
         stats = library.stats()
         screen.out(
@@ -49,15 +51,7 @@ def run(
             f"wrote them down: {stats.symbols:,} symbols."
         )
         for pattern, meaning in SEARCHES:
-            found = library.search(pattern)
-            screen.out()
-            screen.out(screen.paint(f'$ lanindex search "{pattern}"', "match"))
-            screen.out(screen.paint(f"# {meaning}", "dim"))
-            present.hits(screen, found[:3])
-            captures = len({hit.capture.id for hit in found})
-            screen.out(
-                f"{present.counted(len(found), 'hit')} in {present.counted(captures, 'capture')}"
-            )
+            _search(screen, library, pattern, meaning)
         pattern = SEARCHES[0][0]
         clips = library.export(library.search(pattern), place / "clips", pad="0.5s", force=True)
     screen.out()
@@ -67,12 +61,21 @@ def run(
             f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})"
         )
     screen.out(f"All in {time.monotonic() - begun:.1f} s. Now type:")
-    for line in (
-        f'lanindex search "r_arm rising x2" --db {db}',
-        f"lanindex show 1 --db {db}",
-        "lanindex ingest YOUR_FOLDER    # then search without --db",
-    ):
-        screen.out(f"  {line}")
+    screen.out(f'  lanindex search "r_arm rising x2" --db {db}')
+    screen.out(f"  lanindex show 1 --db {db}")
+    screen.out("  lanindex ingest YOUR_FOLDER    # then search without --db")
+
+
+def _search(screen: Screen, library: Library, pattern: str, meaning: str) -> None:
+    from lanindex.app import present
+
+    found = library.search(pattern)
+    captures = len({hit.capture.id for hit in found})
+    screen.out()
+    screen.out(screen.paint(f'$ lanindex search "{pattern}"', "match"))
+    screen.out(screen.paint(f"# {meaning}", "dim"))
+    present.hits(screen, found[:3])
+    screen.out(f"{present.counted(len(found), 'hit')} in {present.counted(captures, 'capture')}")
 
 
 def corpus() -> Path:

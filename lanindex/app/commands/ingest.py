@@ -53,7 +53,6 @@ def run(
     screen = Screen(json, quiet, verbose, color)
     from contextlib import ExitStack
 
-    from lanindex.app.present import counted, duration
     from lanindex.encode.profile import load
     from lanindex.pipeline import open_library
     from lanindex.pipeline.ingest import discover, ingest
@@ -86,25 +85,30 @@ def run(
             tally.update({outcome.status: 1, "frames": outcome.frames, "symbols": outcome.symbols})
             tally["milliseconds"] += round(1000 * outcome.seconds)
             _report(screen, outcome)
-    if json:
-        keys = ("added", "unchanged", "failed", "frames", "symbols")
-        screen.record({"summary": {key: tally[key] for key in keys}})
-    said = ", ".join(
-        f"{tally[status]} {word}"
-        for status, word in (
-            ("added", "would be added" if dry_run else "added"),
-            ("unchanged", "unchanged"),
-            ("failed", "failed"),
-        )
-        if tally[status]
-    )
-    screen.note(
-        f"{counted(len(files), 'file')}: {said or 'nothing to do'}; "
-        f"{duration(tally['milliseconds'] / 1000)} of movement, "
-        f"{counted(tally['symbols'], 'symbol')}, in {time.monotonic() - begun:.1f} s"
-    )
+    _summary(screen, tally, len(files), time.monotonic() - begun, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
+
+
+def _summary(
+    screen: Screen, tally: Counter[str], files: int, elapsed: float, dry_run: bool
+) -> None:
+    from lanindex.app.present import counted, duration
+
+    if screen.json:
+        keys = ("added", "unchanged", "failed", "frames", "symbols")
+        screen.record({"summary": {key: tally[key] for key in keys}})
+    words = {
+        "added": "would be added" if dry_run else "added",
+        "unchanged": "unchanged",
+        "failed": "failed",
+    }
+    said = ", ".join(f"{tally[key]} {word}" for key, word in words.items() if tally[key])
+    screen.note(
+        f"{counted(files, 'file')}: {said or 'nothing to do'}; "
+        f"{duration(tally['milliseconds'] / 1000)} of movement, "
+        f"{counted(tally['symbols'], 'symbol')}, in {elapsed:.1f} s"
+    )
 
 
 def _report(screen: Screen, outcome: Outcome) -> None:
