@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Select, func, or_, select
 from sqlalchemy.exc import DatabaseError
@@ -25,68 +26,63 @@ def check_connection(connection: Connection) -> list[str]:
         In a transaction.
     """
     if connection.dialect.name == "sqlite":
-        try:
-            damage = list(_damage(connection))
-        except DatabaseError as error:
-            damage = [f"the file is damaged: {error.orig}"]
-        if damage:  # what the other questions would find in a damaged file means nothing
+        damage = _damage(connection)
+        if damage:  # what a damaged file answers to the other questions means nothing
             return damage
-    found = []
-    for sentence, statement in _QUESTIONS.items():
-        found += _told(sentence, [tuple(row) for row in connection.execute(statement)])
-    return found + list(_unreadable(connection))
+    found = _unreadable(connection)
+    for sentence, question in _QUESTIONS.items():
+        found += _told(sentence, connection.execute(question).all())
+    return found
 
 
-def _told(sentence: str, rows: list[tuple[object, ...]]) -> list[str]:
+def _told(sentence: str, rows: Sequence[Any]) -> list[str]:
     told = [sentence.format(*row) for row in rows[:_MOST]]
     return told + ([f"… and {len(rows) - _MOST} more like it"] if len(rows) > _MOST else [])
 
 
-def _damage(connection: Connection) -> Iterator[str]:
-    for (line,) in connection.exec_driver_sql(f"PRAGMA integrity_check({_MOST})"):
-        if line != "ok":
-            yield f"the file is damaged: {line}"
-    orphans = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
-    yield from _told(
-        "a row of {0} hangs on a row of {2} that does not exist", list(map(tuple, orphans))
-    )
+def _damage(connection: Connection) -> list[str]:
+    try:
+        pages = connection.exec_driver_sql(f"PRAGMA integrity_check({_MOST})").all()
+        bonds = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+    except DatabaseError as error:
+        return [f"the file is damaged: {error.orig}"]
+    found = [f"the file is damaged: {line}" for (line,) in pages if line != "ok"]
+    return found + _told("a row of {0} hangs on a row of {2} that does not exist", bonds)
 
 
-def _symbols(
-    wrong: ColumnElement[bool], *columns: ColumnElement[object]
-) -> Select[tuple[object, ...]]:
+def _symbols(wrong: ColumnElement[bool], *columns: ColumnElement[Any]) -> Select[Any]:
     return (
         select(capture.c.path, symbol.c.part, symbol.c.ordinal, *columns)
         .join_from(symbol, capture, capture.c.id == symbol.c.capture_id)
         .where(wrong)
-        .limit(1000)
+        .order_by(symbol.c.capture_id, symbol.c.part, symbol.c.ordinal)
     )
 
 
-_span = (symbol.c.start_frame, symbol.c.end_frame, capture.c.frames)
-_last = func.max(symbol.c.ordinal)
+_LAST = func.max(symbol.c.ordinal)
 
-_QUESTIONS: dict[str, Select[tuple[object, ...]]] = {
+_QUESTIONS: dict[str, Select[Any]] = {
     "{0}: {1}, symbol {2} lies at [{3}, {4}), outside the {5} frames": _symbols(
         or_(
             symbol.c.start_frame < 0,
             symbol.c.end_frame < symbol.c.start_frame,
             symbol.c.end_frame > capture.c.frames,
         ),
-        *_span,
+        *(symbol.c.start_frame, symbol.c.end_frame, capture.c.frames),
     ),
-    "{0}: {1}, symbol {2} has the unknown direction {3}": _symbols(
+    "{0}: {1}, symbol {2} has the unknown direction {3} or {4}": _symbols(
         or_(symbol.c.direction.not_in(DIRECTIONS), symbol.c.runner_direction.not_in(DIRECTIONS)),
-        symbol.c.direction,
+        *(symbol.c.direction, symbol.c.runner_direction),
     ),
-    "{0}: {1}, symbol {2} has the unknown level {3}": _symbols(
-        or_(symbol.c.level.not_in(LEVELS), symbol.c.runner_level.not_in(LEVELS)), symbol.c.level
+    "{0}: {1}, symbol {2} has the unknown level {3} or {4}": _symbols(
+        or_(symbol.c.level.not_in(LEVELS), symbol.c.runner_level.not_in(LEVELS)),
+        *(symbol.c.level, symbol.c.runner_level),
     ),
-    "{0}: {1} has {2} symbols, numbered up to {3}": (
-        select(capture.c.path, symbol.c.part, func.count(), _last)
+    "{0}: {1} has {2} symbols, the last is number {3}": (
+        select(capture.c.path, symbol.c.part, func.count(), _LAST)
         .join_from(symbol, capture, capture.c.id == symbol.c.capture_id)
         .group_by(symbol.c.capture_id, capture.c.path, symbol.c.part)
-        .having(_last + 1 != func.count())
+        .having(func.count() != _LAST + 1)
     ),
     "the profile {0} wrote nothing down": (
         select(profile.c.name)
@@ -94,19 +90,20 @@ _QUESTIONS: dict[str, Select[tuple[object, ...]]] = {
         .where(capture.c.id.is_(None))
     ),
 }
-"""A sentence, and the rows of which it is true."""
+"""A sentence, and what to ask for the rows of which it is true."""
 
 
-def _unreadable(connection: Connection) -> Iterator[str]:
+def _unreadable(connection: Connection) -> list[str]:
     columns = (capture.c.rate, capture.c.speed, capture.c.options, capture.c.other)
-    for row in connection.execute(select(capture.c.path, *columns)):
-        for column in columns:
-            if not _reads(column.name, row._mapping[column]):
-                yield f"{row.path}: {column.name} cannot be read: {row._mapping[column]}"
+    texts = [
+        (row.path, column.name, row[index])
+        for row in connection.execute(select(*columns, capture.c.path))
+        for index, column in enumerate(columns)
+    ]
     known = select(capture.c.path, track.c.part, track.c.known).join_from(track, capture)
-    for path, part, text in connection.execute(known):
-        if not _reads("known", text):
-            yield f"{path}: {part}: the stretches in which it was seen cannot be read: {text}"
+    texts += [(f"{path}: {part}", "known", text) for path, part, text in connection.execute(known)]
+    wrong = [text for text in texts if not _reads(*text[1:])]
+    return _told("{0}: {1} cannot be read: {2}", wrong)
 
 
 def _reads(name: str, text: str) -> bool:

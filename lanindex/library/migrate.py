@@ -160,8 +160,10 @@ def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
     where = target(named)
     connection = opened(where, create=False, readonly=True, timeout=_TIMEOUT)
     try:
-        with translated(where.place), reading(connection):
-            return check_connection(connection)
+        with translated(where.place), reading(connection) as transaction:
+            found = check_connection(connection)
+            transaction.rollback()  # in a damaged file a commit fails
+        return found
     finally:
         connection.close()
 

@@ -76,11 +76,13 @@ def _check_codes(track: Track, place: str) -> None:
 
 def _check_spans(track: Track, frames: int, place: str) -> None:
     start, stop = track.symbols["start"], track.symbols["stop"]
-    if start.min() < 0 or stop.max() > frames or (stop < start).any():
+    wrong = (start < 0) | (stop < start) | (stop > frames)
+    if wrong.any():
+        row = int(wrong.argmax())
         raise LibraryError(
-            f"{track.part} has symbols from frame {start.min()} to {stop.max()}",
+            f"symbol {row} of {track.part} lies at [{start[row]}, {stop[row]})",
             place=place,
-            wanted=f"spans within 0 to {frames}",
+            wanted=f"start before end, within the {frames} frames",
         )
 
 

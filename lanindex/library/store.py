@@ -213,19 +213,16 @@ class Library:
         """
         _check_said(self.place, label, metadata)
         before = self.capture(which)
-        if (label is None or label == before.label) and (
-            metadata is None or metadata == before.metadata
-        ):
-            return False
-        with self._changing() as connection:
-            write.describe(connection, before.id, label, metadata)
-        return True
+        same = label in (None, before.label) and metadata in (None, before.metadata)
+        if not same:
+            with self._changing() as connection:
+                write.describe(connection, before.id, label, metadata)
+        return not same
 
     def remove(self, which: int | str) -> None:
         """Take a capture out of the library."""
-        number = self.capture(which).id
         with self._changing() as connection:
-            write.remove_capture(connection, number)
+            write.remove_capture(connection, self._capture(connection, which).id)
             write.forget_profiles(connection)
 
     def known(self) -> dict[str, tuple[str, Encoding]]:
@@ -269,17 +266,8 @@ class Library:
         LibraryError
             If there is none, or there are several.
         """
-        if isinstance(which, str):
-            return find_capture(self.captures(), which, self.place)
         with self._reading() as connection:
-            found = read.read_captures(connection, [which])
-        if not found:
-            raise LibraryError(
-                f"there is no capture {which}",
-                place=self.place,
-                remedy="All are shown by: lanindex list",
-            )
-        return found[0]
+            return self._capture(connection, which)
 
     def tracks(
         self, captures: Iterable[int] | None = None, parts: Iterable[str] | None = None
@@ -308,10 +296,8 @@ class Library:
 
     def score(self, which: int | str) -> Score:
         """Return the score of a capture, field by field as it was stored."""
-        number = self.capture(which).id
         with self._reading() as connection:
-            (capture,) = read.read_captures(connection, [number])
-            return read.read_score(connection, capture)
+            return read.read_score(connection, self._capture(connection, which))
 
     def parts(self) -> list[str]:
         """Return the parts that any capture has, in the order of the alphabet."""
@@ -324,6 +310,17 @@ class Library:
         path = self._where.path
         with self._reading() as connection:
             return count(connection, path.stat().st_size if path else 0)
+
+    def _capture(self, connection: Connection, which: int | str) -> Capture:
+        if isinstance(which, str):
+            return find_capture(read.read_captures(connection), which, self.place)
+        for capture in read.read_captures(connection, [which]):
+            return capture
+        raise LibraryError(
+            f"there is no capture {which}",
+            place=self.place,
+            remedy="All are shown by: lanindex list",
+        )
 
     @contextmanager
     def _reading(self) -> Iterator[Connection]:

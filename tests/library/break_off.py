@@ -1,0 +1,80 @@
+"""Break off processes that fill a library, at random moments; each time look what is left.
+
+Run as ``break_off.py FOLDER kill|interrupt TIMES SEED``; fails if a capture is not whole.
+"""
+
+import os
+import random
+import signal
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from sample import add_sample, sample_score
+
+from lanindex.library.migrate import check
+from lanindex.library.store import open_library
+
+CAPTURES = 25
+
+
+def fill_until(path: Path, how: str, after: float) -> None:
+    """Add what is missing, and be ended after some seconds."""
+    if how == "interrupt":
+        signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, after)  # unhandled, its signal ends a process at once
+    with open_library(path, create=True) as library:
+        known = library.known()
+        for number in range(CAPTURES):
+            if os.path.abspath(f"{number}.bvh") not in known:
+                add_sample(library, number)
+
+
+def assert_whole(path: Path) -> int:
+    """Return the number of captures, all of them whole."""
+    if not path.exists() or path.stat().st_size == 0:
+        return 0
+    assert check(path) == []
+    with open_library(path, readonly=True) as library:
+        found = list(library.tracks())
+    for capture, tracks in found:
+        wanted = sample_score(int(Path(capture.path).stem)).tracks
+        assert list(tracks) == list(wanted)
+        for part, track in wanted.items():
+            assert tracks[part].symbols.tolist() == track.symbols.tolist()
+    return len(found)
+
+
+def ended(path: Path, how: str, after: float) -> bool:
+    """Fill in another process; return whether it was broken off."""
+    child = os.fork()
+    if child:
+        return os.waitpid(child, 0)[1] != 0
+    try:
+        fill_until(path, how, after)
+        os._exit(0)
+    except KeyboardInterrupt:
+        os._exit(130)
+
+
+def main(folder: Path, how: str, times: int, seed: int) -> None:
+    """Break off some times; print how often, and how many runs it took to fill a library."""
+    choice = random.Random(seed)
+    broken, runs, round_ = 0, 0, 0
+    while broken < times:
+        path = folder / f"{round_}.db"
+        while True:
+            runs += 1
+            interrupted = ended(path, how, choice.uniform(0.001, 0.12))
+            found = assert_whole(path)
+            broken += interrupted
+            if not interrupted:
+                assert found == CAPTURES
+                break
+        round_ += 1
+    print(broken, runs, round_)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))

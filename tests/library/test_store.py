@@ -1,0 +1,300 @@
+"""What a library keeps, tells apart, finds and counts."""
+
+import json
+import os
+import sqlite3
+
+import numpy as np
+import pytest
+import sqlalchemy
+from sample import ENCODING, add_sample, fill, sample_score
+from strategies import assert_same_score
+
+from lanindex.errors import LibraryError
+from lanindex.library import rows, schema
+from lanindex.library.connect import make_tables, target
+from lanindex.library.store import Encoding, Library, open_library
+from lanindex.model import Score, Track
+
+
+@pytest.fixture
+def library():
+    with open_library(":memory:", create=True) as library:
+        yield library
+
+
+def add(library, path, score=None, **extra):
+    said = {"format": "bvh", "sha256": "ab", "encoding": ENCODING} | extra
+    return library.add(path, sample_score() if score is None else score, **said)
+
+
+def test_a_plain_select_can_be_read(tmp_path):
+    path = tmp_path / "some.db"
+    fill(path, 1)
+    with sqlite3.connect(path) as connection:
+        found = connection.execute(
+            "SELECT part, direction, level, start_frame, end_frame FROM symbol WHERE part = 'head'"
+        ).fetchall()
+        assert found[:3] == [
+            ("head", "right", "low", 0, 0),
+            ("head", "r_forward", "mid", 1, 10),
+            ("head", "forward", "high", 11, 20),
+        ]
+        (capture,) = connection.execute("SELECT path, fps, rate, frames FROM capture").fetchall()
+        assert capture == ("0.bvh", pytest.approx(29.97, abs=0.01), "30000/1001", 60)
+        profiles = connection.execute(
+            "SELECT path, name, options FROM capture JOIN profile ON profile.id = profile_id"
+        ).fetchall()
+        assert profiles == [("0.bvh", "default", '{"up": "z"}')]
+
+
+def test_the_rows_are_in_the_order_of_the_table():
+    assert tuple(schema.symbol.c.keys()) == rows.COLUMNS
+
+
+def test_the_same_content_elsewhere_is_another_capture(library):
+    assert add(library, "a.bvh") != add(library, "b.bvh")
+    assert len(library.captures()) == 2
+
+
+def test_one_path_however_written_is_one_capture(library, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    first = add(library, "sub/a.bvh")
+    assert library.capture(first).path == "sub/a.bvh"
+    assert library.capture(first).location == str(tmp_path / "sub" / "a.bvh")
+    assert add(library, "./sub/a.bvh") == first
+    monkeypatch.chdir(tmp_path / "sub")
+    assert add(library, "a.bvh") == first
+    assert add(library, tmp_path / "sub" / "a.bvh") == first
+    assert list(library.known()) == [str(tmp_path / "sub" / "a.bvh")]
+
+
+def test_another_profile_replaces_the_encoding(library):
+    number = add(library, "a.bvh", label="walk", metadata={"who": "x"})
+    add(library, "b.bvh")
+    paper = Encoding("paper", "e" * 64, {"unit": "cm", "fps": "30"})
+    assert add(library, "a.bvh", sample_score(4), encoding=paper) == number
+    assert_same_score(library.score(number), sample_score(4))
+    (first, second) = library.captures()
+    assert (first.label, first.metadata) == ("walk", {"who": "x"})
+    assert library.known() == {
+        first.location: ("ab", paper),
+        second.location: ("ab", ENCODING),
+    }
+    assert library.stats().profiles == {"default": 1, "paper": 1}
+    add(library, "b.bvh", encoding=paper)
+    assert library.stats().profiles == {"paper": 2}
+    assert library._connection.exec_driver_sql("SELECT name FROM profile").all() == [("paper",)]
+
+
+def test_a_score_that_came_as_one_has_no_profile(library):
+    add(library, "a.lnd", format="lnd", encoding=None)
+    assert list(library.known().values()) == [("ab", Encoding())]
+    assert library.stats().profiles == {"": 1}
+
+
+def test_labels_change_without_the_score(library):
+    number = add(library, "a.bvh", label="walk", metadata={"who": "x", "take": "1"})
+    assert not library.label(number)
+    assert not library.label(number, "walk", {"take": "1", "who": "x"})
+    assert library.label("a.bvh", "run")
+    assert library.label(number, metadata={"who": "y"})
+    capture = library.capture(number)
+    assert (capture.label, capture.metadata) == ("run", {"who": "y"})
+    assert library.label(number, "", {})
+    assert (library.capture(number).label, library.capture(number).metadata) == ("", {})
+    assert_same_score(library.score(number), sample_score())
+
+
+def test_what_is_removed_is_gone(library):
+    numbers = [add(library, name, metadata={"a": "b"}) for name in ("a.bvh", "b.bvh")]
+    library.remove("a.bvh")
+    assert [capture.id for capture in library.captures()] == numbers[1:]
+    with pytest.raises(LibraryError, match="there is no capture 1"):
+        library.score(numbers[0])
+    library.remove(numbers[1])
+    for table in schema.tables.sorted_tables:
+        assert library._connection.execute(sqlalchemy.select(table)).all() == []
+
+
+def test_tracks_of_some_captures_and_parts(library):
+    numbers = [add_sample(library, number) for number in range(200)]
+    assert [capture.id for capture, _ in library.tracks()] == numbers
+    chosen = [numbers[150], numbers[3], 10_000, numbers[3]]
+    found = list(library.tracks(chosen, ["head", "tail"]))
+    assert [(capture.path, list(tracks)) for capture, tracks in found] == [
+        ("3.bvh", ["head"]),
+        ("150.bvh", ["head"]),
+    ]
+    assert [list(tracks) for _, tracks in library.tracks([1], ["tail"])] == [[]]
+    wanted = sample_score(150).tracks["head"]
+    assert found[1][1]["head"].symbols.tolist() == wanted.symbols.tolist()
+
+
+def test_a_reader_between_two_captures_lets_others_write(tmp_path):
+    fill(tmp_path / "some.db", 3)
+    with open_library(tmp_path / "some.db", readonly=True) as library:
+        tracks = library.tracks()
+        next(tracks)
+        with open_library(tmp_path / "some.db", timeout=0.1) as other:
+            add_sample(other, 3)
+        assert len(list(tracks)) == 2
+
+
+def test_arrays_of_the_library_are_read_only(library):
+    score = library.score(add(library, "a.bvh"))
+    with pytest.raises(ValueError, match="read-only"):
+        score.tracks["head"].symbols["start"] = 3
+
+
+def test_parts_in_the_order_of_the_alphabet(library):
+    assert library.parts() == []
+    add(library, "a.bvh", sample_score(parts=("torso", "tail", "l_arm")))
+    add(library, "b.bvh", sample_score(parts=("r_arm",)))
+    assert library.parts() == ["r_arm", "l_arm", "torso", "tail"]
+
+
+def test_counts(library):
+    assert library.stats().captures == 0
+    for name, label in (("a.bvh", "walk"), ("b.bvh", "walk"), ("c.lnd", "")):
+        add(library, name, label=label, format=name[-3:])
+    stats = library.stats()
+    assert (stats.captures, stats.frames, stats.symbols) == (3, 180, 54)
+    assert stats.seconds == pytest.approx(180 * 1001 / 30000)
+    assert stats.parts == {"head": 18, "l_arm": 18, "r_arm": 18}
+    assert stats.labels == {"": 1, "walk": 2}
+    assert stats.formats == {"bvh": 2, "lnd": 1}
+    assert stats.profiles == {"default": 3}
+
+
+def test_captures_by_glob(library):
+    for name in ("a/walk_1.bvh", "a/run_1.bvh", "b/walk_2.bvh"):
+        add(library, name)
+    found = {
+        glob: [capture.path for capture in library.captures(glob)]
+        for glob in ("walk*", "a/*", os.path.abspath("b") + "/*", "*", "walk")
+    }
+    assert list(found.values()) == [
+        ["a/walk_1.bvh", "b/walk_2.bvh"],
+        ["a/walk_1.bvh", "a/run_1.bvh"],
+        ["b/walk_2.bvh"],
+        ["a/walk_1.bvh", "a/run_1.bvh", "b/walk_2.bvh"],
+        [],
+    ]
+
+
+def test_a_capture_by_its_name(library):
+    for name in ("a/walk.bvh", "b/walk.bvh", "b/run.bvh"):
+        add(library, name)
+    for named, wanted in (
+        ("b/run.bvh", 3),
+        ("run.bvh", 3),
+        (os.path.abspath("a/walk.bvh"), 1),
+        ("2", 2),
+        (2, 2),
+    ):
+        assert library.capture(named).id == wanted
+    with pytest.raises(LibraryError, match=r"2 captures are called walk.bvh\. Name one: /"):
+        library.capture("walk.bvh")
+    with pytest.raises(LibraryError, match=r"no capture b/runn.bvh\. Did you mean b/run.bvh"):
+        library.capture("b/runn.bvh")
+    with pytest.raises(LibraryError, match=r"no capture \*\. All are shown by: lanindex list"):
+        library.capture("*")
+
+
+def bad_scores():
+    score = sample_score()
+    changes = {
+        "direction": ("direction", 9),
+        "level": ("level", -1),
+        "runner_level": ("runner_level", 3),
+        r"symbol 3 of head lies at \[99, 30\)": ("start", 99),
+        r"\[-1, 30\)": ("start", -1),
+        r"\[21, 61\), wanted .* within the 60 frames": ("stop", 61),
+    }
+    for said, (field, value) in changes.items():
+        symbols = score.tracks["head"].symbols.copy()
+        symbols[field][3] = value
+        yield said, {"head": Track("head", symbols, ())}
+    yield "the track of head", {"r_arm": score.tracks["head"]}
+
+
+@pytest.mark.parametrize(("said", "tracks"), list(bad_scores()))
+def test_a_score_that_says_nonsense_is_refused(library, said, tracks):
+    score = Score(sample_score().rate, 60, sample_score().meter, tracks)
+    with pytest.raises(LibraryError, match=said) as caught:
+        add(library, "a.bvh", score)
+    assert caught.value.place == "a.bvh"
+    assert library.captures() == []
+
+
+@pytest.mark.parametrize(
+    ("path", "extra"),
+    [
+        ("\udcff.bvh", {}),
+        ("a.bvh", {"label": "\udcff"}),
+        ("a.bvh", {"metadata": {"k": "\udcff"}}),
+        ("a.bvh", {"metadata": {"\udcff": "v"}}),
+    ],
+)
+def test_names_that_are_no_text_are_refused(library, path, extra):
+    with pytest.raises(LibraryError, match="bytes that are no UTF-8") as caught:
+        add(library, path, **extra)
+    str(caught.value).encode()
+    assert library.captures() == []
+    number = add(library, "b.bvh")
+    if extra:
+        with pytest.raises(LibraryError, match="bytes that are no UTF-8"):
+            library.label(number, **extra)
+
+
+def test_what_fails_halfway_leaves_nothing(library, monkeypatch):
+    number = add(library, "a.bvh", label="walk")
+    monkeypatch.setattr(rows, "symbol_rows", lambda *_: [(1, "head", 0, *[None] * 12)])
+    for path in ("a.bvh", "b.bvh"):
+        with pytest.raises(LibraryError, match="the database says: NOT NULL"):
+            add(library, path, sample_score(5), label="run")
+    assert_same_score(library.score(number), sample_score())
+    assert [capture.label for capture in library.captures()] == ["walk"]
+
+
+def test_a_hand_edited_word_is_named(library):
+    number = add(library, "a.bvh")
+    library._connection.exec_driver_sql("UPDATE symbol SET level = 'hihg' WHERE ordinal = 2")
+    library._connection.commit()
+    with pytest.raises(LibraryError, match=r"unknown level: 'hihg'.*lanindex db check"):
+        library.score(number)
+
+
+def test_a_closed_library_says_so(tmp_path):
+    library = open_library(tmp_path / "some.db", create=True)
+    library.close()
+    library.close()
+    with pytest.raises(LibraryError, match="closed"):
+        library.captures()
+
+
+def test_a_driver_that_takes_no_tuples(tmp_path):
+    engine = sqlalchemy.create_engine("sqlite://", paramstyle="named")
+    connection = engine.connect()
+    make_tables(connection, "some.db")
+    with Library(target(":memory:"), connection) as library:
+        assert not connection.dialect.positional
+        number = add(library, "a.bvh", metadata={"who": "x"})
+        assert_same_score(library.score(number), sample_score())
+
+
+def test_the_heading_is_kept_as_bytes_of_one_order(library):
+    score = sample_score()
+    turned = Score(score.rate, 60, score.meter, {}, np.array([1.5, np.nan], ">f4").astype("f4"))
+    number = add(library, "a.bvh", turned)
+    stored = library._connection.exec_driver_sql("SELECT heading, options FROM capture").one()
+    library._connection.commit()
+    assert stored.heading == np.array([1.5, np.nan], "<f4").tobytes()
+    assert json.loads(stored.options) == {"up": "z"}
+    assert library.score(number).heading[0] == 1.5
+
+
+def test_a_library_prints_its_place(library):
+    assert repr(library) == "<Library :memory:>"
