@@ -6,6 +6,7 @@ its starting position, symbols in order, passing rows inside the row that follow
 """
 
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 from hypothesis import strategies as st
@@ -37,30 +38,25 @@ meters = st.builds(
 )
 
 
-@st.composite
-def _cells(draw):
-    """Return direction, level, margin, runner-up of one row; the runner-up may be unknown."""
-    runner = draw(st.one_of(st.just((-1, -1)), st.tuples(directions, levels)))
-    return draw(directions), draw(levels), draw(margins), *runner
+runners = st.one_of(st.just((-1, -1)), st.tuples(directions, levels))
+_cells = st.tuples(directions, levels, margins, runners, st.integers(0, 9), st.integers(1, 99))
+"""Direction, level, margin, runner-up (may be unknown), swings, rule of one row."""
+
+
+_steps = st.lists(st.sampled_from(["move", "pass and move", "rest"]), max_size=7)
 
 
 @st.composite
 def _stretch(draw, span):
     """Return the rows of one known stretch: the starting position, then the movements."""
-    borders = draw(
-        st.lists(st.integers(span.start, span.stop), unique=True, max_size=8).map(sorted)
-    )
-    rows, begin = [(span.start, span.start, False)], None
-    for border in borders:
-        if begin is None:
-            begin = border
+    rows, steps = [(span.start, span.start, False)], draw(_steps)
+    cuts = st.lists(st.integers(span.start, span.stop), unique=True, max_size=len(steps) + 1)
+    for step, (start, stop) in zip(steps, pairwise(sorted(draw(cuts))), strict=False):
+        if step == "rest":
             continue
-        movement = (begin, border)
-        on_the_way = draw(st.integers(movement[0], movement[1]))
-        if draw(st.booleans()) and movement[0] < on_the_way < movement[1]:
-            rows.append((movement[0], on_the_way, True))
-        rows.append((*movement, False))
-        begin = border if draw(st.booleans()) else None
+        if step == "pass and move" and stop - start > 1:
+            rows.append((start, (start + stop) // 2, True))
+        rows.append((start, stop, False))
     return rows
 
 
@@ -75,19 +71,19 @@ def tracks(draw, part, frames):
     symbols = []
     for stretch in known:
         for start, stop, passing in draw(_stretch(stretch)):
-            direction, level, margin, *runner = draw(_cells())
-            rule = draw(st.integers(1, 99)) if passing else 0
-            swings = draw(st.integers(0, 9))
+            direction, level, margin, runner, swings, rule = draw(_cells)
             span = (start, stop, start, stop - start)
-            symbols.append((direction, level, *span, passing, rule, swings, margin, *runner))
+            symbols.append(
+                (direction, level, *span, passing, rule * passing, swings, margin, *runner)
+            )
     return Track(part, np.array(symbols, SYMBOL), known)
 
 
 @st.composite
 def scores(draw, only=parts, most_frames=400):
-    """Return a score as an encoder makes it, of one to four parts."""
+    """Return a score as an encoder makes it, of one to three parts."""
     frames = draw(st.integers(1, most_frames))
-    chosen = draw(st.lists(only, min_size=1, max_size=4, unique=True))
+    chosen = draw(st.lists(only, min_size=1, max_size=3, unique=True))
     return Score(
         rate=draw(rates),
         frames=frames,

@@ -59,21 +59,20 @@ def ended(path: Path, how: str, after: float) -> bool:
 
 
 def main(folder: Path, how: str, times: int, seed: int) -> None:
-    """Break off some times; print how often, and how many runs it took to fill a library."""
+    """Break off some times, each library until it is full; then fill the last one in peace."""
     choice = random.Random(seed)
-    broken, runs, round_ = 0, 0, 0
+    broken = filled = 0
     while broken < times:
-        path = folder / f"{round_}.db"
-        while True:
-            runs += 1
-            interrupted = ended(path, how, choice.uniform(0.001, 0.12))
-            found = assert_whole(path)
-            broken += interrupted
-            if not interrupted:
-                assert found == CAPTURES
-                break
-        round_ += 1
-    print(broken, runs, round_)
+        path = folder / f"{filled}.db"
+        interrupted = ended(path, how, choice.uniform(0.001, 0.12))
+        found = assert_whole(path)
+        broken += interrupted
+        filled += found == CAPTURES
+        assert interrupted or found == CAPTURES
+    path = folder / f"{filled}.db"
+    assert not ended(path, how, 0)
+    assert assert_whole(path) == CAPTURES
+    print(broken)
 
 
 if __name__ == "__main__":
