@@ -21,7 +21,7 @@ from lanindex.capture.skeleton import Rig, find_body
 from lanindex.errors import CaptureError, UsageError
 from lanindex.model import Motion, Skeleton, Source
 
-_POSES = 64
+_POSES = 32
 _WORTH_COMPILING = 8_000_000  # bytes read so far: numba's import takes the time of reading these
 COMPOSE = ("parent", "child")
 
@@ -81,7 +81,7 @@ def read(
     positions = _oriented(places, axis, scale)
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
     wrists = [index for index in wrists if index >= 0]
-    first = calibration.first_frame(positions[:2, wrists].astype(np.float32), hertz)
+    first = calibration.first_frame(positions[:2, wrists].tolist(), hertz)
     return Motion(
         Skeleton(
             joints.names,

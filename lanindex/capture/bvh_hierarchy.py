@@ -7,8 +7,9 @@ matters.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from lanindex.errors import CaptureError
 
@@ -22,9 +23,26 @@ MOST_JOINTS = 32_000
 """What an int16 index can hold."""
 
 _CODES = {name.encode(): code for code, name in enumerate(CHANNELS)}
-_WORD = re.compile(rb"[{}]|[^\s{}]+")
-_MOTION = re.compile(rb"\}\s*MOTION\b", re.IGNORECASE)
-_KEYWORDS = frozenset((b"ROOT", b"JOINT", b"END", b"OFFSET", b"CHANNELS", b"MOTION", b"{", b"}"))
+_STATEMENT = re.compile(
+    rb"""\s*(?:
+    OFFSET\s+(?P<x>[^\s{}]+)\s+(?P<y>[^\s{}]+)\s+(?P<offset>[^\s{}]+)
+    | CHANNELS\s+(?P<count>\d{1,3})(?P<channels>(?:\s+[XYZ](?:position|rotation)\b)*)
+    | (?P<close>\})
+    | (?P<kind>ROOT|JOINT)[ \t]+(?P<joint>[^\s{}](?:[^\r\n{}]*[^\s{}])?)\s*\{
+    | END[ \t]+(?P<end>[^\s{}]+)\s*\{
+    | (?P<motion>MOTION)\b
+    )""",
+    re.VERBOSE | re.IGNORECASE,
+)
+_BEGIN = re.compile(rb"(?:\xef\xbb\xbf)?\s*HIERARCHY\b", re.IGNORECASE)
+_WORD = re.compile(rb"\s*([{}]|[^\s{}]*)")
+_WANTED = {
+    b"OFFSET": "three finite numbers behind it",
+    b"CHANNELS": "how many, then as many of Xposition ... Zrotation",
+    b"ROOT": "a name and { behind it",
+    b"JOINT": "a name and { behind it",
+    b"END": "Site and { behind it",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +95,7 @@ class _Builder:
 
     data: bytes
     path: str
-    words: Iterator[re.Match[bytes]]
-    last: re.Match[bytes] | None = None
+    at: int = 0
     names: list[str] = field(default_factory=list)
     parents: list[int] = field(default_factory=list)
     offsets: list[tuple[float, ...] | None] = field(default_factory=list)
@@ -87,68 +104,44 @@ class _Builder:
     stack: list[int] = field(default_factory=list)
     seen: dict[str, int] = field(default_factory=dict)
 
-    def take(self, wanted: str) -> bytes:
-        """Return the next word."""
-        self.last = next(self.words, None)
-        if self.last is None:
-            raise CaptureError(
-                "the file ends inside the hierarchy",
-                place=f"{self.path}:{line_of(self.data, len(self.data))}",
-                wanted=wanted,
-                remedy="It was cut short: copy or export it again.",
-            )
-        return self.last.group()
-
     def error(self, found: str, wanted: str = "", remedy: str = "") -> CaptureError:
-        """Return an error at the word that was taken last."""
-        offset = self.last.start() if self.last else 0
-        place = f"{self.path}:{line_of(self.data, offset)}"
-        return CaptureError(found, place=place, wanted=wanted, remedy=remedy)
+        """Return an error at the statement that is being read."""
+        start = _WORD.match(self.data, self.at)
+        line = line_of(self.data, start.start(1) if start else self.at)
+        return CaptureError(found, place=f"{self.path}:{line}", wanted=wanted, remedy=remedy)
 
-    def number(self, owner: str) -> float:
-        """Return the next word as a number."""
-        word = self.take(f"three numbers after OFFSET of {owner}")
-        try:
-            value = float("nan" if b"_" in word else word)
-        except ValueError:
-            value = float("nan")
-        if not abs(value) <= LARGEST:
-            raise self.error(f"OFFSET of {owner} has {text_of(word)!r}", "three finite numbers")
-        return value
+    def owner(self, statement: str) -> int:
+        """Return the joint that a statement is about."""
+        if not self.stack:
+            raise self.error(f"{statement} outside any joint", "ROOT")
+        return self.stack[-1]
+
+    def called(self, joint: int) -> str:
+        """Return what to call a joint in an error."""
+        return self.names[joint] or f"the End Site of {self.names[self.parents[joint]]}"
 
     def open(self, name: str) -> None:
         """Begin a joint."""
         if len(self.names) >= MOST_JOINTS:
             raise self.error(f"more than {MOST_JOINTS} joints", "a human skeleton")
+        if self.stack and self.stack[-1] in self.ends:
+            raise self.error("a joint inside an End Site", "only an OFFSET there")
         self.names.append(name)
         self.parents.append(self.stack[-1] if self.stack else -1)
         self.offsets.append(None)
         self.channels.append(())
         self.stack.append(len(self.names) - 1)
 
-    def name(self, kind: str) -> str:
-        """Return the words up to the opening brace as a name."""
-        words: list[str] = []
-        while (word := self.take(f"a name and {{ after {kind}")) != b"{":
-            if word.upper() in _KEYWORDS and (words or word == b"}"):
-                break
-            words.append(text_of(word))
-        if word != b"{" or not words:
-            raise self.error(f"{kind} is followed by {text_of(word)!r}", "a name and {")
-        return " ".join(words)
 
-
-def _joint(build: _Builder, kind: str) -> None:
+def _joint(build: _Builder, found: re.Match[bytes]) -> None:
+    kind = found["kind"].upper().decode()
     if bool(build.stack) != (kind == "JOINT"):
-        place = "inside a joint" if build.stack else "outside any ROOT"
-        raise build.error(f"{kind} {place}", "JOINT inside the braces of a ROOT")
-    if build.stack and build.stack[-1] in build.ends:
-        raise build.error("a JOINT inside an End Site", "only an OFFSET there")
-    name = build.name(kind)
-    line = build.seen.get(name)
-    if line is not None:
+        where = "inside a joint" if build.stack else "outside any ROOT"
+        raise build.error(f"{kind} {where}", "JOINT inside the braces of a ROOT")
+    name = text_of(found["joint"])
+    if name in build.seen:
         raise build.error(
-            f"a second joint named {name!r}, the first is joint {line + 1} of the file",
+            f"a second joint named {name!r}, the first is joint {build.seen[name] + 1}",
             "every joint a name of its own",
             "Rename one of them.",
         )
@@ -156,58 +149,54 @@ def _joint(build: _Builder, kind: str) -> None:
     build.open(name)
 
 
-def _end(build: _Builder) -> None:
-    if not build.stack:
-        raise build.error("End Site outside any joint", "ROOT")
-    build.name("End")
-    build.ends.add(len(build.names))
+def _end(build: _Builder, found: re.Match[bytes]) -> None:
+    build.owner("End Site")
     build.open("")
+    build.ends.add(build.stack[-1])
 
 
-def _offset(build: _Builder) -> None:
-    owner = _owner(build, "OFFSET")
-    build.offsets[build.stack[-1]] = tuple(build.number(owner) for _ in range(3))
+def _offset(build: _Builder, found: re.Match[bytes]) -> None:
+    joint = build.owner("OFFSET")
+    words = found.group("x", "y", "offset")
+    try:
+        values = tuple(map(float, words))
+    except ValueError:
+        values = (float("nan"),)
+    if not all(abs(value) <= LARGEST for value in values) or b"_" in b"".join(words):
+        numbers = text_of(b" ".join(words))[:60]
+        raise build.error(f"OFFSET of {build.called(joint)} is {numbers!r}", "three finite numbers")
+    build.offsets[joint] = values
 
 
-def _channels(build: _Builder) -> None:
-    owner = _owner(build, "CHANNELS")
-    count = build.take("the number of channels")
-    codes = []
-    for _ in range(int(count) if count.isdigit() and len(count) < 4 else 0):
-        word = build.take("the channels' names")
-        code = _CODES.get(word.lower())
-        if code is None:
-            raise build.error(
-                f"CHANNELS {text_of(count)} of {owner} names {text_of(word)!r}",
-                "Xposition ... Zrotation, as many as the number says",
-            )
-        codes.append(code)
-    if len(codes) != (int(count) if count.isdigit() else -1):
-        raise build.error(f"CHANNELS {text_of(count)!r} of {owner}", "a number from 0 to 999")
-    build.channels[build.stack[-1]] = tuple(codes)
+@lru_cache(maxsize=256)
+def _codes(names: bytes) -> tuple[int, ...]:
+    return tuple(_CODES[name.lower()] for name in names.split())
 
 
-def _owner(build: _Builder, word: str) -> str:
-    if not build.stack:
-        raise build.error(f"{word} outside any joint", "ROOT")
-    return build.names[build.stack[-1]] or "an End Site"
+def _channels(build: _Builder, found: re.Match[bytes]) -> None:
+    joint = build.owner("CHANNELS")
+    codes = _codes(found["channels"])
+    if len(codes) != int(found["count"]):
+        raise build.error(
+            f"CHANNELS of {build.called(joint)} says {int(found['count'])} and names {len(codes)}",
+            "as many of Xposition ... Zrotation as the number says",
+        )
+    build.channels[joint] = codes
 
 
-def _close(build: _Builder) -> None:
-    if not build.stack:
-        raise build.error("} without a {", "ROOT or MOTION")
-    joint = build.stack.pop()
+def _close(build: _Builder, found: re.Match[bytes]) -> None:
+    joint = build.owner("}")
     if build.offsets[joint] is None:
-        raise build.error(f"{build.names[joint] or 'an End Site'} has no OFFSET", "one a joint")
+        raise build.error(f"{build.called(joint)} has no OFFSET", "one a joint")
+    build.stack.pop()
 
 
-_STATEMENTS: dict[bytes, Callable[[_Builder], None]] = {
-    b"ROOT": lambda build: _joint(build, "ROOT"),
-    b"JOINT": lambda build: _joint(build, "JOINT"),
-    b"END": _end,
-    b"OFFSET": _offset,
-    b"CHANNELS": _channels,
-    b"}": _close,
+_STATEMENTS: dict[str, Callable[[_Builder, re.Match[bytes]], None]] = {
+    "offset": _offset,
+    "channels": _channels,
+    "close": _close,
+    "joint": _joint,
+    "end": _end,
 }
 
 
@@ -231,29 +220,42 @@ def parse(data: bytes, path: str = "") -> tuple[Hierarchy, int]:
     CaptureError
         Where the text is no hierarchy, names its line.
     """
-    motion = _MOTION.search(data)
-    limit = motion.end() if motion else len(data)
-    build = _Builder(data, path, _WORD.finditer(data, 0, limit))
-    first = build.take("HIERARCHY")
-    if first.removeprefix(b"\xef\xbb\xbf").upper() != b"HIERARCHY":
-        raise build.error(f"begins with {text_of(first)[:40]!r}", "HIERARCHY")
-    while (word := build.take("MOTION").upper()) != b"MOTION":
-        statement = _STATEMENTS.get(word)
-        if statement is None:
-            raise build.error(
-                f"{text_of(word)[:40]!r} in the hierarchy",
-                "OFFSET, CHANNELS, JOINT, End Site or }",
-            )
-        statement(build)
+    build = _Builder(data, path)
+    begin = _BEGIN.match(data)
+    if begin is None:
+        raise _unknown(build, "HIERARCHY")
+    build.at = begin.end()
+    while True:
+        found = _STATEMENT.match(data, build.at)
+        if found is None or found.lastgroup is None:
+            raise _unknown(build, "OFFSET, CHANNELS, JOINT, End Site, } or MOTION")
+        if found.lastgroup == "motion":
+            break
+        _STATEMENTS[found.lastgroup](build, found)
+        build.at = found.end()
     if build.stack:
-        owner = build.names[build.stack[-1]] or "an End Site"
-        raise build.error(f"MOTION before the }} of {owner}", "every { closed")
-    return _finished(build), limit
+        raise build.error(f"MOTION before the }} of {build.called(build.stack[-1])}", "a }")
+    if not build.names:
+        raise build.error("a hierarchy without joints", "ROOT")
+    return _finished(build), found.end()
+
+
+def _unknown(build: _Builder, wanted: str) -> CaptureError:
+    """Return the error for text that is no statement."""
+    data = build.data
+    found = _WORD.match(data, build.at)
+    word = found.group(1) if found else b""
+    line = data[found.start(1) if found else build.at :][:200].splitlines()[:1]
+    if not word or (not data[found.end() if found else build.at :].strip() and build.names):
+        return build.error(
+            "the file ends inside the hierarchy", wanted, "It was cut short: copy or export it."
+        )
+    about = f" in {build.called(build.stack[-1])}" if build.stack else ""
+    shown = text_of(line[0].strip())[:60] if line else ""
+    return build.error(f"{shown!r}{about}", _WANTED.get(word.upper(), wanted))
 
 
 def _finished(build: _Builder) -> Hierarchy:
-    if not build.names:
-        raise build.error("a hierarchy without joints", "ROOT")
     taken = set(build.seen)
     for end in sorted(build.ends):
         parent = build.names[build.parents[end]]

@@ -134,5 +134,6 @@ def _lines(data: bytes, first: int, width: int) -> tuple[NDArray[np.int64], NDAr
         for line in np.flatnonzero(stops - starts < 2 * width - 1).tolist()
         if data[first + starts[line] : first + stops[line]].isspace()
     ]
-    frames = np.delete(np.stack((starts, stops), axis=1), blank, axis=0)
-    return frames.astype(np.int64) + first, np.delete(ends, blank).astype(np.int64) + first
+    frames = np.stack((starts, stops), axis=1) + first
+    ends += first
+    return (np.delete(frames, blank, axis=0), np.delete(ends, blank)) if blank else (frames, ends)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,11 +38,25 @@ _LENGTHS = (  # mm, of a person of 1.70 m
     (("Hip", "Knee", "Ankle"), 820.0),
     (("Shoulder", "Elbow", "Wrist"), 510.0),
 )
+_CHAINS = np.array(
+    [[[JOINT_CODES[side + joint] for joint in limb] for side in "RL"] for limb, _ in _LENGTHS]
+)
+_TOPS, _BOTTOMS = (
+    tuple([JOINT_CODES[joint] for joint in group.split()] for group in groups)
+    for groups in (
+        ("Neck", "RShoulder LShoulder", "Head", "Chest"),
+        ("RAnkle LAnkle", "RKnee LKnee", "RHip LHip"),
+    )
+)
+_FACING = tuple(
+    tuple([JOINT_CODES[joint] for joint in group.split()] for group in groups)
+    for groups in (("RHip", "LHip"), ("RToe LToe", "RAnkle LAnkle"))
+)
+_BACKWARDS = 0.9  # of the poses
 _SIZES = (0.7, 1.4)
 _UPRIGHT = 0.7
 _CALIBRATION_SPEED = 25_000.0  # mm/s
 _RATES = (10, 500)
-_FRAME_TIMES = (1e-6, 1e3)
 _SNAP = Fraction(2, 10_000)
 
 
@@ -85,6 +100,7 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
     return nearest_rate(1 / time)
 
 
+@lru_cache(maxsize=64)
 def _fraction(text: str) -> Fraction | None:
     """Return a number between a millionth and 1000000 exactly, else None."""
     try:
@@ -96,6 +112,7 @@ def _fraction(text: str) -> Fraction | None:
         return None
 
 
+@lru_cache(maxsize=64)
 def nearest_rate(rate: Fraction) -> Fraction:
     """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself."""
     slow = Fraction(1000, 1001)
@@ -161,17 +178,14 @@ def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
     dict
         For `unit_of`.
     """
-    lengths = {}
-    for limb, _ in _LENGTHS:
-        sides = []
-        for side in "RL":
-            chain = body[:, [JOINT_CODES[side + joint] for joint in limb]]
-            bones = np.linalg.norm(np.diff(chain, axis=1), axis=2).sum(axis=1)
-            if not np.isnan(bones).any():
-                sides.append(float(np.median(bones)))
-        if sides:
-            lengths[" ".join(limb)] = sum(sides) / len(sides)
-    return lengths
+    bones = np.diff(body[:, _CHAINS], axis=-2)
+    lengths = np.sqrt((bones * bones).sum(axis=-1)).sum(axis=-1)
+    middle = np.sort(lengths, axis=0)[len(lengths) // 2]  # NaN comes last
+    return {
+        " ".join(limb): float(sides[~np.isnan(sides)].mean())
+        for (limb, _), sides in zip(_LENGTHS, middle, strict=True)
+        if not np.isnan(sides).all()
+    }
 
 
 def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ...]]:
@@ -193,25 +207,24 @@ def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ..
         if up.lower() not in AXES:
             raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
         return up.lower(), ()
-    spine = _middle(body, "Neck", "Shoulder", "Head") - _middle(body, "Ankle", "Knee", "Pelvis")
-    sizes = np.linalg.norm(spine, axis=1, keepdims=True)
-    mean = (spine / np.where(sizes > 0, sizes, 1.0)).mean(axis=0)
-    if np.isnan(mean).any() or abs(mean[1]) >= _UPRIGHT:
-        return ("-y" if mean[1] < -_UPRIGHT else "y"), ()
-    axis = "xyz"[int(np.abs(mean).argmax())]
-    if axis == "z" and abs(mean[2]) >= _UPRIGHT:
-        return ("z" if mean[2] > 0 else "-z"), ()
-    return "y", ("the body is not upright: y taken as up. If that is wrong, give --up",)
+    spine = _middle(body, _TOPS) - _middle(body, _BOTTOMS)
+    length = math.sqrt(float((spine * spine).sum()) / len(spine))
+    mean = (spine.sum(axis=0) / len(spine)).tolist()
+    axis = max((1, 2, 0), key=lambda k: abs(mean[k]))
+    upright = abs(mean[axis]) >= _UPRIGHT * length
+    if axis == 0 or not upright or math.isnan(length):
+        doubt = "the body is not upright: y taken as up. If that is wrong, give --up"
+        return "y", () if math.isnan(length) else (doubt,)
+    return ("-" if mean[axis] < 0 else "") + "xyz"[axis], ()
 
 
-def _middle(body: NDArray[np.float64], *joints: str) -> NDArray[np.float64]:
+def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArray[np.float64]:
     """Return the first of these joints that is there, (S, 3); the middle of a pair."""
-    for joint in joints:
-        names = [joint] if joint in JOINT_CODES else ["R" + joint, "L" + joint]
-        place = body[:, [JOINT_CODES[name] for name in names]].mean(axis=1)
-        if not np.isnan(place).any():
+    for choice in choices:
+        if not np.isnan(body[0, choice]).any():
             break
-    return np.asarray(place, np.float64)
+    place: NDArray[np.float64] = body[:, choice].sum(axis=1)
+    return place / len(choice)
 
 
 def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
@@ -224,29 +237,28 @@ def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
     up : str
         The vertical axis.
     """
-    vertical = np.zeros(3)
-    vertical["xyz".index(up[-1])] = -1.0 if up[0] == "-" else 1.0
-    hips = body[:, JOINT_CODES["RHip"]] - body[:, JOINT_CODES["LHip"]]
-    forward = np.cross(vertical, hips)
-    feet = sum(body[:, JOINT_CODES[s + "Toe"]] - body[:, JOINT_CODES[s + "Ankle"]] for s in "RL")
-    along = (forward * feet).sum(axis=1)
-    sizes = np.linalg.norm(forward, axis=1) * np.linalg.norm(feet, axis=1)
-    if np.isnan(along).any() or not sizes.all() or (along / sizes).mean() > -0.3:
+    vertical = "xyz".index(up[-1])
+    one, other = (vertical + 1) % 3, (vertical + 2) % 3
+    across, feet = (body[:, toes] - body[:, heels] for toes, heels in _FACING)
+    feet = feet.sum(axis=1)
+    forward = across[:, 0, one] * feet[:, other] - across[:, 0, other] * feet[:, one]
+    backwards = np.count_nonzero(forward > 0 if up[0] == "-" else forward < 0)
+    if backwards < _BACKWARDS * len(body):
         return ()
     return ("the feet point backwards: left and right may be exchanged",)
 
 
-def first_frame(wrists: NDArray[np.float32], rate: Fraction) -> int:
+def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> int:
     """Return the first frame that is movement: 1 behind a calibration pose, else 0.
 
     Parameters
     ----------
-    wrists : ndarray
-        (2, W, 3) float32, mm: the wrists that are there, in the first two frames.
+    wrists : sequence
+        (2, W, 3) mm: the wrists that are there, in the first two frames.
     rate : Fraction
         Hz.
     """
-    if len(wrists) < 2 or not wrists.size:
+    if len(wrists) < 2:
         return 0
-    step = np.linalg.norm(wrists[1].astype(np.float64) - wrists[0], axis=1).max()
-    return int(step * float(rate) > _CALIBRATION_SPEED)
+    fastest = max(map(math.dist, *wrists), default=0.0) * float(rate)
+    return int(fastest > _CALIBRATION_SPEED)

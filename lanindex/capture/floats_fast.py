@@ -1,9 +1,9 @@
 """Numbers out of text, frame by frame: the compiled path (extra ``fast``).
 
 A number is whole digits times a power of ten. Where both are exact as floats, one multiplication
-or division rounds correctly; up to 19 digits, the division's remainder tells the rest. What is
-left (longer, or with a large exponent, or too close to the middle between two floats to tell) is
-handed to Python's ``float``.
+or division rounds correctly; up to 19 digits and 10**-289, the division's remainder tells the
+rest. What is left (longer, larger, or too close to the middle between two floats to tell) is handed
+to Python's ``float``.
 """
 
 from __future__ import annotations
@@ -14,100 +14,121 @@ from numpy.typing import NDArray
 
 from lanindex.capture.bvh_hierarchy import LARGEST
 
-_TENS = np.array([10.0**power for power in range(23)])
+_POWERS = 290
+_TENS = np.array([float(10**power) for power in range(_POWERS)])
+_TENS_REST = np.array([float(10**power - int(float(10**power))) for power in range(_POWERS)])
 _EXACT = np.uint64(1 << 53)
+_EXACT_POWER = 22
 _SPLIT = 134217729.0  # 2**27 + 1 halves a float's digits
 _DOUBT = 2.0**-40
 _NONE, _HARD, _BAD = 0, 1, 2
+# unsigned, so that no index is tested for being negative and no byte turns into a wider number
+_ONE = np.uintp(1)
+_TEN = np.uint64(10)
+_MINUS, _PLUS, _POINT, _ZERO, _BASE, _SMALL, _E = map(np.uint8, (*b"-+.0", 10, 32, ord("e")))
+_SPACE, _TAB, _FIVE = map(np.uint8, (32, 9, 5))
 
 
 @numba.njit(cache=True)
 def _quotient(whole, power):  # type: ignore[no-untyped-def]  # numba
-    """Return whole / power correctly rounded, or NaN where that cannot be told."""
+    """Return whole / 10**power correctly rounded, or NaN where that cannot be told."""
+    divisor = _TENS[power]
     high = np.float64(whole)
     low = np.float64(np.int64(whole - np.uint64(high)))
-    quotient = high / power
+    quotient = high / divisor
     part = _SPLIT * quotient
     q_high = part - (part - quotient)
     q_low = quotient - q_high
-    part = _SPLIT * power
-    p_high = part - (part - power)
-    p_low = power - p_high
-    product = quotient * power
-    error = ((q_high * p_high - product) + q_high * p_low + q_low * p_high) + q_low * p_low
-    rest = (((high - product) - error) + low) / power
+    part = _SPLIT * divisor
+    d_high = part - (part - divisor)
+    d_low = divisor - d_high
+    product = quotient * divisor
+    error = ((q_high * d_high - product) + q_high * d_low + q_low * d_high) + q_low * d_low
+    rest = ((high - product) - error) + (low - quotient * _TENS_REST[power])
+    rest /= divisor
     upper, lower = quotient + rest * (1 + _DOUBT), quotient + rest * (1 - _DOUBT)
     return upper if upper == lower else np.nan
 
 
-@numba.njit(cache=True)
+@numba.njit(inline="always")
 def _value(whole, digits, power):  # type: ignore[no-untyped-def]  # numba
     """Return whole times ten to the power, or NaN where Python has to do it."""
-    if whole == 0 and digits <= 19:
-        return 0.0
-    if digits > 19 or power < -22 or power > 22:
+    if digits > 19:
         return np.nan
-    if whole <= _EXACT:
-        return np.float64(whole) * _TENS[power] if power >= 0 else np.float64(whole) / _TENS[-power]
-    return _quotient(whole, _TENS[-power]) if power <= 0 else np.nan
+    if whole <= _EXACT and power >= -_EXACT_POWER:
+        if power <= 0:
+            return np.float64(whole) / _TENS[-power]
+        return np.float64(whole) * _TENS[power] if power <= _EXACT_POWER else np.nan
+    return _quotient(whole, -power) if -_POWERS < power <= 0 and whole else np.nan
 
 
 @numba.njit(cache=True)
+def _exponent(text, at, stop):  # type: ignore[no-untyped-def]  # numba
+    """Read what follows an e; return it, and the byte behind, the same byte if it is nothing."""
+    begin = at
+    down = at < stop and text[at] == _MINUS
+    if at < stop and (text[at] == _MINUS or text[at] == _PLUS):
+        at += _ONE
+    first, exponent = at, np.int64(0)
+    while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
+        if exponent < 100_000:
+            exponent = exponent * 10 + np.int64(text[at] - _ZERO)
+        at += _ONE
+    return -exponent if down else exponent, at if at > first else begin
+
+
+@numba.njit(inline="always")
 def _number(text, at, stop):  # type: ignore[no-untyped-def]  # numba
     """Read one number; return its value, the byte behind it, and whether it is one."""
-    negative = text[at] == 45
-    if negative or text[at] == 43:
-        at += 1
-    whole, digits, power, any_digit = np.uint64(0), 0, 0, False
-    point = False
-    while at < stop:
-        digit = np.uint8(text[at] - 48)
-        if digit < 10:
-            any_digit = True
-            if digits or digit:
-                digits += 1
-            if digits <= 19:
-                whole = whole * np.uint64(10) + np.uint64(digit)
-            power -= point
-        elif digit == 254 and not point:
-            point = True
-        else:
-            break
-        at += 1
-    if any_digit and at < stop and (text[at] | 32) == 101:
-        at += 1
-        down = at < stop and text[at] == 45
-        if at < stop and (text[at] == 45 or text[at] == 43):
-            at += 1
-        any_digit, exponent = False, 0
-        while at < stop and np.uint8(text[at] - 48) < 10:
-            any_digit = True
-            if exponent < 100_000:
-                exponent = exponent * 10 + int(text[at] - 48)
-            at += 1
-        power += -exponent if down else exponent
+    negative = text[at] == _MINUS
+    if negative or text[at] == _PLUS:
+        at += _ONE
+    whole, power = np.uint64(0), np.int64(0)
+    first = at
+    while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
+        whole = whole * _TEN + np.uint64(text[at] - _ZERO)
+        at += _ONE
+    digits = np.int64(at - first)
+    if at < stop and text[at] == _POINT:
+        at += _ONE
+        first = at
+        while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
+            whole = whole * _TEN + np.uint64(text[at] - _ZERO)
+            at += _ONE
+        power = -np.int64(at - first)
+        digits -= power
+    sound = digits > 0
+    if sound and at < stop and (text[at] | _SMALL) == _E:
+        exponent, behind = _exponent(text, at + _ONE, stop)
+        sound = behind > at + _ONE
+        power, at = power + exponent, behind
     value = _value(whole, digits, power)
-    return -value if negative else value, at, any_digit
+    return -value if negative else value, at, sound
 
 
-@numba.njit(cache=True)
+@numba.njit(inline="always")
+def _blank(byte):  # type: ignore[no-untyped-def]  # numba
+    return byte == _SPACE or np.uint8(byte - _TAB) < _FIVE
+
+
+@numba.njit(inline="always")
 def _frame(text, at, stop, row):  # type: ignore[no-untyped-def]  # numba
     """Read one line into `row`; NaN stands where Python has to read the number."""
     count, hard = 0, False
     while True:
-        while at < stop and (text[at] == 32 or 9 <= text[at] <= 13):
-            at += 1
+        while at < stop and _blank(text[at]):
+            at += _ONE
         if at >= stop:
             break
         if count == len(row):
             return _BAD
         value, at, sound = _number(text, at, stop)
-        if not sound or (at < stop and not (text[at] == 32 or 9 <= text[at] <= 13)):
+        if not sound or (at < stop and not _blank(text[at])):
             return _BAD
-        if np.isnan(value):
+        if not abs(value) <= LARGEST:
+            if abs(value) > LARGEST:
+                return _BAD
             hard = True
-        elif abs(value) > LARGEST:
-            return _BAD
         row[count] = value
         count += 1
     if count != len(row):
@@ -118,7 +139,8 @@ def _frame(text, at, stop, row):  # type: ignore[no-untyped-def]  # numba
 @numba.njit(cache=True, nogil=True)
 def _frames(text, frames, values, states):  # type: ignore[no-untyped-def]  # numba
     for row in range(len(frames)):
-        states[row] = _frame(text, frames[row, 0], frames[row, 1], values[row])
+        start, stop = np.uintp(frames[row, 0]), np.uintp(frames[row, 1])
+        states[row] = _frame(text, start, stop, values[row])
         if states[row] == _BAD:
             return row
     return -1

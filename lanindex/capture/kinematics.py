@@ -160,46 +160,43 @@ def positions(work: Plan, values: Array) -> Array:
 def _block(work: Plan, values: Array, places: Array) -> None:
     """Do `positions` for a few frames: `values` are (C, T), `places` (T, J, 3)."""
     sines, cosines = sine_cosine(values[work.columns])
+    if work.child_first:
+        np.negative(sines, out=sines)
     frames = values.shape[1]
     # turned[j][a] is column a of joint j's turn (row a where children turn first), (3, T)
     turned: list[Array] = []
-    placed: list[Array] = []
-    identity = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, frames))
-    for joint, parent in enumerate(work.parents.tolist()):
+    placed = np.empty((len(work.parents), 3, frames))
+    identity = np.repeat(np.eye(3)[:, :, None], frames, axis=2)
+    tables = (work.parents, work.offsets, work.places, work.turns[:-1], work.turns[1:])
+    rows = zip(*(table.tolist() for table in tables), strict=True)
+    for joint, (parent, offset, columns, first, stop) in enumerate(rows):
         shift = [
-            values[column] if column >= 0 else np.full(frames, offset)
-            for column, offset in zip(
-                work.places[joint].tolist(), work.offsets[joint].tolist(), strict=True
-            )
+            values[column] if column >= 0 else number
+            for column, number in zip(columns, offset, strict=True)
         ]
+        base = turned[parent] if parent >= 0 else identity
         if parent < 0:
-            placed.append(np.stack(shift))
+            for axis in range(3):
+                placed[joint, axis] = shift[axis]
         else:
-            placed.append(placed[parent] + _turned(turned[parent], shift, work.child_first))
-        first, stop = work.turns[joint : joint + 2].tolist()
-        base = identity if parent < 0 else turned[parent]
+            by_axis = base.swapaxes(0, 1) if work.child_first else base
+            moved = by_axis[0] * shift[0]
+            moved += by_axis[1] * shift[1]
+            moved += by_axis[2] * shift[2]
+            np.add(placed[parent], moved, out=placed[joint])
         if first < stop:
-            base = _composed(base, work, sines, cosines, range(first, stop))
+            base = base.copy()
+            for turn in range(first, stop)[:: -1 if work.child_first else 1]:
+                _turn(base, int(work.axes[turn]), sines[turn], cosines[turn])
         turned.append(base)
-        places[:, joint] = placed[joint].T
+    places[...] = placed.transpose(2, 0, 1)
 
 
-def _turned(turn: Array, shift: Sequence[Array], by_rows: bool) -> Array:
-    x, y, z = (turn[:, 0], turn[:, 1], turn[:, 2]) if by_rows else (turn[0], turn[1], turn[2])
-    result: Array = x * shift[0]
-    result += y * shift[1]
-    result += z * shift[2]
-    return result
-
-
-def _composed(base: Array, work: Plan, sines: Array, cosines: Array, turns: range) -> Array:
-    """Turn columns from the right in file order, or rows from the left in the opposite order."""
-    result = base.copy()
-    for turn in reversed(turns) if work.child_first else turns:
-        one, other = ((1, 2), (2, 0), (0, 1))[work.axes[turn]]
-        sine = -sines[turn] if work.child_first else sines[turn]
-        cosine = cosines[turn]
-        first = cosine * result[one] + sine * result[other]
-        result[other] = cosine * result[other] - sine * result[one]
-        result[one] = first
-    return result
+def _turn(turn: Array, axis: int, sine: Array, cosine: Array) -> None:
+    """Turn three columns from the right, or (with the sine negated) three rows from the left."""
+    one, other = turn[axis - 2], turn[axis - 1]
+    crossed, back = sine * other, sine * one
+    one *= cosine
+    one += crossed
+    other *= cosine
+    other -= back

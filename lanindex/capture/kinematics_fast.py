@@ -36,13 +36,30 @@ def _sine_cosine(row, columns, sines, cosines, child_first):  # type: ignore[no-
         sines[turn] = -upper if child_first else upper
 
 
-@numba.njit(cache=True)
-def _turn(turn, axis, sine, cosine):  # type: ignore[no-untyped-def]
-    one, other = (axis + 1) % 3, (axis + 2) % 3
+@numba.njit(inline="always")
+def _turn(source, target, axis, sine, cosine):  # type: ignore[no-untyped-def]
+    """Turn three rows of `source` into `target`, which may be the same."""
+    one = axis + 1 if axis < 2 else 0
+    other = axis - 1 if axis > 0 else 2
     for k in range(3):
-        first = cosine * turn[one, k] + sine * turn[other, k]
-        turn[other, k] = cosine * turn[other, k] - sine * turn[one, k]
-        turn[one, k] = first
+        first = cosine * source[one, k] + sine * source[other, k]
+        target[other, k] = cosine * source[other, k] - sine * source[one, k]
+        target[one, k] = first
+        target[axis, k] = source[axis, k]
+
+
+@numba.njit(inline="always")
+def _place(base, shift, origin, child_first, place):  # type: ignore[no-untyped-def]
+    for k in range(3):
+        if child_first:
+            moved = base[k, 0] * shift[0]
+            moved += base[k, 1] * shift[1]
+            moved += base[k, 2] * shift[2]
+        else:
+            moved = base[0, k] * shift[0]
+            moved += base[1, k] * shift[1]
+            moved += base[2, k] * shift[2]
+        place[k] = origin[k] + moved
 
 
 @numba.njit(cache=True, nogil=True)
@@ -50,38 +67,37 @@ def _positions(  # type: ignore[no-untyped-def]
     parents, offsets, columns_of, turns, axes, columns, child_first, values, places
 ):
     joints = len(parents)
-    turned = np.empty((joints, 3, 3))
+    turned = np.zeros((joints + 1, 3, 3))
+    for k in range(3):
+        turned[joints, k, k] = 1.0
     sines, cosines = np.empty(len(columns)), np.empty(len(columns))
     shift = np.empty(3)
     for frame in range(len(values)):
-        row, placed = values[frame], places[frame]
+        row = values[frame]
         _sine_cosine(row, columns, sines, cosines, child_first)
         for joint in range(joints):
             parent = parents[joint]
-            turn = turned[joint]
             for k in range(3):
                 column = columns_of[joint, k]
                 shift[k] = row[column] if column >= 0 else offsets[joint, k]
             if parent < 0:
-                turn[:] = np.eye(3)
-                placed[joint] = shift
-            else:
-                base = turned[parent]
-                turn[:] = base
                 for k in range(3):
-                    if child_first:
-                        moved = base[k, 0] * shift[0]
-                        moved += base[k, 1] * shift[1]
-                        moved += base[k, 2] * shift[2]
-                    else:
-                        moved = base[0, k] * shift[0]
-                        moved += base[1, k] * shift[1]
-                        moved += base[2, k] * shift[2]
-                    placed[joint, k] = placed[parent, k] + moved
+                    places[frame, joint, k] = shift[k]
+                parent = joints
+            else:
+                _place(
+                    turned[parent], shift, places[frame, parent], child_first, places[frame, joint]
+                )
+            source, target = turned[parent], turned[joint]
             count = turns[joint + 1] - turns[joint]
             for step in range(count):
                 index = turns[joint] + (count - 1 - step if child_first else step)
-                _turn(turn, axes[index], sines[index], cosines[index])
+                _turn(source, target, axes[index], sines[index], cosines[index])
+                source = target
+            if count == 0:
+                for k in range(3):
+                    for m in range(3):
+                        target[k, m] = source[k, m]
 
 
 def positions(work: Plan, values: Array) -> Array:

@@ -9,9 +9,6 @@ down to the ankles or both arms from shoulder to wrist.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,11 +23,10 @@ _NOTHING = 0.003  # of the body's extent: two joints in one place
 NEEDED = tuple(side + joint for side in "RL" for limb in _LIMBS for joint in limb)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Rig:
     """A skeleton in a few of its poses.
 
-    Attributes
+    Parameters
     ----------
     names : tuple of str
         (J) as in the file.
@@ -38,35 +34,38 @@ class Rig:
         (J) parents before children, -1 for a root.
     poses : ndarray
         (S, J, 3) float64, any unit.
+
+    Attributes
+    ----------
+    bones : list of float
+        (J) mean distance of each joint from its parent; 0 at a root.
+    below : list of list of int
+        (J) children.
+    reach : list of float
+        (J) length of the bone to each joint and of the longest branch beyond it.
+    nothing : float
+        Below this distance two joints are in one place.
     """
 
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
-    poses: NDArray[np.float64]
-
-    def children(self) -> list[list[int]]:
-        """Return the children of each joint."""
-        below: list[list[int]] = [[] for _ in self.parents]
-        for joint, parent in enumerate(self.parents):
-            if parent >= 0:
-                below[parent].append(joint)
-        return below
-
-    def bones(self) -> NDArray[np.float64]:
-        """Return the median distance of each joint from its parent, (J,); 0 at a root."""
-        parents = np.maximum(self.parents, np.arange(len(self.parents)) * _is_root(self.parents))
-        apart = np.linalg.norm(self.poses - self.poses[:, parents], axis=2)
-        return np.asarray(np.median(apart, axis=0), np.float64)
+    def __init__(
+        self, names: tuple[str, ...], parents: tuple[int, ...], poses: NDArray[np.float64]
+    ) -> None:
+        self.names, self.parents, self.poses = names, parents, poses
+        above = np.array(parents)
+        above = np.where(above < 0, np.arange(len(parents)), above)
+        self.bones: list[float] = _mean_length(poses - poses[:, above]).tolist()
+        self.below: list[list[int]] = [[] for _ in parents]
+        self.reach = list(self.bones)
+        for joint in range(len(parents) - 1, -1, -1):
+            self.below[joint].reverse()
+            if parents[joint] >= 0:
+                self.below[parents[joint]].append(joint)
+            self.reach[joint] += max((self.reach[child] for child in self.below[joint]), default=0)
+        self.nothing = _NOTHING * float(np.ptp(poses[len(poses) // 2], axis=0).max())
 
     def distance(self, one: int, other: int) -> float:
-        """Return the median distance of two joints."""
-        apart = self.poses[:, one] - self.poses[:, other]
-        return float(np.median(np.linalg.norm(apart, axis=1)))
-
-    def nothing(self) -> float:
-        """Return the distance below which two joints are in one place."""
-        pose = self.poses[len(self.poses) // 2]
-        return _NOTHING * float(np.ptp(pose, axis=0).max())
+        """Return the mean distance of two joints."""
+        return float(_mean_length(self.poses[:, one] - self.poses[:, other]))
 
     def above(self, joint: int) -> list[int]:
         """Return a joint, its parent, and so on up to the root."""
@@ -76,9 +75,36 @@ class Rig:
             joint = self.parents[joint]
         return chain
 
+    def beyond(self, joint: int, ancestor: int) -> float:
+        """Return the length of the bones from an ancestor to a joint, -1 where it is none."""
+        length = 0.0
+        while joint != ancestor and joint >= 0:
+            length += self.bones[joint]
+            joint = self.parents[joint]
+        return length if joint == ancestor else -1.0
 
-def _is_root(parents: Sequence[int]) -> NDArray[np.bool_]:
-    return np.array(parents) < 0
+    def longest_branch(self, joint: int) -> int | None:
+        """Return the first joint away from `joint` on the branch that reaches farthest, if any."""
+        length = 0.0
+        while self.below[joint]:
+            joint = max(self.below[joint], key=self.reach.__getitem__)
+            length += self.bones[joint]
+            if length > self.nothing:
+                return joint
+        return None
+
+    def meeting(self, one: int, other: int) -> int | None:
+        """Return the joint where two branches part."""
+        above = set(self.above(one))
+        return next((joint for joint in self.above(other) if joint in above), None)
+
+
+def _mean_length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the length of (S, ..., 3) vectors, mean over the first axis."""
+    squares = vectors * vectors
+    lengths = np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
+    mean: NDArray[np.float64] = lengths.sum(axis=0) / len(lengths)
+    return mean
 
 
 def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, ...]]:
@@ -153,7 +179,7 @@ def _limb(
     for joint in limb:
         for alias in tables()["limbs"][joint]:
             index = found.get((side, alias))
-            if index is None or (last is not None and not _below(rig, index, last)):
+            if index is None or (last is not None and rig.beyond(index, last) <= 0.0):
                 continue
             body[side + joint] = last = index
             break
@@ -164,35 +190,15 @@ def _limb(
             body[side + _TIPS[limb[-1]]] = tip
 
 
-def _below(rig: Rig, index: int, ancestor: int) -> bool:
-    return index != ancestor and ancestor in rig.above(index)
-
-
 def _tip(
     rig: Rig, found: dict[tuple[str, str], int], side: str, tip: str, outer: int
 ) -> int | None:
     """Return the joint that tells where a hand, a foot or a head points."""
-    nothing = rig.nothing()
     for alias in tables()["tips"][tip]:
         index = found.get((side, alias))
-        if index is not None and _below(rig, index, outer) and rig.distance(index, outer) > nothing:
+        if index is not None and rig.beyond(index, outer) > rig.nothing:
             return index
-    return longest_branch(rig, outer)
-
-
-def longest_branch(rig: Rig, joint: int) -> int | None:
-    """Return the first joint away from `joint` on the branch that reaches farthest, if any."""
-    bones, below, nothing = rig.bones(), rig.children(), rig.nothing()
-    reach = bones.copy()
-    for index in range(len(rig.parents) - 1, -1, -1):
-        if below[index]:
-            reach[index] += max(reach[child] for child in below[index])
-    at = joint
-    while below[at]:
-        at = max(below[at], key=lambda child: reach[child])
-        if rig.distance(at, joint) > nothing:
-            return at
-    return None
+    return rig.longest_branch(outer)
 
 
 def _pelvis(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
@@ -201,7 +207,7 @@ def _pelvis(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -
         if aliases:
             body["Pelvis"] = aliases[0]
         return
-    meeting = common(rig, body["RHip"], body["LHip"])
+    meeting = rig.meeting(body["RHip"], body["LHip"])
     for index in (*aliases, *([meeting] if meeting is not None else [])):
         if near_hips(rig, index, body):
             body["Pelvis"] = index
@@ -211,15 +217,9 @@ def _pelvis(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -
 def near_hips(rig: Rig, index: int, body: dict[str, int]) -> bool:
     """Tell whether a joint lies about where the hips are."""
     middle = (rig.poses[:, body["RHip"]] + rig.poses[:, body["LHip"]]) / 2
-    apart = float(np.median(np.linalg.norm(rig.poses[:, index] - middle, axis=1)))
+    apart = float(_mean_length(rig.poses[:, index] - middle))
     thigh = rig.distance(body["RHip"], body["RKnee"])
     return apart < _NEAR_PELVIS * thigh and index not in (body["RHip"], body["LHip"])
-
-
-def common(rig: Rig, one: int, other: int) -> int | None:
-    """Return the joint where two branches part."""
-    above = set(rig.above(one))
-    return next((joint for joint in rig.above(other) if joint in above), None)
 
 
 def _neck_head(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
@@ -231,7 +231,7 @@ def _neck_head(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]
     neck, head = named["Neck"], named["Head"]
     if head is None:
         head = _tip(rig, found, "", "Head", neck) if neck is not None else None
-    elif neck is None or rig.distance(neck, head) <= rig.nothing():
+    elif neck is None or rig.distance(neck, head) <= rig.nothing:
         tip = _tip(rig, found, "", "Head", head)
         neck, head = (head, tip) if tip is not None else (neck, head if neck is None else None)
     body |= {joint: index for joint, index in (("Neck", neck), ("Head", head)) if index is not None}
@@ -241,7 +241,7 @@ def _chest(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) ->
     """Take the joint where the arms part from the trunk; where all part at the pelvis, a name."""
     taken = set(body.values())
     if {"RShoulder", "LShoulder"} <= body.keys():
-        meeting = common(rig, body["RShoulder"], body["LShoulder"])
+        meeting = rig.meeting(body["RShoulder"], body["LShoulder"])
         above_pelvis = rig.above(body["Pelvis"]) if "Pelvis" in body else ()
         if meeting is not None and meeting not in taken and meeting not in above_pelvis:
             body["Chest"] = meeting
