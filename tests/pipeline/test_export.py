@@ -1,0 +1,180 @@
+import csv
+import io
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+
+from lanindex.capture import read, scan
+from lanindex.errors import ExportError, UsageError
+from lanindex.model import Span
+from lanindex.notation import lnd
+from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.export import export, pad_frames
+from lanindex.pipeline.wanted import Wanted, from_lines, from_range
+
+
+@pytest.fixture
+def library(tmp_path: Path):
+    dance(tmp_path / "raise.bvh")
+    dance(tmp_path / "bow.bvh", BOW)
+    (tmp_path / "score.lnd").write_text(RAISE)
+    with open_library(tmp_path / "l.db", create=True) as opened:
+        opened.ingest(tmp_path)
+        yield opened
+
+
+def frame_lines(data: bytes) -> list[bytes]:
+    return data[data.index(b"Frame Time:") :].splitlines(keepends=True)[1:]
+
+
+@pytest.mark.parametrize("newline", [b"\n", b"\r\n"])
+@pytest.mark.parametrize("last_newline", [True, False])
+def test_clips_are_the_sources_bytes(
+    tmp_path: Path, library: Library, newline: bytes, last_newline: bool
+) -> None:
+    source = tmp_path / "raise.bvh"
+    data = source.read_bytes().replace(b"\n", newline)
+    source.write_bytes(data if last_newline else data.removesuffix(newline))
+    library.ingest(source)
+    data = source.read_bytes()
+    capture = library.capture(str(source))
+    spans = [Span(0, 1), Span(7, 40), Span(200, capture.frames), Span(0, capture.frames)]
+    rows = export(library, [Wanted(capture, span) for span in spans], tmp_path / "out")
+    for row, span in zip(rows, spans, strict=True):
+        clip = (tmp_path / "out" / row["clip"]).read_bytes()
+        count = b"Frames: " + str(len(span)).encode()
+        head = data[: data.index(b"Frame Time:")]
+        assert clip[: clip.index(b"Frame Time:")] == head.replace(
+            b"Frames: " + str(capture.frames).encode(), count
+        )
+        assert frame_lines(clip) == frame_lines(data)[span.start : span.stop]
+        assert read(tmp_path / "out" / row["clip"]).positions.tobytes() == (
+            read(source).positions[span.start : span.stop].tobytes()
+        )
+    whole = (tmp_path / "out" / rows[-1]["clip"]).read_bytes()
+    assert whole == data
+
+
+def test_hits_become_clips_with_scores_and_a_manifest(tmp_path: Path, library: Library) -> None:
+    hits = library.search("r_arm right mid -> place high", within="raise.bvh")
+    rows = library.export(hits, tmp_path / "out", pad="0.5s")
+    (hit,), (row,) = hits, rows
+    assert row["clip"] == f"raise_{hit.span.start - 15}-{hit.span.stop + 15}.bvh"
+    assert (row["hit_start_frame"], row["hit_end_frame"]) == (hit.span.start, hit.span.stop)
+    assert len(scan((tmp_path / "out" / row["clip"]).read_bytes()).frames) == len(hit.span) + 30
+    score = lnd.read(tmp_path / "out" / row["clip"].replace(".bvh", ".lnd"))
+    said = [f"{one.direction} {one.level}" for one in score.symbols("r_arm")]
+    assert said == ["place low", "right mid", "place high", "right mid"]
+    manifest = (tmp_path / "out" / "manifest.jsonl").read_text()
+    assert [json.loads(line) for line in manifest.splitlines()] == rows
+    (line,) = csv.DictReader(io.StringIO((tmp_path / "out" / "manifest.csv").read_text()))
+    assert line["pattern"] == "r_arm right mid -> place high"
+    assert line["symbols"].startswith("r_arm right mid ")
+
+
+def test_scores_are_exported_as_scores(tmp_path: Path, library: Library) -> None:
+    hits = library.search("r_arm place high", within="*.lnd")
+    (row,) = library.export(hits, tmp_path / "out")
+    assert row["clip"].endswith(".lnd")
+    score = lnd.read(tmp_path / "out" / row["clip"])
+    assert [one.direction for one in score.symbols("r_arm")] == ["right", "place"]
+
+
+def test_padding_is_clamped(tmp_path: Path, library: Library) -> None:
+    capture = library.capture("bow.bvh")
+    (row,) = export(library, [Wanted(capture, Span(5, 20))], tmp_path / "out", pad="60s")
+    assert (row["clip_start_frame"], row["clip_end_frame"]) == (0, capture.frames)
+
+
+def test_no_name_twice(tmp_path: Path, library: Library) -> None:
+    dance(tmp_path / "other" / "RAISE.bvh", BOW)
+    library.ingest(tmp_path / "other")
+    wanted = [
+        from_range(library, path, 3, 9)
+        for path in (str(tmp_path / "raise.bvh"), str(tmp_path / "other" / "RAISE.bvh"))
+    ]
+    rows = export(library, [*wanted, wanted[0]], tmp_path / "out")
+    assert len({row["clip"].casefold() for row in rows}) == 3
+
+
+def test_a_changed_source_is_refused_and_nothing_written(tmp_path: Path, library: Library) -> None:
+    wanted = [from_range(library, name, 0, 9) for name in ("bow.bvh", "raise.bvh")]
+    dance(tmp_path / "raise.bvh", BOW)
+    with pytest.raises(ExportError, match=r"raise\.bvh: has changed since it was ingested"):
+        export(library, wanted, tmp_path / "out")
+    assert list((tmp_path / "out").glob("*")) == []
+
+
+def test_a_source_that_is_gone_is_refused(tmp_path: Path, library: Library) -> None:
+    wanted = [from_range(library, "raise.bvh", 0, 9)]
+    (tmp_path / "raise.bvh").unlink()
+    with pytest.raises(ExportError, match="there is no such file"):
+        export(library, wanted, tmp_path / "out")
+
+
+def test_nothing_is_overwritten_without_force(tmp_path: Path, library: Library) -> None:
+    wanted = [from_range(library, "raise.bvh", 0, 9)]
+    export(library, wanted, tmp_path / "out")
+    before = {path: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    with pytest.raises(ExportError, match="exists already"):
+        export(library, [from_range(library, "bow.bvh", 0, 5), *wanted], tmp_path / "out")
+    assert {path: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+    export(library, wanted, tmp_path / "out", force=True)
+
+
+@pytest.mark.parametrize("span", [Span(5, 5), Span(-1, 4), Span(0, 10**6), Span(9, 3)])
+def test_ranges_outside_are_refused(tmp_path: Path, library: Library, span: Span) -> None:
+    with pytest.raises(ExportError, match="wanted a range inside 0 to"):
+        export(library, [Wanted(library.capture("bow.bvh"), span)], tmp_path / "out")
+
+
+def test_other_formats_are_refused(tmp_path: Path, library: Library) -> None:
+    with pytest.raises(UsageError, match="native, bvh, lnd"):
+        export(library, [from_range(library, "bow.bvh", 0, 5)], tmp_path, format="c3d")
+    with pytest.raises(ExportError, match="came as lnd, wanted a bvh source"):
+        export(library, [from_range(library, "score.lnd", 0, 5)], tmp_path / "o", format="bvh")
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"), [("0", 0), ("0.5s", 15), ("10f", 10), ("100ms", 3), ("0.01s", 1)]
+)
+def test_pads(text: str, frames: int) -> None:
+    assert pad_frames(text, Fraction(30)) == frames
+
+
+@pytest.mark.parametrize("text", ["", "1", "-1s", "1x", "s", "1 s"])
+def test_bad_pads(text: str) -> None:
+    with pytest.raises(UsageError, match="wanted a time such as"):
+        pad_frames(text, Fraction(30))
+
+
+def test_hits_as_json_lines_come_back(library: Library) -> None:
+    hits = library.search("r_arm place low")
+    lines = [json.dumps(record) for record in hits.dicts()]
+    lines += ["", json.dumps({"summary": {"pattern": "r_arm place low", "hits": 3}})]
+    wanted = from_lines(library, lines)
+    assert [(one.capture.id, one.hit) for one in wanted] == [
+        (hit.capture.id, hit.span) for hit in hits
+    ]
+    assert {one.pattern for one in wanted} == {"r_arm place low"}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "raise.bvh\t1\t2",
+        "[]",
+        "{}",
+        '{"capture": "bow.bvh", "start_frame": 1, "end_frame": "2"}',
+        '{"capture": "bow.bvh", "start_frame": true, "end_frame": 2}',
+        '{"capture": "bow.bvh", "start_frame": 1, "end_frame": 2, "symbols": 3}',
+        '{"capture": "bow.bvh", "start_frame": 1, "end_frame": 2, "symbols": [{"part": 1}]}',
+        '{"capture": "gone.bvh", "start_frame": 1, "end_frame": 2}',
+    ],
+)
+def test_other_lines_are_refused(library: Library, line: str) -> None:
+    with pytest.raises(UsageError, match="standard input:2"):
+        from_lines(library, ["", line])

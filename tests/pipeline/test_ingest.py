@@ -1,0 +1,121 @@
+import os
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+
+from lanindex.encode.profile import load
+from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.ingest import Outcome, Reading, discover, ingest
+
+PROFILE = load("default")
+
+
+@pytest.fixture
+def library(tmp_path: Path):
+    with open_library(tmp_path / "l.db", create=True) as opened:
+        yield opened
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    dance(tmp_path / "in" / "b" / "raise.bvh")
+    dance(tmp_path / "in" / "bow.BVH", BOW)
+    (tmp_path / "in" / "score.lnd").write_text(RAISE)
+    (tmp_path / "in" / "notes.txt").write_text("not a capture")
+    return tmp_path / "in"
+
+
+def take(library: Library | None, folder: Path, **options) -> list[Outcome]:
+    return list(ingest(library, discover([folder]), options.pop("profile", PROFILE), **options))
+
+
+def statuses(outcomes: list[Outcome]) -> list[str]:
+    return [outcome.status for outcome in outcomes]
+
+
+def test_folders_are_searched_in_order(folder: Path) -> None:
+    (folder / ".hidden.bvh").write_text("")
+    names = [os.path.relpath(path, folder) for path in discover([folder, folder / "bow.BVH"])]
+    assert names == ["bow.BVH", "score.lnd", os.path.join("b", "raise.bvh")]
+
+
+def test_a_file_named_is_taken_whatever_its_ending(folder: Path) -> None:
+    assert list(discover([folder / "notes.txt"])) == [str(folder / "notes.txt")]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_all_kinds_go_in(library: Library, folder: Path, jobs: int) -> None:
+    outcomes = take(library, folder, jobs=jobs)
+    assert statuses(outcomes) == ["added"] * 3
+    assert [one.format for one in library.captures()] == ["bvh", "lnd", "bvh"]
+    assert sum(outcome.symbols for outcome in outcomes) == library.stats().symbols
+    assert statuses(take(library, folder, jobs=jobs)) == ["unchanged"] * 3
+
+
+def test_another_profile_replaces_and_keeps_the_number(library: Library, folder: Path) -> None:
+    take(library, folder)
+    before = {capture.path: capture.id for capture in library.captures()}
+    assert statuses(take(library, folder, profile=load("paper"))) == ["added", "unchanged", "added"]
+    assert {capture.path: capture.id for capture in library.captures()} == before
+    assert library.stats().profiles == {"paper": 2, "": 1}
+
+
+def test_other_reader_options_read_again(library: Library, folder: Path) -> None:
+    take(library, folder)
+    told = Reading(unit="cm")
+    assert statuses(take(library, folder, reading=told)) == ["added", "unchanged", "added"]
+    assert statuses(take(library, folder, reading=told)) == ["unchanged"] * 3
+
+
+def test_changed_content_is_read_again(library: Library, folder: Path) -> None:
+    take(library, folder)
+    dance(folder / "bow.BVH", RAISE)
+    assert statuses(take(library, folder)) == ["added", "unchanged", "unchanged"]
+
+
+def test_force_reads_all_again(library: Library, folder: Path) -> None:
+    take(library, folder)
+    assert statuses(take(library, folder, force=True)) == ["added"] * 3
+
+
+def test_same_content_elsewhere_is_another_capture(library: Library, folder: Path) -> None:
+    (folder / "copy.bvh").write_bytes((folder / "bow.BVH").read_bytes())
+    take(library, folder)
+    assert len(library.captures()) == 4
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_bad_file_does_not_stop_the_others(library: Library, folder: Path, jobs: int) -> None:
+    (folder / "a.bvh").write_text("HIERARCHY\nROOT Hips\n{\n")
+    (folder / "c.lnd").write_text("#unit1\ndirection r_arm rigth mid 0 1\n")
+    os.symlink(folder / "nowhere", folder / "d.bvh")
+    outcomes = take(library, folder, jobs=jobs)
+    failed = {Path(one.path).name: one.error for one in outcomes if one.status == "failed"}
+    assert set(failed) == {"a.bvh", "c.lnd", "d.bvh"}
+    assert "a.bvh:" in str(failed["a.bvh"])
+    assert "c.lnd:2" in str(failed["c.lnd"])
+    assert "d.bvh: a link that leads nowhere" in str(failed["d.bvh"])
+    assert len(library.captures()) == 3
+
+
+def test_dry_run_stores_nothing(library: Library, folder: Path) -> None:
+    assert statuses(take(library, folder, dry_run=True)) == ["added"] * 3
+    assert library.captures() == []
+    assert statuses(take(None, folder, dry_run=True)) == ["added"] * 3
+
+
+def test_labels_change_without_reading_again(library: Library, folder: Path) -> None:
+    take(library, folder)
+    path = str(folder / "bow.BVH")
+    outcomes = take(library, folder, labels={path: ("bow", {"style": "slow"})})
+    assert statuses(outcomes) == ["unchanged"] * 3
+    capture = library.capture(path)
+    assert (capture.label, capture.metadata) == ("bow", {"style": "slow"})
+    dance(folder / "bow.BVH", RAISE)
+    take(library, folder)
+    assert library.capture(path).label == "bow"
+
+
+def test_outcomes_carry_no_score(library: Library, folder: Path) -> None:
+    assert all(outcome.score is None for outcome in take(library, folder))
