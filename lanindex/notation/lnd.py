@@ -48,7 +48,7 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     Parameters
     ----------
     source : path-like, str or bytes
-        A path object names a file; a string is the text itself.
+        A file, or its content: bytes, or text of more than one line.
     place : str, optional
         What errors call the text; the path unless told.
 
@@ -57,18 +57,22 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     NotationError
         The file or a line cannot be read, or two symbols of a part overlap.
     """
-    if isinstance(source, PathLike):
+    if isinstance(source, PathLike) or (isinstance(source, str) and _names_a_file(source)):
         place = place or fspath(source)
         try:
             source = Path(source).read_bytes()
-        except OSError as error:
-            found = f"cannot be read: {(error.strerror or str(error)).lower()}"
-            raise NotationError(found, place=place) from error
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise NotationError(f"cannot be read: {reason.lower()}", place=place) from error
     page = Page(place or "LND")
     text = source if isinstance(source, str) else _decoded(source, page.place)
     for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
         page.take(line.strip())
     return page.score()
+
+
+def _names_a_file(source: str) -> bool:
+    return bool(source) and "\n" not in source and "\r" not in source
 
 
 def _decoded(source: bytes, place: str) -> str:

@@ -88,12 +88,12 @@ def test_no_symbol_of_a_capture_is_lost(score: Score, data: st.DataObject) -> No
 
 @given(captures(), st.data())
 def test_ticks_stay_where_they_were(score: Score, data: st.DataObject) -> None:
-    """Whole symbols keep their times, to the quantum; the cut's edge itself is rounded."""
+    """The edge is rounded to half a quantum; a symbol cut to less than one pushes by one."""
     start = data.draw(st.integers(0, score.frames - 1))
     cut = excerpt(score, Span(start, score.frames))
     assume(cut.meter == score.meter and len(cut.tracks["r_arm"]) > 2)
     last, mine = score.tracks["r_arm"].symbols[-1], cut.tracks["r_arm"].symbols[-1]
-    assert abs(int(last["tick"]) - start * 8 / 60 - int(mine["tick"])) <= 1
+    assert abs(int(last["tick"]) - start * 8 / 60 - int(mine["tick"])) <= 1.5
     assert abs(int(last["ticks"]) - int(mine["ticks"])) <= 1
 
 

@@ -214,7 +214,7 @@ HEAD = "#speed=60\n#unit1\n"
 )
 def test_bad_lines_are_named(text: str | bytes, line: int, said: str) -> None:
     with pytest.raises(NotationError) as caught:
-        lnd.read(text, place="walk.lnd")
+        lnd.read(text + "\n" if isinstance(text, str) else text, place="walk.lnd")
     assert caught.value.place == (f"walk.lnd:{line}" if line else "walk.lnd")
     assert said in str(caught.value)
 
@@ -223,7 +223,7 @@ def test_bad_lines_are_named(text: str | bytes, line: int, said: str) -> None:
 @settings(max_examples=300)
 def test_anything_else_is_read_or_refused(content: bytes | str) -> None:
     with suppress(NotationError):
-        score = lnd.read(content)
+        score = lnd.read(content if isinstance(content, bytes) else content + "\n")
         assert lnd.write(lnd.read(lnd.write(score))) == lnd.write(score)
 
 
@@ -231,6 +231,7 @@ def test_files(tmp_path: Path) -> None:
     path = tmp_path / "paper.lnd"
     path.write_text(PAPER)
     assert seconds(lnd.read(path)) == seconds(lnd.read(PAPER))
+    assert seconds(lnd.read(str(path))) == seconds(lnd.read(PAPER))
     for wrong in (tmp_path, tmp_path / "none.lnd"):
         with pytest.raises(NotationError, match="cannot be read") as caught:
             lnd.read(wrong)

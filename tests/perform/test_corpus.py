@@ -1,0 +1,92 @@
+"""The choreographies that come with LanIndex."""
+
+import csv
+import runpy
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from choreography import neighbours, spoken
+
+from lanindex import capture
+from lanindex.encode import encode
+from lanindex.notation import lnd
+from lanindex.perform.reach import FOLDED
+
+CORPUS = Path(__file__).parents[2] / "corpus"
+SCORES = sorted(CORPUS.glob("*.lnd"), key=lambda path: path.name)
+each = pytest.mark.parametrize("path", SCORES, ids=lambda path: path.stem)
+
+
+def test_there_are_enough() -> None:
+    assert len(SCORES) >= 6
+
+
+def test_it_is_rebuilt_to_the_byte(tmp_path: Path) -> None:
+    """The one command of its README, into another folder."""
+    build = runpy.run_path(str(CORPUS / "build.py"))["build"]
+    built = build(tmp_path)
+    assert {path.name for path in built} == {path.name for path in CORPUS.glob("*.bvh")}
+    for path in built:
+        assert path.read_bytes() == (CORPUS / path.name).read_bytes(), path.name
+
+
+@each
+def test_scores_are_written_as_we_write(path: Path) -> None:
+    assert lnd.write(lnd.read(path)).encode() == path.read_bytes()
+
+
+def test_every_file_has_a_label() -> None:
+    with (CORPUS / "labels.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    files = {path.name for path in CORPUS.iterdir() if path.suffix in {".bvh", ".lnd"}}
+    assert sorted(row["file"] for row in rows) == sorted(files)
+    assert all(row["label"] for row in rows)
+
+
+@each
+def test_it_comes_back(path: Path) -> None:
+    """Symbol for symbol where neighbours are near, else with what lies on the way between."""
+    score = lnd.read(path)
+    heard = encode(capture.read(path.with_suffix(".bvh")))
+    for part, track in score.tracks.items():
+        wanted, found = spoken(score, part), spoken(heard, part)
+        cells = [(int(row["direction"]), int(row["level"])) for row in track.symbols]
+        near = all(FOLDED in (one, two) or two in neighbours(one) for one, two in pairwise(cells))
+        if near:
+            assert found == wanted
+        left = iter(found)
+        assert all(cell in left for cell in wanted), part
+
+
+# Where a flag is, beginning below and round by the signaller's own right:
+# 0 down, 1 right low, 2 right, 3 right high, 4 up, 5 left high, 6 left, 7 left low.
+FLAGS = [
+    "place low",
+    "right low",
+    "right mid",
+    "right high",
+    "place high",
+    "left high",
+    "left mid",
+    "left low",
+]
+CIRCLES = {"0": "ABCDEFG", "1": "HIKLMN", "2": "OPQRS", "3": "TUY", "4": " JV", "5": "WX", "6": "Z"}
+"""The signal book's: one flag stays, the other goes on round."""
+
+
+def test_the_semaphore_spells_the_alphabet() -> None:
+    letters = {
+        letter: {FLAGS[int(first)], FLAGS[second]}
+        for first, circle in CIRCLES.items()
+        for second, letter in enumerate(circle, int(first) + 1)
+    }
+    score = lnd.read(CORPUS / "semaphore.lnd")
+    unit = score.meter.division
+    for index, letter in enumerate("ABCDEFGHIJKLMNOPQRSTUVWXYZ", 1):
+        assert f"// {letter}" in score.other[score.other.index(f"#unit{index}") :][:2]
+        flags = set()
+        for part in ("r_arm", "l_arm"):
+            arrived = [s for s in score.symbols(part) if s.span.stop <= index * unit]
+            flags.add(f"{arrived[-1].direction} {arrived[-1].level}")
+        assert flags == letters[letter], letter
