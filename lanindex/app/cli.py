@@ -111,4 +111,4 @@ def main() -> None:
     """Run the command."""
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
-    app()
+    app(prog_name="lanindex")

@@ -21,7 +21,7 @@ MANY = 16
 
 
 def run(
-    paths: Annotated[list[Path], typer.Argument(metavar="PATH...", help="Captures, .lnd scores.")],
+    paths: Annotated[list[Path], typer.Argument(metavar="PATH", help="Captures, .lnd scores.")],
     jobs: Annotated[
         int | None,
         typer.Option("--jobs", "-j", min=1, help="Processes; as many as there are processors."),

@@ -1,0 +1,294 @@
+"""The command as a user types it: output, exit codes, errors."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+
+MAIN = "from lanindex.app.cli import main; main()"
+Done = subprocess.CompletedProcess[str]
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    dance(tmp_path / "raise.bvh")
+    dance(tmp_path / "bow.bvh", BOW)
+    (tmp_path / "score.lnd").write_text(RAISE)
+    (tmp_path / "labels.csv").write_text("file,label,style\nraise.bvh,raise,slow\n")
+    return tmp_path
+
+
+@pytest.fixture
+def run(place: Path):
+    def call(*words: str, text: str | None = None, env: dict[str, str] | None = None) -> Done:
+        return subprocess.run(
+            [
+                sys.executable,
+                "-W",
+                "error",
+                "-c",
+                "from lanindex.app.cli import main; main()",
+                *words,
+            ],
+            cwd=place,
+            input=text,
+            capture_output=True,
+            text=True,
+            check=False,
+            env={**os.environ, "NO_COLOR": "1", **(env or {})},
+            timeout=120,
+        )
+
+    return call
+
+
+@pytest.fixture
+def filled(run, place: Path):
+    done = run("ingest", ".", "--labels", "labels.csv")
+    assert done.returncode == 0, done.stderr
+    return run
+
+
+def records(done: Done) -> list[dict]:
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def refused(done: Done, *words: str) -> None:
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+class TestHelp:
+    def test_every_verb_has_help(self, run) -> None:
+        for verb in ("ingest", "search", "export", "show", "list", "stats", "inspect", "convert"):
+            done = run(verb, "--help")
+            assert done.returncode == 0
+            assert "Usage: lanindex " + verb in done.stdout
+
+    def test_version(self, run) -> None:
+        assert run("--version").stdout.startswith("lanindex 0.")
+
+    def test_a_misspelt_verb(self, run) -> None:
+        refused(run("serch", "r_arm high"), "serch")
+
+
+class TestIngest:
+    def test_json(self, run) -> None:
+        done = run("ingest", ".", "--json")
+        *lines, last = records(done)
+        assert done.returncode == 0
+        assert [Path(line["path"]).name for line in lines] == ["bow.bvh", "raise.bvh", "score.lnd"]
+        assert all(
+            set(line) == {"path", "status", "frames", "symbols", "warnings", "error"}
+            for line in lines
+        )
+        assert last["summary"]["added"] == 3
+
+    def test_a_bad_file_is_told_and_the_rest_goes_in(self, run, place: Path) -> None:
+        (place / "bad.bvh").write_text("HIERARCHY\n")
+        refused(run("ingest", "."), "bad.bvh", "3 added, 1 failed")
+        assert len(records(run("list", "--json"))) == 4
+
+    def test_dry_run(self, run, place: Path) -> None:
+        done = run("ingest", ".", "--dry-run")
+        assert done.returncode == 0
+        assert "3 would be added" in done.stderr
+        assert not (place / "lanindex.db").exists()
+
+    @pytest.mark.parametrize(
+        ("words", "said"),
+        [
+            (["nowhere.bvh"], "nowhere.bvh: there is no such file"),
+            ([".", "--profile", "papre"], 'no profile "papre"'),
+            ([".", "--fps", "fast"], '--fps: "fast", wanted 30'),
+            ([".", "--labels", "none.csv"], "none.csv"),
+            ([".", "--unit", "yard"], "yard"),
+            ([".", "--up", "w"], "w"),
+            ([".", "--compose", "both"], "both"),
+            ([".", "--color", "blue"], '--color: "blue", wanted auto or always or never'),
+        ],
+    )
+    def test_bad_words(self, run, words: list[str], said: str) -> None:
+        refused(run("ingest", *words), said)
+
+
+class TestSearch:
+    def test_a_line_a_hit_in_a_pipe(self, filled) -> None:
+        done = filled("search", "r_arm right mid -> place high", "--in", "*.bvh")
+        assert done.returncode == 0
+        path, start, end, begin, stop, _fit, said = done.stdout.strip().split("\t")
+        assert Path(path).name == "raise.bvh"
+        assert float(begin) == pytest.approx(int(start) / 30, abs=1e-5)
+        assert float(stop) == pytest.approx(int(end) / 30, abs=1e-5)
+        assert said == "r_arm right mid, place high"
+        assert "1 hit in 1 capture" in done.stderr
+
+    def test_json_as_designed(self, filled) -> None:
+        hit, last = records(filled("search", "r_arm place high", "--in", "*.bvh", "--json"))
+        keys = "capture capture_id label fps start_frame end_frame start end fit symbols"
+        assert list(hit) == keys.split()
+        assert hit["label"] == "raise"
+        (symbol,) = hit["symbols"]
+        assert list(symbol) == ["part", "direction", "level", "start_frame", "end_frame"]
+        assert last["summary"]["hits"] == 1
+
+    def test_limit_count_and_sort(self, filled) -> None:
+        done = filled("search", "arm any", "--limit", "2")
+        assert len(done.stdout.splitlines()) == 2
+        assert "2 are shown" in done.stderr
+        counts = [
+            line.split("\t") for line in filled("search", "arm any", "--count").stdout.splitlines()
+        ]
+        assert len(counts) == 3
+        fits = [
+            hit["fit"]
+            for hit in records(filled("search", "arm any", "--sort", "fit", "--json"))[:-1]
+        ]
+        assert fits == sorted(fits, reverse=True)
+
+    def test_nothing_found(self, filled) -> None:
+        done = filled("search", "r_leg high")
+        assert (done.returncode, done.stdout) == (1, "")
+
+    def test_an_error_shows_the_place(self, filled) -> None:
+        done = filled("search", "r_arm rihgt mid")
+        refused(done, "r_arm rihgt mid\n", "\n      ^^^^^\n", 'Did you mean "right"?')
+
+    def test_explain(self, filled) -> None:
+        done = filled("search", "r_arm right mid -> high", "--explain")
+        assert done.returncode == 0
+        assert "right" in done.stdout
+
+    def test_no_library(self, run) -> None:
+        refused(run("search", "r_arm high"), "lanindex.db", "lanindex ingest")
+
+    def test_a_closed_pipe_is_silent(self, filled, place: Path) -> None:
+        done = subprocess.run(
+            f"{sys.executable} -c '{MAIN}' search 'arm any' | true; echo ${{PIPESTATUS[0]}}",
+            shell=True,
+            executable="/bin/bash",
+            cwd=place,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout == "0\n"
+        assert "Traceback" not in done.stderr
+
+
+class TestExport:
+    def test_from_a_search(self, filled, place: Path) -> None:
+        hits = filled("search", "r_arm place low", "--json").stdout
+        done = filled("export", "-", "-o", "out", text=hits)
+        assert done.returncode == 0, done.stderr
+        clips = done.stdout.split()
+        assert len(clips) == 3
+        assert all((place / clip).is_file() for clip in clips)
+        assert (place / "out" / "manifest.csv").is_file()
+
+    def test_from_a_pattern_and_a_range(self, filled, place: Path) -> None:
+        assert filled("export", "r_arm place low", "-o", "a").returncode == 0
+        done = filled("export", "--capture", "bow.bvh", "--from", "3", "--to", "9", "-o", "b")
+        assert done.stdout.strip() == os.path.join("b", "bow_3-9.bvh")
+
+    def test_nothing_found(self, filled, place: Path) -> None:
+        assert filled("export", "r_leg high", "-o", "out").returncode == 1
+        assert not (place / "out").exists()
+
+    def test_a_changed_source(self, filled, place: Path) -> None:
+        dance(place / "raise.bvh", BOW)
+        refused(filled("export", "r_arm place high", "-o", "out"), "raise.bvh", "has changed")
+        assert list((place / "out").glob("*") if (place / "out").exists() else []) == []
+
+    @pytest.mark.parametrize(
+        "words",
+        [[], ["r_arm high", "--capture", "1"], ["r_arm high", "--from", "1"], ["--capture", "99"]],
+    )
+    def test_bad_words(self, filled, words: list[str]) -> None:
+        refused(filled("export", *words))
+
+
+class TestOthers:
+    def test_show(self, filled) -> None:
+        *lines, last = records(filled("show", "raise.bvh", "--part", "r_arm", "--json"))
+        assert [line["direction"] for line in lines if not line["passing"]] == [
+            "place",
+            "right",
+            "place",
+            "right",
+            "place",
+        ]
+        assert last == {"summary": {"symbols": len(lines)}}
+        refused(filled("show"), "wanted")
+        refused(filled("show", "raise.bvh", "--part", "tail"), "tail", "r_arm")
+
+    def test_list_and_stats(self, filled) -> None:
+        *lines, last = records(filled("list", "--json"))
+        assert [line["label"] for line in lines] == ["", "raise", ""]
+        assert lines[1]["metadata"] == {"style": "slow"}
+        assert last["summary"]["captures"] == 3
+        assert records(filled("stats", "--json"))[0]["captures"] == 3
+
+    def test_inspect(self, run) -> None:
+        (seen,) = records(run("inspect", "raise.bvh", "--json"))
+        assert seen["frames"] > 200
+        assert seen["up"] == "y"
+        assert all(seen["body"][joint] for joint in ("RWrist", "LAnkle", "Neck"))
+
+    def test_convert_and_animate(self, run, place: Path) -> None:
+        text = run("convert", "raise.bvh").stdout
+        assert "direction r_arm place high" in text
+        assert run("convert", "raise.bvh", "-o", "again.lnd").returncode == 0
+        assert (place / "again.lnd").read_text() == text
+        refused(run("convert", "raise.bvh", "-o", "again.lnd"), "exists already")
+        assert run("animate", "again.lnd", "--fps", "60").returncode == 0
+        (seen,) = records(run("inspect", "again.bvh", "--json"))
+        assert seen["rate"].startswith("60 Hz")
+
+    def test_db(self, filled) -> None:
+        assert "current" in filled("db", "status").stdout
+        assert filled("db", "check").returncode == 0
+        assert filled("db", "upgrade").returncode == 0
+
+    def test_the_library_may_be_named_by_the_environment(self, run, place: Path) -> None:
+        env = {"LANINDEX_DB": str(place / "other.db")}
+        assert run("ingest", "bow.bvh", env=env).returncode == 0
+        assert (place / "other.db").exists()
+        assert run("list", env=env).returncode == 0
+
+
+class TestEvaluate:
+    def test_figures(self, run, place: Path) -> None:
+        (place / "labels.csv").write_text("file,label\nraise.bvh,raise\nbow.bvh,bow\n")
+        (place / "p.toml").write_text(
+            'up = {pattern = "r_arm place high", positives = ["raise"]}\n'
+            'any = {pattern = "r_arm low", positives = ["raise"]}\n'
+            'left = {pattern = "l_arm place high", positives = ["raise"]}\n'
+        )
+        words = ["evaluate", ".", "--labels", "labels.csv", "--patterns", "p.toml"]
+        up, anything, left, last = records(run(*words, "--json"))
+        assert (up["precision"], up["recall"], up["f1"]) == (1, 1, 1)
+        assert (anything["precision"], anything["recall"]) == (0.5, 1)
+        assert (left["missed"], left["f1"]) == (1, 0)
+        assert last["summary"]["mean_f1"] == pytest.approx((1 + 2 / 3 + 0) / 3)
+        assert last["summary"]["clips"] == 2
+        said = run(*words, "--misses").stdout
+        assert "left: missed" in said
+        assert "any: wrongly" in said
+
+    def test_bad_patterns(self, run, place: Path) -> None:
+        words = ["evaluate", ".", "--labels", "labels.csv", "--patterns", "p.toml"]
+        for text, said in (
+            ('up = "r_arm high"', "wanted name = {pattern"),
+            ('up = {pattern = "r_arm hihg", positives = ["raise"]}', "hihg"),
+            ("up = {", "wanted TOML"),
+            ("", "no patterns"),
+        ):
+            (place / "p.toml").write_text(text)
+            refused(run(*words), said)
