@@ -16,6 +16,7 @@ from lanindex.errors import CaptureError
 
 _COUNT = re.compile(rb"\s*Frames[ \t]*:[ \t]*([^\s]*)[^\r\n]*", re.IGNORECASE)
 _TIME = re.compile(rb"\s*(Frame[ \t]*Time[ \t]*:[ \t]*([^\s]*)[^\r\n]*)", re.IGNORECASE)
+_BLOCK = 1 << 17  # bytes looked through at a time
 _END = re.compile(rb"\r\n|\r|\n")
 
 
@@ -120,7 +121,13 @@ def _lines(data: bytes, first: int, width: int) -> tuple[NDArray[np.int64], NDAr
     """Return the lines that are not blank, (T, 2) without their ends, and (T,) with them."""
     text = np.frombuffer(data, np.uint8, offset=first)
     returns = data.find(b"\r", first) >= 0
-    breaks = np.flatnonzero((text == 10) | (text == 13) if returns else text == 10)
+    breaks = np.concatenate(
+        [
+            np.flatnonzero((part == 10) | (part == 13) if returns else part == 10) + start
+            for start in range(0, max(len(text), 1), _BLOCK)
+            for part in (text[start : start + _BLOCK],)
+        ]
+    )
     starts = np.concatenate(([0], breaks + 1))
     stops = np.concatenate((breaks, [len(text)]))
     ends = np.minimum(stops + 1, len(text))

@@ -23,8 +23,8 @@ _SPLIT = 134217729.0  # 2**27 + 1 halves a float's digits
 _DOUBT = 2.0**-40
 _NONE, _HARD, _BAD = 0, 1, 2
 # unsigned, so that no index is tested for being negative and no byte turns into a wider number
-_ONE = np.uintp(1)
-_TEN = np.uint64(10)
+_NOTHING, _ONE, _SHORT = np.uintp(0), np.uintp(1), np.uintp(15)
+_NIL, _TEN = np.uint64(0), np.uint64(10)
 _MINUS, _PLUS, _POINT, _ZERO, _BASE, _SMALL, _E = map(np.uint8, (*b"-+.0", 10, 32, ord("e")))
 _SPACE, _TAB, _FIVE = map(np.uint8, (32, 9, 5))
 
@@ -50,7 +50,7 @@ def _quotient(whole, power):  # type: ignore[no-untyped-def]  # numba
     return upper if upper == lower else np.nan
 
 
-@numba.njit(inline="always")
+@numba.njit(cache=True)
 def _value(whole, digits, power):  # type: ignore[no-untyped-def]  # numba
     """Return whole times ten to the power, or NaN where Python has to do it."""
     if digits > 19:
@@ -78,23 +78,27 @@ def _exponent(text, at, stop):  # type: ignore[no-untyped-def]  # numba
 
 
 @numba.njit(inline="always")
-def _number(text, at, stop):  # type: ignore[no-untyped-def]  # numba
-    """Read one number; return its value, the byte behind it, and whether it is one."""
-    negative = text[at] == _MINUS
-    if negative or text[at] == _PLUS:
-        at += _ONE
-    whole, power = np.uint64(0), np.int64(0)
-    first = at
+def _digits(text, at, stop, whole):  # type: ignore[no-untyped-def]  # numba
+    """Read digits; return the number they make behind `whole`, and the byte behind them."""
     while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
         whole = whole * _TEN + np.uint64(text[at] - _ZERO)
         at += _ONE
+    return whole, at
+
+
+@numba.njit(cache=True)
+def _number(text, at, stop):  # type: ignore[no-untyped-def]  # numba
+    """Read any number; return its value, the byte behind it, and whether it is one."""
+    negative = text[at] == _MINUS
+    if negative or text[at] == _PLUS:
+        at += _ONE
+    power = np.int64(0)
+    first = at
+    whole, at = _digits(text, at, stop, _NIL)
     digits = np.int64(at - first)
     if at < stop and text[at] == _POINT:
-        at += _ONE
-        first = at
-        while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
-            whole = whole * _TEN + np.uint64(text[at] - _ZERO)
-            at += _ONE
+        first = at + _ONE
+        whole, at = _digits(text, first, stop, whole)
         power = -np.int64(at - first)
         digits -= power
     sound = digits > 0
@@ -113,27 +117,45 @@ def _blank(byte):  # type: ignore[no-untyped-def]  # numba
 
 @numba.njit(inline="always")
 def _frame(text, at, stop, row):  # type: ignore[no-untyped-def]  # numba
-    """Read one line into `row`; NaN stands where Python has to read the number."""
-    count, hard = 0, False
+    """Read one line into `row`; NaN stands where Python has to read the number.
+
+    What is short and has no exponent is read here, the rest by `_number`: a small loop is twice
+    as fast.
+    """
+    count, state = 0, _NONE
     while True:
         while at < stop and _blank(text[at]):
             at += _ONE
         if at >= stop:
-            break
+            return state if count == len(row) else _BAD
         if count == len(row):
             return _BAD
-        value, at, sound = _number(text, at, stop)
-        if not sound or (at < stop and not _blank(text[at])):
-            return _BAD
-        if not abs(value) <= LARGEST:
-            if abs(value) > LARGEST:
+        begin = at
+        negative = text[at] == _MINUS
+        if negative or text[at] == _PLUS:
+            at += _ONE
+        first, power = at, _NOTHING
+        whole, at = _digits(text, at, stop, _NIL)
+        digits = at - first
+        if at < stop and text[at] == _POINT:
+            first = at + _ONE
+            whole, at = _digits(text, first, stop, whole)
+            power = at - first
+            digits += power
+        sound = digits > _NOTHING and (at >= stop or _blank(text[at]))
+        if sound and digits <= _SHORT:
+            value = np.float64(whole) / _TENS[power]
+            value = -value if negative else value
+        else:
+            value, at, sound = _number(text, begin, stop)
+            if not sound or (at < stop and not _blank(text[at])):
                 return _BAD
-            hard = True
+            if np.isnan(value):
+                state = _HARD
+        if abs(value) > LARGEST:
+            return _BAD
         row[count] = value
         count += 1
-    if count != len(row):
-        return _BAD
-    return _HARD if hard else _NONE
 
 
 @numba.njit(cache=True, nogil=True)

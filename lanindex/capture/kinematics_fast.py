@@ -10,30 +10,30 @@ import numpy as np
 
 from lanindex.capture.kinematics import COSINE, RADIANS, SINE, Array, Plan
 
-_SINE = np.array(SINE)
-_COSINE = np.array(COSINE)
+_S, _C = SINE, COSINE
 
 
 @numba.njit(cache=True)
 def _sine_cosine(row, columns, sines, cosines, child_first):  # type: ignore[no-untyped-def]
+    """Do one frame; the second loop has neither branches nor strides, so that it is vectorised."""
     for turn in range(len(columns)):
-        degrees = row[columns[turn]]
+        sines[turn] = row[columns[turn]]
+    for turn in range(len(columns)):
+        degrees = sines[turn]
         quarter = np.rint(degrees / 90.0)
         rest = (degrees - 90.0 * quarter) * RADIANS
-        square = rest * rest
-        sine, cosine = _SINE[0], _COSINE[0]
-        for term in range(1, len(_SINE)):
-            sine = sine * square + _SINE[term]
-        for term in range(1, len(_COSINE)):
-            cosine = cosine * square + _COSINE[term]
+        x = rest * rest
+        sine = (((_S[0] * x + _S[1]) * x + _S[2]) * x + _S[3]) * x + _S[4]
+        sine = ((sine * x + _S[5]) * x + _S[6]) * x + _S[7]
+        cosine = (((_C[0] * x + _C[1]) * x + _C[2]) * x + _C[3]) * x + _C[4]
+        cosine = (((cosine * x + _C[5]) * x + _C[6]) * x + _C[7]) * x + _C[8]
         sine = sine * rest
         quarter -= 4.0 * np.floor(quarter * 0.25)
-        odd = quarter == 1.0 or quarter == 3.0
-        upper = (cosine if odd else sine) * (-1.0 if quarter >= 2.0 else 1.0)
-        cosines[turn] = (sine if odd else cosine) * (
-            -1.0 if quarter == 1.0 or quarter == 2.0 else 1.0
-        )
-        sines[turn] = -upper if child_first else upper
+        odd = (quarter == 1.0) | (quarter == 3.0)
+        turned = (cosine if odd else sine) * (-1.0 if quarter >= 2.0 else 1.0)
+        opposite = (quarter == 1.0) | (quarter == 2.0)
+        cosines[turn] = (sine if odd else cosine) * (-1.0 if opposite else 1.0)
+        sines[turn] = -turned if child_first else turned
 
 
 @numba.njit(inline="always")
