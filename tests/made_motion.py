@@ -11,8 +11,7 @@ from lanindex.model import Motion, Skeleton, Source
 Floats = NDArray[np.float64]
 
 RATES = tuple(
-    Fraction(rate)
-    for rate in (24, 25, 30, "30000/1001", 50, 60, 100, "120000/1001", 120, 240)
+    Fraction(rate) for rate in (24, 25, 30, "30000/1001", 50, 60, 100, "120000/1001", 120, 240)
 )
 
 BONES = {
@@ -41,9 +40,7 @@ def motion_of(body: Floats, rate: Fraction, first: int = 0) -> Motion:
     """Return a motion whose joints are those of the body model: (T, 20, 3), mm, NaN unknown."""
     seen = ~np.isnan(body).all(axis=(0, 2))
     index = np.where(seen, np.arange(len(JOINTS)), -1).astype(np.int16)
-    skeleton = Skeleton(
-        JOINTS, np.full(20, -1, np.int16), np.zeros((20, 3), np.float32), index
-    )
+    skeleton = Skeleton(JOINTS, np.full(20, -1, np.int16), np.zeros((20, 3), np.float32), index)
     source = Source("made", "made", "", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
     return Motion(skeleton, rate, body.astype(np.float32), source, first)
 
@@ -75,7 +72,9 @@ def _directions(random: np.random.Generator, seconds: Floats, *, lively: bool) -
     path = np.tile(here, (len(seconds), 1))
     time = random.uniform(0.0, 0.5)
     while len(seconds) and time < seconds[-1]:
-        there = here + random.normal(0.0, random.choice([0.1, 0.7, 1.5]) * (1 if lively else 0.2), 3)
+        there = here + random.normal(
+            0.0, random.choice([0.1, 0.7, 1.5]) * (1 if lively else 0.2), 3
+        )
         share = np.clip((seconds - time) / random.uniform(0.1, 1.0), 0.0, 1.0)[:, None]
         path += (there - here) * share**3 * (10 - 15 * share + 6 * share**2)
         here = there
@@ -89,3 +88,11 @@ def with_gaps(body: Floats, gaps: list[tuple[int, int, int]]) -> Floats:
     for joint, start, frames in gaps:
         holed[start : start + frames, joint] = np.nan
     return holed
+
+
+def body_of(motion: Motion) -> Floats:
+    """Return a motion's joints as (T, 20, 3) float64, mm, NaN where there is none."""
+    index = motion.skeleton.body
+    body = np.asarray(motion.positions[:, index], np.float64)
+    body[:, index < 0] = np.nan
+    return body

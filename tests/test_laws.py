@@ -1,0 +1,140 @@
+"""METHOD's laws on a few real captures; tests/benchmarks/laws.py takes all of them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import changed_motion as changed
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from made_motion import RATES, motion_of, swung
+
+from lanindex.capture import read
+from lanindex.encode import encode
+from lanindex.encode.profile import Profile, load
+from lanindex.model import Motion, Score
+
+FEW = (
+    "bandai1/dataset-1_punch_normal_001.bvh",
+    "bandai2/wave-both-hands/dataset-2_wave-both-hands_feminine_*.bvh",
+    "bandai2/walk-turn-left/dataset-2_walk-turn-left_active_*.bvh",
+    "mae_openni/swipe/*.bvh",
+    "rokoko/*.bvh",
+    "xsens/*.bvh",
+)
+FAST = ("cmu_daz/*.bvh", "cmu_cgspeed/cmu_12_01_walk.bvh", "xia_style/*.bvh", "sfu_moda/*.bvh")
+SLOW = ("bandai2/*/*_normal_*.bvh", "bandai1/*.bvh")
+PROFILES = ("default", "paper")
+CHANGES: dict[str, Callable[[Motion], Motion]] = {
+    "turned": lambda motion: changed.turned(motion, 37),
+    "turned back": lambda motion: changed.turned(motion, 180),
+    "moved": lambda motion: changed.moved(motion, (512, -64, 256)),
+}
+IMAGES: dict[str, tuple[Callable[[Motion], Motion], Callable[[Score], dict]]] = {
+    **{name: (change, changed.rows) for name, change in CHANGES.items()},
+    "mirrored": (changed.mirrored, changed.mirrored_rows),
+}
+
+
+def motions(captures: Path, names: tuple[str, ...]) -> list[Motion]:
+    found = [read(path) for name in names for path in sorted(captures.glob("bvh/" + name))]
+    assert len(found) >= len(names), "captures are missing"
+    return found
+
+
+@pytest.fixture(scope="module")
+def few(captures: Path) -> list[Motion]:
+    return motions(captures, FEW)
+
+
+@pytest.fixture(scope="module")
+def fast(captures: Path) -> list[Motion]:
+    found = motions(captures, FAST)
+    assert all(110 < motion.rate < 130 for motion in found)
+    return found
+
+
+@pytest.fixture(scope="module")
+def slow(captures: Path) -> list[Motion]:
+    found = motions(captures, SLOW)
+    assert all(29 < motion.rate < 31 for motion in found)
+    return found
+
+
+def differing(
+    found: list[Motion],
+    profile: Profile,
+    change: Callable[[Motion], Motion],
+    image: Callable[[Score], dict],
+) -> list[str]:
+    return [
+        f"{part} of {motion.source.path}"
+        for motion in found
+        for part in changed.changed_tracks(
+            image(encode(motion, profile)), changed.rows(encode(change(motion), profile))
+        )
+    ]
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("law", IMAGES)
+def test_place_heading_and_side_change_nothing(few: list[Motion], law: str, profile: str) -> None:
+    assert differing(few, load(profile), *IMAGES[law]) == []
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.7])
+def test_size_changes_nothing(few: list[Motion], factor: float) -> None:
+    profile = load("default")
+    change = lambda motion: changed.scaled(motion, factor)  # noqa: E731
+    assert differing(few, profile, change, changed.rows) == []
+
+
+def test_size_matters_in_millimetres(few: list[Motion]) -> None:
+    change = lambda motion: changed.scaled(motion, 0.5)  # noqa: E731
+    assert differing(few, load("paper"), change, changed.rows)
+
+
+@pytest.mark.parametrize("law", IMAGES)
+@settings(max_examples=15, deadline=None, derandomize=True, phases=(Phase.explicit, Phase.generate))
+@given(
+    seed=st.integers(0, 2**32),
+    rate=st.sampled_from(RATES),
+    frames=st.integers(1, 300),
+    profile=st.sampled_from(PROFILES),
+)
+def test_laws_hold_for_made_motions(law: str, seed: int, rate, frames: int, profile: str) -> None:
+    motion = motion_of(swung(seed, frames, rate, 0.5), rate)
+    change, image = IMAGES[law]
+    before, after = image(encode(motion, profile)), changed.rows(encode(change(motion), profile))
+    assert changed.changed_tracks(before, after) == []
+
+
+def agreement(
+    found: list[Motion], profile: Profile, change: Callable[[Motion], Motion]
+) -> tuple[float, float]:
+    """Return the share of limb tracks that agree, and the edits a symbol of them all."""
+    counts = []
+    for motion in found:
+        before, after = encode(motion, profile), encode(change(motion), profile)
+        counts += [changed.edits(before, after, part) for part in changed.LIMBS]
+    agree = sum(wrong == 0 for wrong, _ in counts) / len(counts)
+    return agree, sum(wrong for wrong, _ in counts) / sum(size for _, size in counts)
+
+
+@pytest.mark.parametrize("step", [2, 4])
+def test_fewer_frames_a_second_change_little(fast: list[Motion], step: int) -> None:
+    agree, wrong = agreement(fast, load("default"), lambda motion: changed.thinned(motion, step))
+    assert agree >= 0.85
+    assert wrong <= 0.015
+
+
+def test_noise_of_1_mm_changes_little(slow: list[Motion]) -> None:
+    _, wrong = agreement(slow, load("default"), lambda motion: changed.noisy(motion, 1.0))
+    assert 0 < wrong <= 0.035
+
+
+def test_noise_of_2_mm_changes_little_when_smoothed(slow: list[Motion]) -> None:
+    calm = replace(load("default"), smoothing=0.150)
+    _, wrong = agreement(slow, calm, lambda motion: changed.noisy(motion, 2.0))
+    assert 0 < wrong <= 0.04
