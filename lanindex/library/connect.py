@@ -3,10 +3,11 @@
 An SQLite library is one file at rest. Its journal is a rollback journal, not a write-ahead log:
 a log leaves two more files beside the library, cannot be read from a folder that may not be
 written, and fails on network disks. While a process writes, it keeps the journal's file
-(``PERSIST``), which makes a transaction as cheap as with a log (2.4 ms against 2.0; 6 ms when
-the journal is deleted each time); on closing, the journal goes. The right to write is taken when
-a transaction begins (``BEGIN IMMEDIATE``), so that two writers wait for each other and never
-fail halfway.
+(``PERSIST``), and on closing the journal goes. A transaction of 400 symbols so costs 2.4 ms on an
+idle disk (6.2 with a journal that is deleted each time, 2.0 with a log) and 16 ms on a busy one
+(21; 3): the price of waiting for the disk, so that a power cut loses nothing. The right to write
+is taken when a transaction begins (``BEGIN IMMEDIATE``), so that two writers wait for each other
+and never fail halfway.
 """
 
 from __future__ import annotations

@@ -56,34 +56,27 @@ def check(score: Score, place: str) -> None:
     for part, track in score.tracks.items():
         if track.part != part:
             raise LibraryError(f"{part} holds the track of {track.part}", place=place)
-        if len(track):
-            _check_codes(track, place)
-            _check_spans(track, score.frames, place)
-
-
-def _check_codes(track: Track, place: str) -> None:
+    symbols = _joined(score)
+    start, stop = symbols["start"], symbols["stop"]
+    wrong = (start < 0) | (stop < start) | (stop > score.frames)
     for field, (_, words) in FIELDS.items():
         if words is not None:
-            codes = track.symbols[field]
             least = -1 if field in OPTIONAL else 0
-            if codes.min() < least or codes.max() >= len(words):
-                raise LibraryError(
-                    f"{track.part} has a {field} of {codes.min()} to {codes.max()}",
-                    place=place,
-                    wanted=f"{least} to {len(words) - 1}",
-                )
-
-
-def _check_spans(track: Track, frames: int, place: str) -> None:
-    start, stop = track.symbols["start"], track.symbols["stop"]
-    wrong = (start < 0) | (stop < start) | (stop > frames)
+            wrong |= (symbols[field] < least) | (symbols[field] >= len(words))
     if wrong.any():
         row = int(wrong.argmax())
+        parts = [part for part, track in score.tracks.items() for _ in range(len(track))]
         raise LibraryError(
-            f"symbol {row} of {track.part} lies at [{start[row]}, {stop[row]})",
+            f"{parts[row]} has the symbol {symbols[row]}",
             place=place,
-            wanted=f"start before end, within the {frames} frames",
+            wanted=f"codes of the alphabet and a span within {score.frames} frames",
         )
+
+
+def _joined(score: Score) -> NDArray[Any]:
+    # Naming the dtype spares numpy a slow search for one that all have in common.
+    arrays = [track.symbols for track in score.tracks.values()]
+    return np.concatenate(arrays, dtype=SYMBOL) if arrays else np.empty(0, SYMBOL)
 
 
 def track_rows(capture_id: int, score: Score) -> list[tuple[Any, ...]]:
@@ -97,9 +90,7 @@ def track_rows(capture_id: int, score: Score) -> list[tuple[Any, ...]]:
 def symbol_rows(capture_id: int, score: Score) -> list[tuple[Any, ...]]:
     """Return the rows of ``symbol``, in the order of `COLUMNS`."""
     tracks = score.tracks.items()
-    if not tracks:
-        return []
-    symbols = np.concatenate([track.symbols for _, track in tracks])
+    symbols = _joined(score)
     parts = [part for part, track in tracks for _ in range(len(track))]
     ordinals = [ordinal for _, track in tracks for ordinal in range(len(track))]
     columns = [_stored(symbols[field], words) for field, (_, words) in FIELDS.items()]

@@ -186,7 +186,6 @@ class Library:
                 )
             number = write.put_capture(connection, values, score)
             write.describe(connection, number, label, metadata)
-            write.forget_profiles(connection)
         return number
 
     def label(
@@ -223,7 +222,6 @@ class Library:
         """Take a capture out of the library."""
         with self._changing() as connection:
             write.remove_capture(connection, self._capture(connection, which).id)
-            write.forget_profiles(connection)
 
     def known(self) -> dict[str, tuple[str, Encoding]]:
         """Return what need not be encoded again: by absolute path, sha256 and encoding."""

@@ -3,12 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import Connection, Table, delete, insert, select, update
+from sqlalchemy import (
+    BindParameter,
+    Connection,
+    Delete,
+    Dialect,
+    Table,
+    bindparam,
+    delete,
+    insert,
+    select,
+    update,
+)
 
 from lanindex.library import rows, schema
 from lanindex.model import Score
+
+_NUMBER: BindParameter[int] = bindparam("number")
+
+
+def _of(table: Table) -> Delete:
+    return delete(table).where(table.c.capture_id == _NUMBER)
+
+
+# Built once: SQLAlchemy takes longer to build a statement than SQLite to run it.
+_FIND = select(schema.capture.c.id).where(schema.capture.c.location == bindparam("location"))
+_CHANGE = update(schema.capture).where(schema.capture.c.id == _NUMBER)
+_REMOVE = delete(schema.capture).where(schema.capture.c.id == _NUMBER)
+_CLEAR = (_of(schema.symbol), _of(schema.track))
+_FORGET = _of(schema.metadata)
+_FIND_PROFILE = select(schema.profile.c.id).where(
+    schema.profile.c.name == bindparam("name"), schema.profile.c.digest == bindparam("digest")
+)
+_FORGET_PROFILES = delete(schema.profile).where(
+    ~select(schema.capture.c.id).where(schema.capture.c.profile_id == schema.profile.c.id).exists()
+)
 
 
 def put_capture(connection: Connection, values: Mapping[str, Any], score: Score) -> int:
@@ -28,13 +60,13 @@ def put_capture(connection: Connection, values: Mapping[str, Any], score: Score)
     int
         The number of the capture: the old one where there was one.
     """
-    table = schema.capture
-    number = connection.scalar(select(table.c.id).where(table.c.location == values["location"]))
+    number = connection.scalar(_FIND, {"location": values["location"]})
     if number is None:
-        number = _inserted(connection, table, {"label": "", **values})
+        number = _inserted(connection, schema.capture, {"label": "", **values})
     else:
         _clear(connection, number)
-        connection.execute(update(table).where(table.c.id == number).values(**values))
+        connection.execute(_CHANGE, {"number": number, **values})
+        connection.execute(_FORGET_PROFILES)
     _insert(connection, schema.track, rows.track_rows(number, score))
     _insert(connection, schema.symbol, rows.symbol_rows(number, score))
     return int(number)
@@ -45,44 +77,33 @@ def describe(
 ) -> None:
     """Write what the user says of a capture; None leaves what there is."""
     if label is not None:
-        table = schema.capture
-        connection.execute(update(table).where(table.c.id == number).values(label=label))
+        connection.execute(_CHANGE, {"number": number, "label": label})
     if metadata is not None:
-        described = schema.metadata
-        connection.execute(delete(described).where(described.c.capture_id == number))
-        _insert(connection, described, [(number, *pair) for pair in metadata.items()])
+        connection.execute(_FORGET, {"number": number})
+        _insert(connection, schema.metadata, [(number, *pair) for pair in metadata.items()])
 
 
 def remove_capture(connection: Connection, number: int) -> None:
-    """Take out a capture and all that hangs on it."""
+    """Take out a capture, all that hangs on it, and its profile if it was the last of it."""
     _clear(connection, number)
     describe(connection, number, None, {})
-    connection.execute(delete(schema.capture).where(schema.capture.c.id == number))
+    connection.execute(_REMOVE, {"number": number})
+    connection.execute(_FORGET_PROFILES)
 
 
 def put_profile(connection: Connection, name: str, digest: str) -> int:
     """Return the number of a profile, written if it is new."""
-    table = schema.profile
-    found = connection.scalar(
-        select(table.c.id).where(table.c.name == name, table.c.digest == digest)
-    )
-    return found or _inserted(connection, table, {"name": name, "digest": digest})
-
-
-def forget_profiles(connection: Connection) -> None:
-    """Take out the profiles that no capture was written down with."""
-    capture, profile = schema.capture.c, schema.profile
-    used = select(capture.id).where(capture.profile_id == profile.c.id)
-    connection.execute(delete(profile).where(~used.exists()))
+    named = {"name": name, "digest": digest}
+    return connection.scalar(_FIND_PROFILE, named) or _inserted(connection, schema.profile, named)
 
 
 def _clear(connection: Connection, number: int) -> None:
-    for table in (schema.symbol, schema.track):
-        connection.execute(delete(table).where(table.c.capture_id == number))
+    for statement in _CLEAR:
+        connection.execute(statement, {"number": number})
 
 
 def _inserted(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:
-    key = connection.execute(insert(table).values(**values)).inserted_primary_key
+    key = connection.execute(insert(table), values).inserted_primary_key
     return int(key[0]) if key else 0
 
 
@@ -90,10 +111,14 @@ def _insert(connection: Connection, table: Table, values: list[tuple[Any, ...]])
     # As tuples straight to the driver, where it takes tuples.
     if not values:
         return
-    statement = insert(table)
-    if connection.dialect.positional:
-        text = str(statement.compile(dialect=connection.dialect))
-        connection.exec_driver_sql(text, values)
+    dialect = connection.dialect
+    if dialect.positional:
+        connection.exec_driver_sql(_insert_text(table, dialect), values)
     else:
         names = table.c.keys()
-        connection.execute(statement, [dict(zip(names, row, strict=True)) for row in values])
+        connection.execute(insert(table), [dict(zip(names, row, strict=True)) for row in values])
+
+
+@lru_cache(maxsize=16)
+def _insert_text(table: Table, dialect: Dialect) -> str:
+    return str(insert(table).compile(dialect=dialect))

@@ -32,7 +32,7 @@ sys.path[:0] = [sys.argv[2]]
 from sample import add_sample
 from lanindex.library import write
 from lanindex.library.store import open_library
-write.forget_profiles = lambda connection: (
+write.describe = lambda connection, *_: (
     connection.exec_driver_sql("UPDATE capture SET label = 'half'"),
     connection.connection.driver_connection.execute("PRAGMA cache_spill = 1"),
     os._exit(9),

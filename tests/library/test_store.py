@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sqlite3
 
 import numpy as np
@@ -205,18 +206,19 @@ def test_a_capture_by_its_name(library):
 
 def bad_scores():
     score = sample_score()
-    changes = {
-        "direction": ("direction", 9),
-        "level": ("level", -1),
-        "runner_level": ("runner_level", 3),
-        r"symbol 3 of head lies at \[99, 30\)": ("start", 99),
-        r"\[-1, 30\)": ("start", -1),
-        r"\[21, 61\), wanted .* within the 60 frames": ("stop", 61),
-    }
-    for said, (field, value) in changes.items():
+    for field, value in (
+        ("direction", 9),
+        ("level", -1),
+        ("runner_level", 3),
+        ("runner_direction", -2),
+        ("start", 99),
+        ("start", -1),
+        ("stop", 61),
+    ):
         symbols = score.tracks["head"].symbols.copy()
         symbols[field][3] = value
-        yield said, {"head": Track("head", symbols, ())}
+        said = f"head has the symbol {symbols[3]}, wanted codes of the alphabet and a span"
+        yield re.escape(said), {"r_arm": score.tracks["r_arm"], "head": Track("head", symbols, ())}
     yield "the track of head", {"r_arm": score.tracks["head"]}
 
 
