@@ -1,0 +1,88 @@
+"""Lengths of time, and conditions on them; compared with frames exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil, floor
+
+_TOLERANCE = Fraction(1, 5)
+"""How far a bare length, ``1s``, may be off, in proportion."""
+
+
+def _decimal(number: Fraction) -> str:
+    digits = 0
+    while (number * 10**digits).denominator != 1:
+        digits += 1
+    whole = str(int(number * 10**digits)).rjust(digits + 1, "0")
+    return f"{whole[:-digits]}.{whole[-digits:]}" if digits else whole
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """What turns frames of a capture into time: frames and beats a second."""
+
+    rate: Fraction
+    beat_rate: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Time:
+    """A length of time: a decimal number of seconds, milliseconds, frames or beats."""
+
+    number: Fraction
+    unit: str
+
+    def __str__(self) -> str:
+        """Return it as written: ``0.3s``."""
+        return _decimal(self.number) + self.unit
+
+    def frames(self, clock: Clock) -> Fraction:
+        """Return it in frames of the source, exactly."""
+        if self.unit == "f":
+            return self.number
+        rates = {"s": Fraction(1), "ms": Fraction(1000), "b": clock.beat_rate}
+        return self.number / rates[self.unit] * clock.rate
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """A condition on a length of time.
+
+    Attributes
+    ----------
+    form : str
+        ``<``, ``<=``, ``>`` or ``>=``; ``+`` (or more), ``..`` (from, to) or ``~`` (about).
+    time : Time
+        The time compared with.
+    last : Time or None
+        The longest, of the form ``..``.
+    """
+
+    form: str
+    time: Time
+    last: Time | None = None
+
+    def __str__(self) -> str:
+        """Return it as written: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
+        forms = {"+": f"{self.time}+", "..": f"{self.time}..{self.last}", "~": f"{self.time}"}
+        return forms.get(self.form, f"{self.form}{self.time}")
+
+    def bounds(self, clock: Clock) -> tuple[int, int | None]:
+        """Return the fewest and the most whole frames that meet it, None: no limit; exactly."""
+        wanted = self.time.frames(clock)
+        longest = self.last.frames(clock) if self.last else wanted
+        above = {
+            ">": floor(wanted) + 1,
+            ">=": ceil(wanted),
+            "+": ceil(wanted),
+            "..": ceil(wanted),
+            "~": ceil(wanted * (1 - _TOLERANCE)),
+        }
+        below = {
+            "<": ceil(wanted) - 1,
+            "<=": floor(wanted),
+            "..": floor(longest),
+            "~": floor(wanted * (1 + _TOLERANCE)),
+        }
+        return above.get(self.form, 0), below.get(self.form)

@@ -1,0 +1,210 @@
+"""The words of the pattern language, as tables.
+
+Directions and levels come from the alphabet; here are their other spellings, the directions that
+are relative to a limb's own side, the words of the language itself, and the names of the parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, PARTS, mirrored_part
+
+ANY = "any"
+
+RELATIVE = {
+    "side": "right",
+    "side_forward": "r_forward",
+    "side_back": "r_back",
+    "across": "left",
+    "across_forward": "l_forward",
+    "across_back": "l_back",
+}
+"""Directions relative to the limb's own side, with what they are for a right limb."""
+
+CHANGES = ("rising", "sinking")
+"""How a level compares with the one before."""
+
+_OTHER_DIRECTIONS = {
+    "backward": "back",
+    "side_backward": "side_back",
+    "across_backward": "across_back",
+    **{
+        spelling: f"{side[0]}_{name}"
+        for side in ("right", "left")
+        for name, spellings in {"forward": ("forward",), "back": ("back", "backward")}.items()
+        for end in spellings
+        for spelling in (f"{side}_{end}", f"{side[0]}_{end}", f"{end}_{side}")
+    },
+}
+_OTHER_LEVELS = {"middle": "mid", "normal": "mid"}
+
+VALUES: dict[str, tuple[str, str]] = {
+    **{name: ("direction", name) for name in (*DIRECTIONS, *RELATIVE, ANY)},
+    **{name: ("level", name) for name in LEVELS},
+    **{name: ("change", name) for name in CHANGES},
+    **{spelling: ("direction", name) for spelling, name in _OTHER_DIRECTIONS.items()},
+    **{spelling: ("level", name) for spelling, name in _OTHER_LEVELS.items()},
+}
+"""Every word that says how a part moves: its kind and its own spelling."""
+
+DOMAINS: dict[str, frozenset[str]] = {
+    "direction": frozenset(DIRECTIONS),
+    "level": frozenset(LEVELS),
+    "change": frozenset((*CHANGES, "neither")),
+}
+"""What a movement can be, of each kind."""
+
+UNITS = ("s", "ms", "f", "b")
+"""Units of time: seconds, milliseconds, frames of the source, beats."""
+
+TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
+RELATIONS = ("with", "during", "without", *(f"{word} with" for word in TWO_WORD_RELATIONS))
+
+NOT_YET = ("let", "where", "rhythm", "mirrors", "direction", "count", "sort")
+"""Words of the language whose constructs this version recognises but does not understand."""
+
+LANGUAGE = (
+    *("then", "with", "during", "without", *TWO_WORD_RELATIONS, "or", "not", "at", "hold"),
+    *("start", "end", "either", "mirror", *NOT_YET),
+)
+"""The words that hold a pattern together."""
+
+_MEANT = {
+    "up": "high",
+    "upward": "high",
+    "down": "low",
+    "downward": "low",
+    "front": "forward",
+    "forwards": "forward",
+    "behind": "back",
+    "outward": "side",
+    "inward": "across",
+    "centre": "place",
+    "center": "place",
+    "and": "with",
+    "while": "during",
+    "next": "then",
+    "stay": "hold",
+    "rest": "hold",
+    "still": "hold",
+    "everything": "any",
+    "anything": "any",
+    "raising": "rising",
+    "falling": "sinking",
+    "begin": "start",
+}
+"""What people write, and what they mean: too far apart for a guess by spelling."""
+
+DEFAULT_PARTS = (*PARTS, "r_support", "l_support")
+"""The parts that a pattern may name where no library says otherwise."""
+
+_PLURALS = {"foot": "feet"}
+
+
+def mirrored_direction(name: str) -> str:
+    """Return the mirror image of a direction; relative ones and ``any`` are their own."""
+    code = DIRECTION_CODES.get(name)
+    return name if code is None else DIRECTIONS[MIRRORED[code]]
+
+
+def directions_of(name: str, part: str) -> frozenset[str]:
+    """Return the directions that a word stands for, said of one part (``l_arm``)."""
+    if name == ANY:
+        return DOMAINS["direction"]
+    absolute = RELATIVE.get(name)
+    if absolute is None:
+        return frozenset((name,))
+    return frozenset((mirrored_direction(absolute) if part.startswith("l_") else absolute,))
+
+
+@dataclass(frozen=True, slots=True)
+class Mover:
+    """Who moves: one part, either of a pair, or both at once.
+
+    Attributes
+    ----------
+    name : str
+        As written: ``r_arm``, ``arm``, ``arms``.
+    form : str
+        ``one``, ``either`` or ``both``.
+    members : tuple of str
+        The parts it may mean; of a pair the right one first.
+    """
+
+    name: str
+    form: str
+    members: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Return the name as it is written in a pattern."""
+        return self.name
+
+    @property
+    def sided(self) -> bool:
+        """Whether it has a side of its own."""
+        return all(member[:2] in ("r_", "l_") for member in self.members)
+
+    def mirrored(self) -> Mover:
+        """Return who moves in the mirror."""
+        if self.form != "one":
+            return self
+        name = mirrored_part(self.name)
+        return Mover(name, "one", (name,))
+
+
+def _movers(parts: Collection[str]) -> dict[str, Mover]:
+    movers = {name: Mover(name, "one", (name,)) for name in parts}
+    for name in parts:
+        if name[:2] in ("r_", "l_"):
+            group = name[2:]
+            pair = (f"r_{group}", f"l_{group}")
+            plural = _PLURALS.get(group, f"{group}s")
+            movers.setdefault(group, Mover(group, "either", pair))
+            movers.setdefault(plural, Mover(plural, "both", pair))
+    return movers
+
+
+class Vocabulary:
+    """The words that a pattern may use, those of the parts included.
+
+    Parameters
+    ----------
+    parts : collection of str, optional
+        What the library holds; by default `DEFAULT_PARTS`.
+    """
+
+    def __init__(self, parts: Collection[str] | None = None) -> None:
+        self._owner = "There is" if parts is None else "This library has"
+        held = DEFAULT_PARTS if parts is None else parts
+        self.parts = tuple(sorted(held, key=lambda name: (name[:2] in ("r_", "l_"), name[2:])))
+        self.movers = _movers(self.parts)
+
+    def mover(self, word: str) -> Mover | None:
+        """Return who a word names, or None."""
+        return self.movers.get(word)
+
+    def stranger(self, word: str, part_expected: bool) -> str:
+        """Return the sentence about a word that is not in the vocabulary."""
+        elsewhere = word in _movers(DEFAULT_PARTS)
+        guess = None if elsewhere else self._guess(word)
+        if guess:
+            return f'I don\'t know "{word}". Did you mean "{guess}"?'
+        if part_expected or elsewhere:
+            has = "The parts are" if self._owner == "There is" else "It has"
+            return f'{self._owner} no part "{word}". {has}: {" ".join(self.parts)}'
+        return (
+            f'I don\'t know "{word}". A movement has a direction ({", ".join(DIRECTIONS[:4])} …) '
+            f"and a level (high, mid, low)."
+        )
+
+    def _guess(self, word: str) -> str | None:
+        from rapidfuzz import process
+        from rapidfuzz.distance import OSA
+
+        if word in _MEANT:
+            return _MEANT[word]
+        known = [*VALUES, *self.movers, *LANGUAGE]
+        found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.6)
+        return found[0] if found else None

@@ -1,0 +1,120 @@
+"""Read `tests/search/query_cases.txt`: the hand-worked cases of the pattern language."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
+from lanindex.model import SYMBOL, Capture, Meter, Score, Span, Track
+
+PAGE = Path(__file__).parent / "search" / "query_cases.txt"
+
+_NOT_YET = re.compile(r'\b(let|where|rhythm|direction)\b|@|\||\w:|"')
+"""What shows that a case needs a construct that is not understood yet."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    name: str
+    capture: Capture
+    tracks: Mapping[str, Track]
+
+    def score(self) -> Score:
+        return Score(self.capture.rate, self.capture.frames, self.capture.meter, self.tracks)
+
+
+@dataclass(frozen=True)
+class Expected:
+    name: str
+    span: Span
+    symbols: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    line: int
+    recordings: tuple[Recording, ...]
+    pattern: str
+    overlaps: str
+    tolerance: Fraction
+    hits: tuple[Expected, ...]
+    error: str
+
+    @property
+    def not_yet(self) -> bool:
+        """Whether the case needs a construct that is not understood yet."""
+        return bool(_NOT_YET.search(self.pattern))
+
+    def __str__(self) -> str:
+        return f"{self.line}: {self.pattern}"
+
+
+def cases(page: Path = PAGE) -> Iterator[Case]:
+    """Yield all cases of the page, each with its recordings."""
+    recordings: tuple[Recording, ...] = ()
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if line.startswith("= "):
+            recordings = tuple(_recordings(line[2:]))
+        elif line and not line.startswith("#"):
+            yield _case(number, line, recordings)
+
+
+def track(part: str, text: str, frames: int) -> Track:
+    """Read ``place low 0 0, right mid 5 12``: one known stretch, all margins 1."""
+    rows = np.zeros(text.count(",") + 1, SYMBOL)
+    for row, symbol in zip(rows, text.split(","), strict=True):
+        direction, level, start, stop = symbol.split()
+        row["passing"] = level.endswith("*")
+        row["direction"] = DIRECTION_CODES[direction]
+        row["level"] = LEVEL_CODES[level.rstrip("*")]
+        row["start"], row["stop"], row["tick"] = int(start), int(stop), int(start)
+        row["ticks"] = int(stop) - int(start)
+        row["margin"] = 1
+        row["runner_direction"] = row["runner_level"] = -1
+    return Track(part, rows, (Span(0, frames),))
+
+
+def _recordings(text: str) -> Iterator[Recording]:
+    for number, capture in enumerate(re.split(r";\s*(?=capture )", text), 1):
+        head, *parts = capture.split(";")
+        words = head.split()
+        told = dict(zip(words[::2], words[1::2], strict=True))
+        name, frames = told.pop("capture", ""), int(told.pop("frames"))
+        rate = Fraction(told.pop("fps"))
+        meter = Meter(Fraction(told.pop("tempo", "60")))
+        path = f"{name or number}.lnd"
+        yield Recording(
+            name,
+            Capture(number, path, "lnd", f"{number:064x}", "", rate, frames, meter, told),
+            {
+                part.strip(): track(part.strip(), symbols, frames)
+                for part, symbols in (it.split(":") for it in parts)
+            },
+        )
+
+
+def _case(number: int, line: str, recordings: tuple[Recording, ...]) -> Case:
+    pattern, expected = line.split(" ⇒ ")
+    overlaps, tolerance = "none", Fraction(1, 10)
+    if pattern.endswith("  --all"):
+        pattern, overlaps = pattern.removesuffix("  --all"), "all"
+    if pattern.endswith("  --tolerance"):
+        pattern, tolerance = pattern.removesuffix("  --tolerance"), Fraction(1, 2)
+    error = expected[1:] if expected.startswith("!") else ""
+    found = () if error or expected == "none" else tuple(map(_expected, expected.split(" | ")))
+    return Case(
+        *(number, recordings, pattern.replace("\\n", "\n"), overlaps, tolerance, found, error)
+    )
+
+
+def _expected(text: str) -> Expected:
+    *name, place = text.split()
+    span, _, symbols = place.partition(":")
+    if "-" not in span:
+        return Expected(name[0] if name else "", Span(0, 0), ())
+    start, stop = map(int, span.split("-"))
+    return Expected(name[0] if name else "", Span(start, stop), tuple(symbols.split(",")))

@@ -1,0 +1,47 @@
+import re
+
+import pytest
+from query_cases import Case, cases
+
+from lanindex.errors import PatternError
+from lanindex.search.language import parse
+from lanindex.search.match import find
+
+CASES = list(cases())
+NOT_YET = [case for case in CASES if case.not_yet]
+ERRORS = [case for case in CASES if case.error and not case.not_yet]
+FOUND = [case for case in CASES if not case.error and not case.not_yet]
+
+
+def test_all_cases_are_there():
+    assert len(CASES) == 161
+    assert (len(FOUND), len(ERRORS), len(NOT_YET)) == (131, 14, 16)
+
+
+@pytest.mark.parametrize("case", FOUND, ids=str)
+def test_hits(case: Case):
+    query = parse(case.pattern)
+    recordings = [(it.capture, it.tracks) for it in case.recordings]
+    names = {it.capture.id: it.name for it in case.recordings}
+    found = []
+    for hit in find(query, recordings, tolerance=case.tolerance, overlaps=case.overlaps):
+        symbols = sorted(f"{symbol.part}.{symbol.ordinal}" for symbol in hit.symbols)
+        found.append((names[hit.capture.id], hit.span, symbols))
+    assert found == [(it.name, it.span, sorted(it.symbols)) for it in case.hits]
+
+
+@pytest.mark.parametrize("case", ERRORS, ids=str)
+def test_errors(case: Case):
+    with pytest.raises(PatternError) as caught:
+        parse(case.pattern)
+    assert case.error in str(caught.value)
+
+
+@pytest.mark.parametrize("case", NOT_YET, ids=str)
+def test_not_yet(case: Case):
+    with pytest.raises(PatternError) as caught:
+        parse(case.pattern)
+    error = caught.value
+    named = case.pattern[error.start : error.stop]
+    assert error.found == f'"{named}" is not understood yet.'
+    assert re.fullmatch(r"let|where|rhythm|direction|@\w+|\||\w+:", named)
