@@ -39,7 +39,7 @@ def perform(
     Raises
     ------
     UsageError
-        Where rate or noise make no sense.
+        Where rate or noise make no sense, or there would be too many frames.
     """
     from lanindex.perform.stage import carry_out
 

@@ -21,10 +21,13 @@ REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
 """Where a part is without a symbol; the others hang."""
 
 TURNING = 0.19
-"""A limb folds straight towards its beginning; nearer than this its end turns, as it is in place."""
+"""A limb folds straight towards its beginning; nearer than this, in place, its end turns."""
 
 FASTEST = 10_000
 """Frames a second, at most."""
+
+LONGEST = 100_000
+"""Frames, at most: a slip in a file's number of units shall not take all memory."""
 
 
 def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
@@ -33,11 +36,18 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
         raise UsageError(f"{rate} frames a second", wanted=f"more than 0, at most {FASTEST}")
     if not (isfinite(noise) and noise >= 0):
         raise UsageError(f"noise of {noise} mm", wanted="0 or more")
-    times = np.arange(max(1, ceil(score.frames * rate / score.rate))) / float(rate)
+    frames = max(1, ceil(score.frames * rate / score.rate))
+    if frames > LONGEST:
+        raise UsageError(
+            f"a score of {frames} frames at {float(rate):g} Hz",
+            wanted=f"at most {LONGEST}",
+            remedy="Perform it slower, or a part of it.",
+        )
+    times = np.arange(frames) / float(rate)
     body = standard()
     joints = _joints(body, _bones(score, times, body))
     if noise:
-        joints += _tremor(body, noise, seed, len(times))
+        joints += _tremor(body, noise, seed, frames)
     source = Source("", "score", "", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
     return Motion(
         body.skeleton, rate, joints.astype(np.float32), source, warnings=_left_out(score, body)
@@ -157,14 +167,11 @@ def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
     Half a turn is made about the axis from left to right.
     """
     axis = np.cross(start, stop)
-    along = stop @ start
-    opposite = along < -1 + 1e-12
-    scale = 1 / np.where(opposite, 1, 1 + along)
-    turned: Floats = (
-        along[:, None] * vectors
-        + np.cross(axis, vectors)
-        + axis * (np.sum(axis * vectors, axis=1) * scale)[:, None]
-    )
+    sine, cosine = np.linalg.norm(axis, axis=1, keepdims=True), (stop @ start)[:, None]
+    axis = axis / np.where(sine > 0, sine, 1)
+    along = np.sum(axis * vectors, axis=1, keepdims=True) * axis
+    turned: Floats = cosine * (vectors - along) + along + sine * np.cross(axis, vectors)
+    opposite = (sine[:, 0] < 1e-9) & (cosine[:, 0] < 0)
     turned[opposite] = vectors[opposite] * [-1, -1, 1]
     return turned
 

@@ -59,13 +59,16 @@ def _smallest(start: Floats, stop: Floats) -> Floats:
     Half a turn is made about the vertical; from up to down about x.
     """
     start, stop = _unit(start), _unit(stop)
-    axis, along = np.cross(start, stop), np.sum(start * stop, axis=1)
-    opposite = along < -1 + 1e-12
-    scale = 1 / np.where(opposite, 1, 1 + along)
+    axis, cosine = np.cross(start, stop), np.sum(start * stop, axis=1)
+    sine = np.linalg.norm(axis, axis=1)
+    opposite = (sine < 1e-9) & (cosine < 0)
+    axis = _unit(axis)
     cross = np.zeros((len(start), 3, 3))
     for row, column, source in ((2, 1, 0), (0, 2, 1), (1, 0, 2)):
         cross[:, row, column], cross[:, column, row] = axis[:, source], -axis[:, source]
-    turns: Floats = np.eye(3) + cross + cross @ cross * scale[:, None, None]
+    turns: Floats = (
+        np.eye(3) + sine[:, None, None] * cross + (1 - cosine)[:, None, None] * (cross @ cross)
+    )
     if opposite.any():
         upright = np.array([0.0, 1.0, 0.0]) - start[opposite, 1:2] * start[opposite]
         vague = np.linalg.norm(upright, axis=1) < 1e-6

@@ -1,7 +1,7 @@
 from fractions import Fraction
 
 import numpy as np
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scores import scores
 
@@ -28,6 +28,7 @@ def state(track: Track, frame: int) -> tuple[Cell | None, Cell | None, bool] | N
 
 
 @given(scores(), st.data())
+@settings(deadline=None)
 def test_every_frame_stays_what_it_was(score: Score, data: st.DataObject) -> None:
     start = data.draw(st.integers(0, score.frames - 1))
     stop = data.draw(st.integers(start + 1, score.frames))
@@ -42,6 +43,7 @@ def test_every_frame_stays_what_it_was(score: Score, data: st.DataObject) -> Non
 
 
 @given(scores(), st.data())
+@settings(deadline=None)
 def test_an_excerpt_of_lnd_is_lnd(score: Score, data: st.DataObject) -> None:
     start = data.draw(st.integers(0, score.frames - 1))
     stop = data.draw(st.integers(start + 1, score.frames))
@@ -70,6 +72,7 @@ def captures(draw: st.DrawFn) -> Score:
 
 
 @given(captures(), st.data())
+@settings(deadline=None)
 def test_no_symbol_of_a_capture_is_lost(score: Score, data: st.DataObject) -> None:
     start = data.draw(st.integers(0, score.frames - 1))
     stop = data.draw(st.integers(start + 1, min(score.frames, start + 30)))
@@ -87,6 +90,7 @@ def test_no_symbol_of_a_capture_is_lost(score: Score, data: st.DataObject) -> No
 
 
 @given(captures(), st.data())
+@settings(deadline=None)
 def test_ticks_stay_where_they_were(score: Score, data: st.DataObject) -> None:
     """The edge is rounded to half a quantum; a symbol cut to less than one pushes by one."""
     start = data.draw(st.integers(0, score.frames - 1))

@@ -41,6 +41,7 @@ def test_the_papers_example() -> None:
 
 
 @given(scores())
+@settings(deadline=None)
 def test_what_is_written_is_read(score: Score) -> None:
     again = lnd.read(lnd.write(score))
     assert seconds(again) == {part: rows for part, rows in seconds(score).items() if rows}
@@ -52,6 +53,7 @@ def test_what_is_written_is_read(score: Score) -> None:
 
 
 @given(scores())
+@settings(deadline=None)
 def test_its_own_output_is_stable_to_the_byte(score: Score) -> None:
     text = lnd.write(score)
     assert lnd.write(lnd.read(text)) == text
@@ -220,7 +222,7 @@ def test_bad_lines_are_named(text: str | bytes, line: int, said: str) -> None:
 
 
 @given(st.binary(max_size=200) | st.text(max_size=200))
-@settings(max_examples=300)
+@settings(max_examples=300, deadline=None)
 def test_anything_else_is_read_or_refused(content: bytes | str) -> None:
     with suppress(NotationError):
         score = lnd.read(content if isinstance(content, bytes) else content + "\n")
@@ -236,3 +238,13 @@ def test_files(tmp_path: Path) -> None:
         with pytest.raises(NotationError, match="cannot be read") as caught:
             lnd.read(wrong)
         assert caught.value.place == str(wrong)
+
+
+@given(st.data())
+@settings(max_examples=200, deadline=None)
+def test_damage_is_read_or_refused(data: st.DataObject) -> None:
+    start = data.draw(st.integers(0, len(PAPER)))
+    stop = data.draw(st.integers(start, min(start + 3, len(PAPER))))
+    with suppress(NotationError):
+        score = lnd.read(PAPER[:start] + data.draw(st.text(max_size=3)) + PAPER[stop:])
+        assert lnd.write(lnd.read(lnd.write(score))) == lnd.write(score)

@@ -186,7 +186,7 @@ def test_minimum_jerk_starts_and_ends_at_rest() -> None:
 
 
 @given(scores(), st.fractions(1, 50, max_denominator=1001))
-@settings(max_examples=25)
+@settings(max_examples=25, deadline=None)
 def test_any_score_at_any_rate(score: Score, rate: Fraction) -> None:
     motion = perform(score, rate=rate)
     assert motion.rate == rate
@@ -213,3 +213,8 @@ def test_noise_is_seeded_and_as_large_as_told() -> None:
 def test_nonsense_is_refused(options: dict[str, float]) -> None:
     with pytest.raises(UsageError):
         act("r_arm right mid 0 1", **options)
+
+
+def test_a_score_too_long_is_refused() -> None:
+    with pytest.raises(UsageError, match="at most 100000"):
+        perform(lnd.read("#unit_total 1000000\n#unit1\ndirection r_arm right mid 0 1"))

@@ -35,7 +35,7 @@ direction head l_forward low 1 2
 
 
 @given(scores(), st.sampled_from([0.0, 2.0]))
-@settings(max_examples=15)
+@settings(max_examples=15, deadline=None)
 def test_it_reads_back(score: Score, noise: float) -> None:
     motion = perform(score, rate=5, noise=noise)
     motion = replace(motion, positions=motion.positions[:20])
