@@ -1,7 +1,9 @@
 """The choreographies that come with LanIndex."""
 
 import csv
+import re
 import runpy
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from lanindex import capture
 from lanindex.encode import encode
 from lanindex.notation import lnd
 from lanindex.perform.reach import FOLDED
+from lanindex.pipeline import Library, open_library
 
 CORPUS = Path(__file__).parents[2] / "corpus"
 SCORES = sorted(CORPUS.glob("*.lnd"), key=lambda path: path.name)
@@ -96,3 +99,25 @@ def test_the_semaphore_spells_the_alphabet() -> None:
             arrived = [s for s in score.symbols(part) if s.span.stop <= index * unit]
             flags.add(f"{arrived[-1].direction} {arrived[-1].level}")
         assert flags == letters[letter], letter
+
+
+SEARCHES = re.findall(
+    r"^\| `(\w+)` \| `([^`]+)` \| (\d+) \|", (CORPUS / "README.md").read_text("utf-8"), re.MULTILINE
+)
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Library]:
+    with open_library(tmp_path_factory.mktemp("corpus") / "corpus.db", create=True) as library:
+        library.ingest(CORPUS, labels=CORPUS / "labels.csv")
+        yield library
+
+
+@pytest.mark.parametrize(("name", "pattern", "hits"), SEARCHES)
+def test_the_readme_tells_the_truth(library: Library, name: str, pattern: str, hits: str) -> None:
+    for suffix in ("bvh", "lnd"):
+        assert len(library.search(pattern, within=f"*{name}.{suffix}")) == int(hits), suffix
+
+
+def test_the_readme_has_something_to_search_in_each() -> None:
+    assert {name for name, _, _ in SEARCHES} == {path.stem for path in SCORES}
