@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import sqlalchemy
-from sqlalchemy import Connection, Engine
+from sqlalchemy import Connection, Engine, Transaction
 from sqlalchemy.pool import NullPool
 
 from lanindex.errors import LibraryError, LibraryVersionError
@@ -232,13 +232,27 @@ def drop_journal(connection: Connection) -> None:
 
 
 def _journal(connection: Connection, *, found: str, wanted: str) -> None:
-    # Not through SQLAlchemy, which would begin a transaction. A library that its owner has given
-    # a write-ahead log keeps it.
-    driver = connection.connection.driver_connection
-    if isinstance(driver, sqlite3.Connection):
+    # A library that its owner has given a write-ahead log keeps it.
+    driver = _driver(connection)
+    if driver is not None:
         mode = driver.execute("PRAGMA journal_mode").fetchone()[0]
         if mode == found:
             driver.execute(f"PRAGMA journal_mode = {wanted}")
+
+
+def loosen_bonds(connection: Connection) -> None:
+    """Let rows be changed and dropped without what hangs on them."""
+    driver = _driver(connection)
+    if driver is not None:
+        driver.execute("PRAGMA foreign_keys = OFF")
+
+
+def _driver(connection: Connection) -> sqlite3.Connection | None:
+    # For what SQLite does only outside transactions: SQLAlchemy would begin one.
+    if connection.closed:
+        return None
+    driver = connection.connection.driver_connection
+    return driver if isinstance(driver, sqlite3.Connection) else None
 
 
 def make_tables(connection: Connection, place: str) -> None:
@@ -251,16 +265,29 @@ def make_tables(connection: Connection, place: str) -> None:
         connection.execute(sqlalchemy.insert(stamp).values(version_num=REVISION))
 
 
-def writing(connection: Connection) -> Any:
+def writing(connection: Connection) -> AbstractContextManager[Transaction]:
     """Begin a transaction that holds the right to write: a context manager."""
-    connection.execution_options(writes=True)
-    return connection.begin()
+    return _transaction(connection, writes=True)
 
 
-def reading(connection: Connection) -> Any:
+def reading(connection: Connection) -> AbstractContextManager[Transaction]:
     """Begin a transaction that sees one state of the library: a context manager."""
-    connection.execution_options(writes=False)
-    return connection.begin()
+    return _transaction(connection, writes=False)
+
+
+@contextmanager
+def _transaction(connection: Connection, *, writes: bool) -> Iterator[Transaction]:
+    connection.execution_options(writes=writes)
+    try:
+        with connection.begin() as transaction:
+            yield transaction
+    except BaseException:
+        # A commit that another process kept from happening leaves SQLite's transaction open,
+        # and SQLAlchemy thinks it closed.
+        driver = _driver(connection)
+        if driver is not None and driver.in_transaction:
+            driver.rollback()
+        raise
 
 
 def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Connection:

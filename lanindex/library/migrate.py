@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from lanindex.library.connect import (
     Target,
     connected,
     found_revision,
+    loosen_bonds,
     opened,
     reading,
     refuse_revision,
@@ -96,7 +96,7 @@ def status(named: str | os.PathLike[str] = DEFAULT) -> Status:
 
 
 def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
-    """Bring a library to the newest revision, in one transaction, and say what it was before.
+    """Bring a library to the newest revision, in one transaction, and return its status.
 
     Raises
     ------
@@ -111,12 +111,14 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
         refuse_revision(before.found, where.place)
     if before.state == "older":
         with _connected(where, readonly=False) as connection:
-            _loosen(connection)
+            # SQLite rebuilds a table to change it, and dropping the old one would take along
+            # all rows that hang on it.
+            loosen_bonds(connection)
             with writing(connection):
-                if revision(connection, where.place) != REVISION:
+                if revision(connection, where.place) != REVISION:  # not by another one meanwhile
                     run(connection, "head", where.place)
                     _check_bonds(connection, where.place)
-    return before
+    return status(named)
 
 
 def run(connection: Connection, to: str, place: str) -> None:
@@ -176,14 +178,6 @@ def _connected(where: Target, *, readonly: bool) -> Iterator[Connection]:
             yield connection
     finally:
         connection.close()
-
-
-def _loosen(connection: Connection) -> None:
-    # SQLite rebuilds a table to change it; dropping the old one would take along all rows that
-    # hang on it. The switch works only outside transactions.
-    driver = connection.connection.driver_connection
-    if isinstance(driver, sqlite3.Connection):
-        driver.execute("PRAGMA foreign_keys = OFF")
 
 
 def _check_bonds(connection: Connection, place: str) -> None:

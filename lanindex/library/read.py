@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Row, Table, select
+from sqlalchemy import ColumnElement, Connection, Row, Table, or_, select
 
 from lanindex.library import rows, schema
 from lanindex.model import Capture, Score, Track
@@ -19,6 +20,13 @@ def capture_numbers(connection: Connection) -> list[int]:
     """Return the numbers of all captures, in order."""
     column = schema.capture.c.id
     return list(connection.scalars(select(column).order_by(column)))
+
+
+def numbers_at(connection: Connection, path: str) -> list[int]:
+    """Return the numbers of the captures of exactly this path."""
+    column = schema.capture.c
+    here = or_(column.location == os.path.abspath(path), column.path == path)
+    return list(connection.scalars(select(column.id).where(here)))
 
 
 def read_captures(connection: Connection, numbers: Sequence[int] | None = None) -> list[Capture]:

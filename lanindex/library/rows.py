@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.errors import LibraryError
+from lanindex.errors import LibraryError, UsageError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 
 FIELDS: dict[str, tuple[str, tuple[str, ...] | None]] = {
@@ -50,13 +50,13 @@ def check(score: Score, place: str) -> None:
 
     Raises
     ------
-    LibraryError
+    UsageError
         If a code has no word, or a symbol lies outside the score's frames.
     """
     for part, track in score.tracks.items():
         if track.part != part:
-            raise LibraryError(f"{part} holds the track of {track.part}", place=place)
-    symbols = _joined(score)
+            raise UsageError(f"{part} holds the track of {track.part}", place=place)
+    symbols = _joined(score.tracks.values())
     start, stop = symbols["start"], symbols["stop"]
     wrong = (start < 0) | (stop < start) | (stop > score.frames)
     for field, (_, words) in FIELDS.items():
@@ -66,16 +66,16 @@ def check(score: Score, place: str) -> None:
     if wrong.any():
         row = int(wrong.argmax())
         parts = [part for part, track in score.tracks.items() for _ in range(len(track))]
-        raise LibraryError(
+        raise UsageError(
             f"{parts[row]} has the symbol {symbols[row]}",
             place=place,
             wanted=f"codes of the alphabet and a span within {score.frames} frames",
         )
 
 
-def _joined(score: Score) -> NDArray[Any]:
+def _joined(tracks: Iterable[Track]) -> NDArray[Any]:
     # Naming the dtype spares numpy a slow search for one that all have in common.
-    arrays = [track.symbols for track in score.tracks.values()]
+    arrays = [track.symbols for track in tracks]
     return np.concatenate(arrays, dtype=SYMBOL) if arrays else np.empty(0, SYMBOL)
 
 
@@ -88,9 +88,9 @@ def track_rows(capture_id: int, score: Score) -> list[tuple[Any, ...]]:
 
 
 def symbol_rows(capture_id: int, score: Score) -> list[tuple[Any, ...]]:
-    """Return the rows of ``symbol``, in the order of `COLUMNS`."""
-    tracks = score.tracks.items()
-    symbols = _joined(score)
+    """Return the rows of ``symbol``, in the order of `COLUMNS` and of the table's key."""
+    tracks = sorted(score.tracks.items())  # rows that come in order fill whole pages
+    symbols = _joined(track for _, track in tracks)
     parts = [part for part, track in tracks for _ in range(len(track))]
     ordinals = [ordinal for _, track in tracks for ordinal in range(len(track))]
     columns = [_stored(symbols[field], words) for field, (_, words) in FIELDS.items()]

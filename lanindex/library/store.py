@@ -16,7 +16,7 @@ from types import TracebackType
 from sqlalchemy import Connection, select
 
 from lanindex.alphabet import PARTS
-from lanindex.errors import LibraryError
+from lanindex.errors import UsageError
 from lanindex.library import read, rows, schema, write
 from lanindex.library.connect import (
     DEFAULT,
@@ -162,8 +162,10 @@ class Library:
 
         Raises
         ------
+        UsageError
+            If this score, or what is said of it, cannot be stored.
         LibraryError
-            If it cannot be stored; then nothing of it is.
+            If the library cannot be written. Either way nothing of it is stored.
         """
         shown, encoding = os.fspath(path), encoding or Encoding()
         location = os.path.abspath(shown)
@@ -310,15 +312,12 @@ class Library:
             return count(connection, path.stat().st_size if path else 0)
 
     def _capture(self, connection: Connection, which: int | str) -> Capture:
-        if isinstance(which, str):
-            return find_capture(read.read_captures(connection), which, self.place)
-        for capture in read.read_captures(connection, [which]):
-            return capture
-        raise LibraryError(
-            f"there is no capture {which}",
-            place=self.place,
-            remedy="All are shown by: lanindex list",
-        )
+        numbers = [which] if isinstance(which, int) else read.numbers_at(connection, which)
+        found = read.read_captures(connection, numbers)
+        if len(found) == 1:
+            return found[0]
+        others = [] if isinstance(which, int) else read.read_captures(connection)
+        return find_capture(others, str(which), self.place)
 
     @contextmanager
     def _reading(self) -> Iterator[Connection]:
@@ -344,7 +343,7 @@ def _check_text(place: str, texts: Iterable[str]) -> None:
         try:
             text.encode()
         except UnicodeEncodeError as error:
-            raise LibraryError(
+            raise UsageError(
                 f"{_printable(text)} has bytes that are no UTF-8",
                 place=_printable(place),
                 remedy="Rename the file, or save the table of labels as UTF-8.",

@@ -49,7 +49,8 @@ def test_the_newest_revision_is_the_schemas():
 def test_every_revision_leads_to_the_schema(tmp_path, revision):
     path = tmp_path / "old.db"
     made_at(path, revision).close()
-    assert migrate.upgrade(path).found == revision
+    assert migrate.status(path).found == revision
+    assert migrate.upgrade(path).state == "current"
     connection = connected(target(path), create=False, readonly=True, timeout=1)
     with connection.begin():
         assert compare_metadata(MigrationContext.configure(connection), schema.tables) == []
@@ -121,7 +122,8 @@ def test_rebuilding_a_table_keeps_what_hangs_on_it(tmp_path, request):
     request.getfixturevalue("next_revision")
     with pytest.raises(LibraryVersionError, match=r"revision 0001, wanted 0002.*db upgrade"):
         open_library(path)
-    assert migrate.upgrade(path).state == "older"
+    assert migrate.status(path).state == "older"
+    assert migrate.upgrade(path).found == "0002"
     with open_library(path) as library:
         for number in (1, 2, 3):
             assert_same_score(library.score(number), sample_score(number - 1))

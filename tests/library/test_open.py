@@ -214,6 +214,22 @@ def test_a_library_that_another_writes_can_be_read(tmp_path):
         assert len(library.captures()) == 1
 
 
+def test_another_reader_that_does_not_end(tmp_path):
+    path = tmp_path / "some.db"
+    fill(path, 1)
+    reader = sqlite3.connect(path)
+    rows = reader.execute("SELECT * FROM symbol")
+    rows.fetchone()
+    with open_library(path, timeout=0.1) as library:
+        with pytest.raises(LibraryBusyError):
+            add_sample(library, 2)
+        assert len(library.captures()) == 1
+        rows.close()
+        add_sample(library, 2)
+        assert len(library.captures()) == 2
+    reader.close()
+
+
 def test_any_name_of_a_file(tmp_path):
     for name in ("so me.db", "a?mode=ro", "50%20#.db", "ä.db", "no-suffix"):
         fill(tmp_path / name, 1)

@@ -11,7 +11,7 @@ import sqlalchemy
 from sample import ENCODING, add_sample, fill, sample_score
 from strategies import assert_same_score
 
-from lanindex.errors import LibraryError
+from lanindex.errors import LibraryError, UsageError
 from lanindex.library import rows, schema
 from lanindex.library.connect import make_tables, target
 from lanindex.library.store import Encoding, Library, open_library
@@ -112,7 +112,7 @@ def test_what_is_removed_is_gone(library):
     numbers = [add(library, name, metadata={"a": "b"}) for name in ("a.bvh", "b.bvh")]
     library.remove("a.bvh")
     assert [capture.id for capture in library.captures()] == numbers[1:]
-    with pytest.raises(LibraryError, match="there is no capture 1"):
+    with pytest.raises(LibraryError, match=r"there is no capture 1\."):
         library.score(numbers[0])
     library.remove(numbers[1])
     for table in schema.tables.sorted_tables:
@@ -196,6 +196,9 @@ def test_a_capture_by_its_name(library):
         (2, 2),
     ):
         assert library.capture(named).id == wanted
+    add(library, "77")
+    with pytest.raises(LibraryError, match=r"there is no capture 77\."):
+        library.capture(77)
     with pytest.raises(LibraryError, match=r"2 captures are called walk.bvh\. Name one: /"):
         library.capture("walk.bvh")
     with pytest.raises(LibraryError, match=r"no capture b/runn.bvh\. Did you mean b/run.bvh"):
@@ -225,7 +228,7 @@ def bad_scores():
 @pytest.mark.parametrize(("said", "tracks"), list(bad_scores()))
 def test_a_score_that_says_nonsense_is_refused(library, said, tracks):
     score = Score(sample_score().rate, 60, sample_score().meter, tracks)
-    with pytest.raises(LibraryError, match=said) as caught:
+    with pytest.raises(UsageError, match=said) as caught:
         add(library, "a.bvh", score)
     assert caught.value.place == "a.bvh"
     assert library.captures() == []
@@ -241,13 +244,13 @@ def test_a_score_that_says_nonsense_is_refused(library, said, tracks):
     ],
 )
 def test_names_that_are_no_text_are_refused(library, path, extra):
-    with pytest.raises(LibraryError, match="bytes that are no UTF-8") as caught:
+    with pytest.raises(UsageError, match="bytes that are no UTF-8") as caught:
         add(library, path, **extra)
     str(caught.value).encode()
     assert library.captures() == []
     number = add(library, "b.bvh")
     if extra:
-        with pytest.raises(LibraryError, match="bytes that are no UTF-8"):
+        with pytest.raises(UsageError, match="bytes that are no UTF-8"):
             library.label(number, **extra)
 
 
