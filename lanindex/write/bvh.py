@@ -51,29 +51,32 @@ def write(motion: Motion) -> str:
     """
     skeleton, points = motion.skeleton, motion.positions.astype(np.float64)
     _check(motion, points)
-    parents = skeleton.parents.astype(np.int64)
-    offsets = skeleton.offsets.astype(np.float64)
-    turns = rotations(points, offsets, parents)
-    above = np.concatenate([np.broadcast_to(np.eye(3), (len(points), 1, 3, 3)), turns], axis=1)
-    above = above[:, parents + 1]
-    places = points.copy()
-    places[:, 1:] -= points[:, parents[1:]]
-    places = np.einsum("tjki,tjk->tji", above, places)
-    stiff = np.abs(places[:, 1:] - offsets[1:]).max(initial=0) <= RIGID
-    angles = euler(np.swapaxes(above, 2, 3) @ turns)
+    turns = rotations(points, skeleton.offsets.astype(float), skeleton.parents.astype(int))
+    places, angles = _channels(points, turns, skeleton.parents.astype(int))
+    stiff = bool(np.abs(places[:, 1:] - skeleton.offsets[1:]).max(initial=0) <= RIGID)
     ends = _ends(skeleton)
-    moved = [joint for joint in range(len(parents)) if joint not in ends]
     columns = [
         values[:, joint]
-        for joint in moved
+        for joint in range(len(skeleton.names))
+        if joint not in ends
         for values in ((angles,) if stiff and joint else (places / UNIT, angles))
     ]
     lines = chain(
-        ["HIERARCHY", *_hierarchy(skeleton, 0, ends, bool(stiff))],
+        ["HIERARCHY", *_hierarchy(skeleton, 0, ends, stiff)],
         ["MOTION", f"Frames: {len(motion)}", f"Frame Time: {float(1 / motion.rate):.9g}"],
         (" ".join(map(_short, row)) for row in np.concatenate(columns, axis=1).tolist()),
     )
     return "\n".join(lines) + "\n"
+
+
+def _channels(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[Floats, Floats]:
+    """Return each joint's place as its parent sees it, mm, and its own angles, degrees."""
+    world = np.broadcast_to(np.eye(3), (len(points), 1, 3, 3))
+    above = np.concatenate([world, turns], axis=1)[:, parents + 1]
+    places = points.copy()
+    places[:, 1:] -= points[:, parents[1:]]
+    places = np.einsum("tjki,tjk->tji", above, places)
+    return places, euler(np.swapaxes(above, 2, 3) @ turns)
 
 
 def _check(motion: Motion, points: Floats) -> None:
