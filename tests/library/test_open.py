@@ -171,6 +171,18 @@ def test_after_closing_there_is_one_file(tmp_path):
     assert list(everything(tmp_path)) == ["some.db"]
 
 
+def test_a_log_that_its_owner_chose_stays(tmp_path):
+    path = tmp_path / "some.db"
+    fill(path, 1)
+    with sqlite3.connect(path) as connection:
+        connection.execute("PRAGMA journal_mode = WAL")
+    with open_library(path) as library:
+        add_sample(library, 1)
+    with sqlite3.connect(path) as connection:
+        assert connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+        assert connection.execute("SELECT count(*) FROM capture").fetchone() == (2,)
+
+
 HOLD = """
 import sqlite3, sys
 connection = sqlite3.connect(sys.argv[1], isolation_level=None)
