@@ -5,14 +5,19 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 TESTS = Path(__file__).parent
 REPOSITORY = TESTS.parent
 sys.path.insert(0, str(TESTS))
+settings.register_profile("house", deadline=None)  # a deadline is a timed assertion
+settings.load_profile("house")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--bless", action="store_true", help="rewrite golden files, then read the diff")
+    parser.addoption(
+        "--bless", action="store_true", help="rewrite golden files, then read the diff"
+    )
     parser.addoption("--fuzz", action="store_true", help="run the long fuzzing tests too")
 
 

@@ -38,4 +38,6 @@ def run(
     motion = perform(lnd.read(score), rate=rate, noise=noise, seed=seed)
     target = output or score.with_suffix(".bvh")
     write_all([(target, bvh.write(motion).encode())], force=force)
+    for warning in motion.warnings:
+        screen.note(f"{score}: {warning}")
     screen.note(f"{target}: {len(motion)} frames at {float(rate):g} Hz, {motion.seconds:.2f} s")

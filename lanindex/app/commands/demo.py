@@ -55,7 +55,9 @@ def run(
         pattern = SEARCHES[0][0]
         clips = library.export(library.search(pattern), place / "clips", pad="0.5s", force=True)
     screen.out()
-    screen.out(f'Exported the {len(clips)} clips of "{pattern}" to {place / "clips"}:')
+    screen.out(
+        f'Exported {present.counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:'
+    )
     for clip in clips[:3]:
         screen.out(
             f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})"

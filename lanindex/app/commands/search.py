@@ -69,8 +69,9 @@ def run(
 
 
 def _count(screen: Screen, found: Hits) -> None:
-    counts = Counter(hit.capture for hit in found)
-    for capture, number in counts.items():
+    counts = Counter(hit.capture.id for hit in found)
+    for capture in {hit.capture.id: hit.capture for hit in found}.values():
+        number = counts[capture.id]
         if screen.json:
             screen.record({"capture": capture.path, "capture_id": capture.id, "count": number})
         else:

@@ -1,0 +1,88 @@
+"""How fast whole captures go into a library, beside a peer that only reads them.
+
+    python tests/benchmarks/ingest_speed.py [COUNT]
+
+Makes COUNT (48) different captures of a minute each; ingests them with one process and with two,
+each into a new library, and lets pybvh read the same bytes. The runs take turns; medians of three.
+"""
+
+import cProfile
+import pstats
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+import pybvh
+from made import captures
+
+ROUNDS = 3
+
+
+def ingest(paths: list[Path], jobs: int) -> float:
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["ingest", *map(str, paths), "-q", "--jobs", str(jobs), "--db", f"{folder}/l.db"]
+        begun = time.perf_counter()
+        code = "from lanindex.app.cli import main; main()"
+        subprocess.run([sys.executable, "-c", code, *words], check=True)
+        return time.perf_counter() - begun
+
+
+def read_only(paths: list[Path]) -> float:
+    begun = time.perf_counter()
+    for path in paths:
+        pybvh.read_bvh_file(str(path))
+    return time.perf_counter() - begun
+
+
+def profile(path: Path) -> None:
+    from lanindex.encode.profile import load
+    from lanindex.pipeline import open_library
+    from lanindex.pipeline.ingest import ingest as run
+
+    stages = {
+        "read": ("lanindex/capture/__init__.py", "read"),
+        "encode": ("lanindex/encode/__init__.py", "encode"),
+        "store": ("lanindex/library/store.py", "add"),
+    }
+    with tempfile.TemporaryDirectory() as folder, open_library(f"{folder}/l.db", create=True) as it:
+        chosen = load("default")
+        list(run(it, [str(path)], chosen))
+        profiler = cProfile.Profile()
+        profiler.enable()
+        list(run(it, [str(path)] * 5, chosen, force=True))
+        profiler.disable()
+    stats = pstats.Stats(profiler)
+    spent = {}
+    for name, (place, function) in stages.items():
+        spent[name] = sum(
+            entry[3]
+            for (file, _, called), entry in stats.stats.items()  # type: ignore[attr-defined]
+            if file.endswith(place) and called == function
+        )
+    total = sum(spent.values())
+    print("where the time goes: " + ", ".join(f"{k} {v / total:.0%}" for k, v in spent.items()))
+
+
+def main(count: int) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        paths = captures(Path(folder), count)
+        size = sum(path.stat().st_size for path in paths) / 1e6
+        frames = count * 60 * 60
+        print(f"{count} captures, {size:.0f} MB, {frames} frames, {count} minutes of movement")
+        ingest(paths[:2], 1)
+        rounds = [(ingest(paths, 1), ingest(paths, 2), read_only(paths)) for _ in range(ROUNDS)]
+        names = ("ingest, 1 process", "ingest, 2 processes", "pybvh reads only")
+        for index, name in enumerate(names):
+            seconds = median(one[index] for one in rounds)
+            speed = f"{size / seconds:6.1f} MB/s  {frames / seconds:8.0f} frames/s"
+            print(f"{name:20} {seconds:6.2f} s  {speed}")
+        print(f"two processes: {median(one[0] / one[1] for one in rounds):.2f} x one")
+        print(f"ingest: {median(one[2] / one[0] for one in rounds):.2f} x pybvh's mere reading")
+        profile(paths[0])
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 48)
