@@ -156,7 +156,7 @@ def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float,
     if not known:
         return "cm (assumed)", UNITS["cm"], ("no length tells the unit: cm assumed",)
     limb, length, typical = known[0]
-    name = min(UNITS, key=lambda unit: abs(math.log(UNITS[unit] * length / typical)))
+    name = min(UNITS, key=lambda unit: abs(UNITS[unit] * length - typical))
     size = UNITS[name] * length
     if _SIZES[0] <= size / typical <= _SIZES[1]:
         return f"{name} (detected)", UNITS[name], ()

@@ -33,22 +33,29 @@ def parse(
         (T, width) float64, and the first frame that is damaged: `fault` says how.
     """
     values = np.empty((len(frames), width))
-    underscores = b"_" in data  # which float() would let pass
     for start in range(0, len(frames), _BLOCK):
-        for row, (first, stop) in enumerate(frames[start : start + _BLOCK].tolist(), start):
-            line = data[first:stop]
-            words = line.split()
-            if len(words) != width or (underscores and b"_" in line):
-                return values, row
-            try:
-                values[row] = list(map(float, words))
-            except ValueError:
-                return values, row
         block = values[start : start + _BLOCK]
-        sound = (np.abs(block) <= LARGEST).all(axis=1)
+        read = _fill(block, data, frames[start : start + _BLOCK].tolist())
+        sound = (np.abs(block[:read]) <= LARGEST).all(axis=1)
         if not sound.all():
             return values, start + int(sound.argmin())
+        if read < len(block):
+            return values, start + read
     return values, None
+
+
+def _fill(rows: NDArray[np.float64], data: bytes, frames: list[list[int]]) -> int:
+    """Read lines into rows; return how many could be read."""
+    for count, (first, stop) in enumerate(frames):
+        line = data[first:stop]
+        words = line.split()
+        if len(words) != rows.shape[1] or b"_" in line:  # float() would let 1_0 pass
+            return count
+        try:
+            rows[count] = list(map(float, words))
+        except ValueError:
+            return count
+    return len(frames)
 
 
 def fault(line: bytes, width: int) -> tuple[str, str]:

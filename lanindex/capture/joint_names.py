@@ -27,7 +27,8 @@ def tables() -> Mapping[str, Any]:
 
 @lru_cache(maxsize=1)
 def _sides() -> Mapping[str, str]:
-    return {word: side[0].upper() for side, words in tables()["sides"].items() for word in words}
+    letters = {"left": "L", "right": "R", "middle": ""}
+    return {word: letters[side] for side, words in tables()["sides"].items() for word in words}
 
 
 @lru_cache(maxsize=1)
@@ -60,6 +61,7 @@ def _without_shared(names: list[list[str]]) -> list[list[str]]:
 
 
 def _key(words: Sequence[str]) -> Key:
+    words = [word for word in words if word not in tables()["ignored"]] or words
     for place, word in enumerate(words):
         if word in _sides() and len(words) > 1:
             return _sides()[word], "".join((*words[:place], *words[place + 1 :]))
@@ -67,6 +69,8 @@ def _key(words: Sequence[str]) -> Key:
     if name in _known():
         return "", name
     for mark, side in _sides().items():
+        if not side:
+            continue
         for rest in (name.removeprefix(mark), name.removesuffix(mark)):
             if rest != name and rest in _known():
                 return side, rest

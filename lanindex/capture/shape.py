@@ -8,16 +8,18 @@ and head. Feet point forward (else knees do), and that tells left from right.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.capture.skeleton import Rig, near_hips
 
-_ALIKE = 0.12  # how much the bones of two sides may differ
+_ALIKE = 0.3  # how much the bones of two sides may differ
 _THINNEST = 0.1  # of a limb's longest bone: shorter ones are no thigh or forearm
-_CLEAR = 0.1  # mean cosine: how far forward feet or knees must show
+_EQUAL = 0.86  # of the longest two bones in a row
+_CLEAR = 0.2  # mean cosine: how far forward feet or knees must show
+_ARM = ("Shoulder", "Elbow", "Wrist", "Hand")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,7 @@ class _Limb:
     bones: tuple[float, float]
 
 
+Poses = NDArray[np.float64]
 _Pair = tuple[_Limb, _Limb]
 
 
@@ -84,11 +87,14 @@ def _pairs(rig: Rig) -> list[_Pair]:
 
 
 def _limb(rig: Rig, top: int) -> _Limb | None:
-    """Return the two longest bones in a row, where a branch has two."""
+    """Return the two longest bones in a row, where a branch has two; of equals the outer ones."""
     chain = _chain(rig, top)
     lengths = [rig.bones[joint] for joint in chain]
-    best = max(range(1, len(chain) - 1), key=lambda k: lengths[k] + lengths[k + 1], default=None)
-    if best is None or min(lengths[best : best + 2]) < _THINNEST * max(lengths):
+    sums = [one + two for one, two in pairwise(lengths[1:])]
+    if not sums:
+        return None
+    best = max(k for k, length in enumerate(sums, 1) if length >= _EQUAL * max(sums))
+    if min(lengths[best : best + 2]) < _THINNEST * max(lengths):
         return None
     first, middle, last = chain[best - 1 : best + 2]
     return _Limb(top, (first, middle, last), (lengths[best], lengths[best + 1]))
@@ -134,7 +140,7 @@ def _trunk(rig: Rig, legs: _Pair, arms: _Pair | None, body: dict[str, int]) -> N
     if arms is None:
         return
     chest = rig.parents[arms[0].top]
-    if chest not in rig.above(pelvis):
+    if chest not in rig.above(body.get("Pelvis", -1)):
         body["Chest"] = chest
     limbs = {limb.top for limb in (*legs, *arms)}
     towards = set(rig.above(pelvis))
@@ -159,19 +165,15 @@ def _sided(rig: Rig, body: dict[str, int]) -> tuple[dict[str, int], tuple[str, .
     ankles = (poses[:, body["RAnkle"]] + poses[:, body["LAnkle"]]) / 2
     top = body.get("Neck", body.get("Chest", body.get("Pelvis", body["RHip"])))
     up = (poses[:, top] - ankles).mean(axis=0)
-    legs = _forward(poses, body, up, "Hip", "Toe" if {"RToe", "LToe"} <= body.keys() else "Knee")
-    doubts = () if abs(legs) > _CLEAR else ("which side is left could not be told for certain",)
-    if legs < 0:
-        body = {_other(joint): index for joint, index in body.items()}
     if {"RShoulder", "LShoulder"} <= body.keys():
-        across = poses[:, body["RHip"]] - poses[:, body["LHip"]]
-        arms = poses[:, body["RShoulder"]] - poses[:, body["LShoulder"]]
-        if (across * arms).sum() < 0:
+        hips, arms = _across(poses, body, "Hip"), _across(poses, body, "Shoulder")
+        if (hips * arms).sum() < 0:
             body = {_other(j) if j[1:] in _ARM else j: index for j, index in body.items()}
-    return body, doubts
-
-
-_ARM = ("Shoulder", "Elbow", "Wrist", "Hand")
+    forward = _forward(poses, body, up)
+    if forward < 0:
+        body = {_other(joint): index for joint, index in body.items()}
+    doubt = "which side is left could not be told for certain"
+    return body, () if abs(forward) > _CLEAR else (doubt,)
 
 
 def _other(joint: str) -> str:
@@ -179,20 +181,20 @@ def _other(joint: str) -> str:
     return {"R": "L", "L": "R"}[joint[0]] + joint[1:] if paired else joint
 
 
-def _forward(
-    poses: NDArray[np.float64], body: dict[str, int], up: NDArray[np.float64], base: str, tip: str
-) -> float:
-    """Return the mean cosine between where the hips say forward is, and where a limb points."""
-    across = poses[:, body["R" + base]] - poses[:, body["L" + base]]
-    forward = np.cross(up, across)
-    if tip == "Toe":
-        points = sum(poses[:, body[s + "Toe"]] - poses[:, body[s + "Ankle"]] for s in "RL")
+def _across(poses: Poses, body: dict[str, int], joint: str) -> Poses:
+    return poses[:, body["R" + joint]] - poses[:, body["L" + joint]]
+
+
+def _forward(poses: Poses, body: dict[str, int], up: Poses) -> float:
+    """Return how far forward (1) or backward (-1) feet point; without feet, knees and hands."""
+    forward = np.cross(up, _across(poses, body, "Hip"))
+    at = {joint: poses[:, index] for joint, index in body.items()}
+    if {"RToe", "LToe"} <= body.keys():
+        points = [at[s + "Toe"] - at[s + "Ankle"] for s in "RL"]
     else:
-        points = sum(
-            2 * poses[:, body[s + "Knee"]] - poses[:, body[s + "Hip"]] - poses[:, body[s + "Ankle"]]
-            for s in "RL"
-        )
-    points = np.asarray(points) - np.outer(np.asarray(points) @ up, up) / (up @ up)
-    sizes = np.linalg.norm(forward, axis=1) * np.linalg.norm(points, axis=1)
-    cosines = (forward * points).sum(axis=1) / np.where(sizes > 0, sizes, 1.0)
-    return float(cosines.mean())
+        points = [2 * at[s + "Knee"] - at[s + "Hip"] - at[s + "Ankle"] for s in "RL"]
+        points += [at[s + "Wrist"] - at[s + "Shoulder"] for s in "RL" if s + "Wrist" in body]
+    total = np.sum(points, axis=0)
+    total -= np.outer(total @ up, up) / (up @ up)
+    sizes = np.linalg.norm(forward, axis=1) * np.linalg.norm(total, axis=1)
+    return float((forward * total).sum() / max(sizes.sum(), 1e-12))

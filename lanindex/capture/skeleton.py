@@ -20,6 +20,7 @@ _LIMBS = (("Shoulder", "Elbow", "Wrist"), ("Hip", "Knee", "Ankle"))
 _TIPS = {"Wrist": "Hand", "Ankle": "Toe"}
 _NEAR_PELVIS = 0.35  # of a thigh, from the middle of the hips
 _NOTHING = 0.003  # of the body's extent: two joints in one place
+_LIKE = 75  # of 100: how much a misspelt name has to be like the right one
 NEEDED = tuple(side + joint for side in "RL" for limb in _LIMBS for joint in limb)
 
 
@@ -268,10 +269,11 @@ def _guess(rig: Rig, body: dict[str, int], missing: list[str]) -> str:
     from rapidfuzz import fuzz, process
 
     taken = set(body.values())
-    free = [name for index, name in enumerate(rig.names) if index not in taken]
     for joint in missing:
-        full = f"{'Right' if joint[0] == 'R' else 'Left'} {joint[1:]}"
-        best = process.extractOne(full.lower(), free, scorer=fuzz.WRatio, processor=str.lower)
-        if best is not None and best[1] >= 75:
-            return f" (is {best[0]!r} the {joint}?)"
+        aliases = tables()["limbs"][joint[1:]]
+        for index, (side, name) in enumerate(keys(rig.names)):
+            if side == joint[0] and index not in taken:
+                best = process.extractOne(name, aliases, scorer=fuzz.ratio)
+                if best is not None and best[1] >= _LIKE:
+                    return f" (is {rig.names[index]!r} the {joint}?)"
     return ""
