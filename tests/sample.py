@@ -1,5 +1,7 @@
 """A library with something in it, the same each time."""
 
+import sqlite3
+from contextlib import closing, contextmanager
 from fractions import Fraction
 
 import numpy as np
@@ -8,6 +10,13 @@ from lanindex.library.store import Encoding, open_library
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 
 ENCODING = Encoding("default", "d" * 64, {"up": "z"})
+
+
+@contextmanager
+def sql(path):
+    """Let plain SQL be spoken to a file: kept at the end, and closed."""
+    with closing(sqlite3.connect(path)) as connection, connection:
+        yield connection
 
 
 def sample_score(seed: int = 0, parts=("r_arm", "l_arm", "head"), length: int = 6) -> Score:

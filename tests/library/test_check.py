@@ -1,9 +1,7 @@
 """Each thing that can be wrong inside a library is found and named."""
 
-import sqlite3
-
 import pytest
-from sample import fill
+from sample import fill, sql
 
 from lanindex.library.migrate import check
 
@@ -44,14 +42,14 @@ def test_nothing_is_wrong_with_a_new_library(tmp_path):
 @pytest.mark.parametrize("change", WRONG)
 def test_what_is_wrong_is_named(tmp_path, change):
     fill(tmp_path / "some.db", 2)
-    with sqlite3.connect(tmp_path / "some.db") as connection:
+    with sql(tmp_path / "some.db") as connection:
         connection.execute(change)
     assert WRONG[change] in check(tmp_path / "some.db")
 
 
 def test_many_of_a_kind_are_cut_short(tmp_path):
     fill(tmp_path / "some.db", 3)
-    with sqlite3.connect(tmp_path / "some.db") as connection:
+    with sql(tmp_path / "some.db") as connection:
         connection.execute("UPDATE symbol SET direction = 'up'")
     found = check(tmp_path / "some.db")
     assert len(found) == 6

@@ -2,13 +2,12 @@
 
 import importlib
 import shutil
-import sqlite3
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sample import fill, sample_score
+from sample import fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, LibraryVersionError
@@ -32,7 +31,7 @@ def made_at(path, revision):
 
 def tables(path) -> dict[str, list[str]]:
     """Return the lines of each table's SQL; their order does not matter."""
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         found = connection.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")
         return {
             name: sorted(line.strip(" ,\t") for line in sql.splitlines()) for name, sql in found
@@ -156,7 +155,7 @@ def test_an_upgrade_says_nothing_by_itself(tmp_path, request, capfd, caplog):
 def test_a_revision_unknown_to_all_is_refused(tmp_path):
     path = tmp_path / "a.db"
     fill(path, 1)
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         connection.execute("UPDATE alembic_version SET version_num = '0000'")
     with pytest.raises(LibraryError, match="no way leads from its revision"):
         migrate.upgrade(path)
@@ -165,7 +164,7 @@ def test_a_revision_unknown_to_all_is_refused(tmp_path):
 def test_a_newer_library_is_not_touched(tmp_path):
     path = tmp_path / "a.db"
     fill(path, 1)
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
     before = path.read_bytes()
     assert migrate.status(path).state == "newer"

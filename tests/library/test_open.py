@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from sample import add_sample, fill, sample_score
+from sample import add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryBusyError, LibraryError, LibraryVersionError
@@ -27,7 +27,7 @@ def everything(folder: Path) -> dict[str, bytes]:
 
 
 def other_program(path):
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         connection.execute("CREATE TABLE alembic_version (version_num TEXT)")
         connection.execute("INSERT INTO alembic_version VALUES ('0001')")
         connection.execute("CREATE TABLE photo (name TEXT)")
@@ -35,7 +35,7 @@ def other_program(path):
 
 def half_stamped(path):
     fill(path, 1)
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         connection.execute("DELETE FROM alembic_version")
 
 
@@ -105,7 +105,7 @@ def test_an_empty_file_is_a_library_to_be(tmp_path):
 def test_an_older_library_names_the_upgrade(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 1)
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         connection.execute("UPDATE alembic_version SET version_num = '0000'")
     before = path.read_bytes()
     with pytest.raises(LibraryVersionError, match="lanindex db upgrade") as caught:
@@ -174,11 +174,11 @@ def test_after_closing_there_is_one_file(tmp_path):
 def test_a_log_that_its_owner_chose_stays(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 1)
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
     with open_library(path) as library:
         add_sample(library, 1)
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         assert connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
         assert connection.execute("SELECT count(*) FROM capture").fetchone() == (2,)
 

@@ -3,12 +3,11 @@
 import json
 import os
 import re
-import sqlite3
 
 import numpy as np
 import pytest
 import sqlalchemy
-from sample import ENCODING, add_sample, fill, sample_score
+from sample import ENCODING, add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, UsageError
@@ -32,7 +31,7 @@ def add(library, path, score=None, **extra):
 def test_a_plain_select_can_be_read(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 1)
-    with sqlite3.connect(path) as connection:
+    with sql(path) as connection:
         found = connection.execute(
             "SELECT part, direction, level, start_frame, end_frame FROM symbol WHERE part = 'head'"
         ).fetchall()
