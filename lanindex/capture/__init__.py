@@ -42,14 +42,20 @@ def load(path: str | os.PathLike[str]) -> bytes:
     try:
         with open(path, "rb") as file:
             return file.read()
-    except OSError as error:
-        name = os.fspath(path)
-        found = "a link that leads nowhere" if os.path.islink(name) else ""
-        if not isinstance(error, FileNotFoundError):
-            found = "is a folder" if os.path.isdir(name) else error.strerror or str(error)
+    except (OSError, ValueError) as error:
         raise CaptureError(
-            found or "there is no such file", place=name, wanted="a file that can be read"
+            _unreadable(os.fspath(path), error),
+            place=os.fspath(path),
+            wanted="a file that can be read",
         ) from error
+
+
+def _unreadable(path: str, error: OSError | ValueError) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "a link that leads nowhere" if os.path.islink(path) else "there is no such file"
+    if isinstance(error, IsADirectoryError):
+        return "is a folder"
+    return getattr(error, "strerror", None) or str(error)
 
 
 def read(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import sys
 from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 from types import ModuleType
 
 import numpy as np
@@ -150,11 +150,15 @@ def _modules(size: int) -> tuple[ModuleType, ModuleType]:
     """Return the compiled modules, where there is numba and the work is worth its import."""
     global _bytes_read
     _bytes_read += size
-    if "lanindex.capture.floats_fast" not in sys.modules and (
-        ("numba" not in sys.modules and _bytes_read < _WORTH_COMPILING)
-        or importlib.util.find_spec("numba") is None
-    ):
-        return floats, kinematics
-    from lanindex.capture import floats_fast, kinematics_fast
+    worth = "numba" in sys.modules or _bytes_read >= _WORTH_COMPILING
+    return (_compiled() if worth else None) or (floats, kinematics)
 
+
+@cache
+def _compiled() -> tuple[ModuleType, ModuleType] | None:
+    """Return the compiled modules; without numba, or a folder for its cache, there are none."""
+    try:
+        from lanindex.capture import floats_fast, kinematics_fast
+    except (ImportError, RuntimeError):
+        return None
     return floats_fast, kinematics_fast
