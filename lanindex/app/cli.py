@@ -78,8 +78,8 @@ class Verbs(TyperGroup):
 
 
 def say_error(message: str) -> None:
-    """Print an error as users see it, on standard error."""
-    print(f"lanindex: {message}", file=sys.stderr)
+    """Print an error as users see it, on standard error; a drawing stands by itself."""
+    print(message if "\n" in message else f"lanindex: {message}", file=sys.stderr)
 
 
 def _version(wanted: bool) -> None:

@@ -103,7 +103,7 @@ class Library(store.Library):
         from lanindex.search.language import parse
         from lanindex.search.match import find
 
-        query = parse(pattern, self.parts())
+        query = parse(pattern, self.parts() or None)
         chosen = None
         if within is not None:
             chosen = [capture.id for capture in self.captures(within)]
