@@ -254,20 +254,17 @@ class Track:
         return [
             Symbol(
                 self.part,
-                DIRECTIONS[row["direction"]],
-                LEVELS[row["level"]],
-                Span(int(row["start"]), int(row["stop"])),
-                int(row["tick"]),
-                int(row["ticks"]),
-                bool(row["passing"]),
-                int(row["swings"]),
-                float(row["margin"]),
-                (DIRECTIONS[row["runner_direction"]], LEVELS[row["runner_level"]])
-                if row["runner_direction"] >= 0
-                else None,
+                DIRECTIONS[direction],
+                LEVELS[level],
+                Span(start, stop),
+                *(tick, ticks, passing, swings, margin),
+                (DIRECTIONS[runner[0]], LEVELS[runner[1]]) if runner[0] >= 0 else None,
                 ordinal,
             )
-            for ordinal, row in enumerate(self.symbols)
+            for ordinal, row in enumerate(self.symbols.tolist())
+            for direction, level, start, stop, tick, ticks, passing, _, swings, margin, *runner in (
+                row,
+            )
         ]
 
 

@@ -98,13 +98,19 @@ class Exit:
     to_end: tuple[Arrow, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Edge:
-    """From one place to the next."""
+    """From one place to the next; `same`: of the same parts."""
 
     exit: Exit
     arrow: Arrow
     entry: Entry
+    same: bool
+
+    @property
+    def open(self) -> bool:
+        """Whether it leads to all that is later, without a limit."""
+        return self.arrow.later and not (self.arrow.length or self.arrow.skips)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,20 +127,21 @@ class Program:
         By place: where it may go on.
     exits : tuple of tuple of Exit
         By place: how it may end there.
-    groups : tuple of Group
-        All that may open in it, the outermost first.
+    whole : Group
+        What must hold of all of it.
+    brackets : tuple of Group
+        Those that may open in it.
+    open_ended : bool
+        Whether it can go on where it could end: it then runs on as long as it can.
     """
 
     places: tuple[Place, ...]
     entries: tuple[Entry, ...]
     edges: tuple[tuple[Edge, ...], ...]
     exits: tuple[tuple[Exit, ...], ...]
-    groups: tuple[Group, ...]
-
-    @property
-    def open_ended(self) -> bool:
-        """Whether the line can go on where it could end: it then runs on as long as it can."""
-        return any(exits and edges for exits, edges in zip(self.exits, self.edges, strict=True))
+    whole: Group
+    brackets: tuple[Group, ...]
+    open_ended: bool
 
 
 def plan(query: Query) -> tuple[Program, ...]:
@@ -183,8 +190,10 @@ def _sides(line: Line) -> tuple[str, ...]:
 
 
 def _program(planner: _Planner, line: Line, side: str, group: Group) -> Program:
-    builder = _Builder(planner, side, [group])
-    inner = builder.line(line).inside(group)
+    builder = _Builder(planner, side)
+    inner = builder.line(line)
+    if group.companions:
+        inner = inner.inside(group)
     edges: list[list[Edge]] = [[] for _ in builder.places]
     for edge in builder.edges:
         edges[edge.exit.place].append(edge)
@@ -196,7 +205,9 @@ def _program(planner: _Planner, line: Line, side: str, group: Group) -> Program:
         tuple(inner.entries),
         tuple(map(tuple, edges)),
         tuple(map(tuple, exits)),
+        group,
         tuple(builder.groups),
+        any(ends and goes_on for ends, goes_on in zip(exits, edges, strict=True)),
     )
 
 
@@ -222,7 +233,7 @@ class _Builder:
 
     planner: _Planner
     side: str
-    groups: list[Group]
+    groups: list[Group] = field(default_factory=list)
     places: list[Place] = field(default_factory=list)
     edges: list[Edge] = field(default_factory=list)
 
@@ -236,9 +247,11 @@ class _Builder:
         return _Piece(self.beginnings(pieces, line), self.endings(pieces, line))
 
     def join(self, before: _Piece, arrow: Arrow, after: _Piece) -> None:
-        self.edges += [
-            Edge(leaving, arrow, entry) for leaving in before.exits for entry in after.entries
-        ]
+        for leaving in before.exits:
+            members = self.places[leaving.place].members
+            for entry in after.entries:
+                same = members == self.places[entry.place].members
+                self.edges.append(Edge(leaving, arrow, entry, same))
 
     def beginnings(self, pieces: list[_Piece], line: Line) -> list[Entry]:
         """Return the ways in: a step that is left out takes the arrow before it along."""

@@ -15,7 +15,7 @@ from lanindex.search.timeline import Event, Origin, Timeline, Token
 from lanindex.search.times import Clock, Length
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Match:
     """What matches a place: one event, or two that share a frame.
 
@@ -114,26 +114,43 @@ class Board:
             if match and not match.passing:
                 yield match
 
-    def following(self, place: Place, before: Match, arrow: Arrow) -> Iterator[Match]:
-        """Yield what matches a place over an arrow from the match before."""
-        same = {event.timeline.part: event for event in before.events}
-        if set(same) != set(place.members):
-            same = {}
-        choices = []
-        for part, events in zip(place.members, self.events(place), strict=True):
-            if not events:
-                return
-            timeline = events[0].timeline
+    def origins(self, place: Place, before: Match, same: bool) -> tuple[Origin, ...] | None:
+        """Return from where an arrow looks for each member of a place, None if it cannot.
+
+        Parameters
+        ----------
+        place : Place
+            Where the arrow leads.
+        before : Match
+            Where it comes from.
+        same : bool
+            Whether both are of the same parts.
+        """
+        origins = []
+        for member, part in enumerate(place.members):
+            timeline = self.timeline(part)
+            if timeline is None:
+                return None
             if same:
-                origin: Origin | None = timeline.after(same[part], place.manner)
+                origin: Origin | None = timeline.after(before.events[member], place.manner)
             else:
                 origin = timeline.since(before.end, place.manner)
             if origin is None:
-                return
-            choices.append(list(_within(timeline, events, origin, arrow)))
+                return None
+            origins.append(origin)
+        return tuple(origins)
+
+    def following(
+        self, place: Place, origins: tuple[Origin, ...], end: int, arrow: Arrow
+    ) -> Iterator[Match]:
+        """Yield what matches a place over an arrow from a match that ends at a frame."""
+        choices = (
+            _within(events, origin, arrow)
+            for events, origin in zip(self.events(place), origins, strict=True)
+        )
         for chosen in product(*choices):
             match = self._match(place, chosen)
-            if match and self.meets(max(0, match.start - before.end), arrow.length):
+            if match and self.meets(max(0, match.start - end), arrow.length):
                 yield match
 
     def begins(self, match: Match, arrow: Arrow) -> bool:
@@ -168,15 +185,13 @@ def _allows(arrow: Arrow, count: int | None) -> bool:
     return count is not None and least <= count and (most is None or count <= most)
 
 
-def _within(
-    timeline: Timeline, events: list[Event], origin: Origin, arrow: Arrow
-) -> Iterator[Event]:
+def _within(events: list[Event], origin: Origin, arrow: Arrow) -> Iterator[Event]:
     """Yield the events to which an arrow leads; a starting position never follows one."""
-    most = arrow.bounds[1]
+    least, most = arrow.bounds
     for index in range(bisect_left(events, origin.row, key=lambda it: it.first), len(events)):
         event = events[index]
-        count = timeline.count(origin, event)
+        count = event.timeline.count(origin, event)
         if count is None or (most is not None and count > most):
             return
-        if not event.starting and _allows(arrow, count):
+        if count >= least and not event.starting:
             yield event

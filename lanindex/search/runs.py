@@ -4,43 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from lanindex.search.reach import Match
 from lanindex.search.timeline import Token
 
 
-@dataclass(frozen=True, slots=True)
-class Open:
-    """A group that has begun.
+class Open(NamedTuple):
+    """A group that has begun, or the whole line.
 
     Attributes
     ----------
     start : int
         Where its own line began.
-    low, high : int
-        The hull of all that matched since, its companions included.
+    low : int
+        Where its hull begins, that of all that matched since.
+    beyond : int
+        Where its hull ends, if one beside it goes on for longer than its own line; else 0.
     alone : bool
         Whether its line is still no more than a starting position.
     """
 
     start: int
     low: int
-    high: int
+    beyond: int
     alone: bool
 
-    def widened(self, low: int, high: int, alone: bool = False) -> Open:
-        """Return it with more inside."""
-        return Open(self.start, min(self.low, low), max(self.high, high), alone)
+    def moved(self, start: int, end: int) -> Open:
+        """Return it with one more match of its own line inside."""
+        if not self.alone and self.low <= start and (not self.beyond or self.beyond > end):
+            return self
+        beyond = self.beyond if self.beyond > end else 0
+        return Open(self.start, min(self.low, start), beyond, False)
+
+    def beside(self, low: int, high: int, end: int) -> Open:
+        """Return it with a hull inside, where its own line has come to an end."""
+        beyond = max(self.beyond, high if high > end else 0)
+        return Open(self.start, min(self.low, low), beyond, self.alone)
 
 
-@dataclass(frozen=True, slots=True)
-class State:
+class State(NamedTuple):
     """What a walk remembers of its past, and all that its future depends on.
 
     Attributes
     ----------
     groups : tuple of Open
-        The groups it is in, the innermost last.
+        The whole line, and the groups it is in, the innermost last.
     used : frozenset of Token
         What it has used of that which another line might want.
     """
@@ -74,7 +83,7 @@ class Node:
     beside: tuple[Run, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Run:
     """A whole line that matches.
 
@@ -120,8 +129,7 @@ class Run:
         return [list(dict.fromkeys(own)), *(line for run in beside for line in run.lines())]
 
 
-@dataclass(frozen=True, slots=True)
-class Hull:
+class Hull(NamedTuple):
     """A line with what has been found beside it: their hull, what they use, the runs."""
 
     low: int

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
+from typing import NamedTuple
 
 from lanindex.model import Track
 from lanindex.search.plan import Place
@@ -19,7 +21,7 @@ Token = tuple[str, str, int]
 """What cannot serve two lines: a manner, a part and a row."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(eq=False)
 class Event:
     """A movement, stay or rest of one part.
 
@@ -47,20 +49,19 @@ class Event:
     passing: bool = False
     starting: bool = False
 
-    @property
+    @cached_property
     def rows(self) -> tuple[int, ...]:
         """Its rows; the passing ones within a stay are not named."""
         rows = range(self.first, self.last + 1)
         return tuple(row for row in rows if self.passing or not self.timeline.passing[row])
 
-    @property
+    @cached_property
     def tokens(self) -> frozenset[Token]:
         """What it uses up: no other line may use it too."""
         return frozenset((self.manner, self.timeline.part, row) for row in self.rows)
 
 
-@dataclass(frozen=True, slots=True)
-class Origin:
+class Origin(NamedTuple):
     """From where an arrow looks: what comes next has count 0, what comes after that 1, and so on.
 
     Attributes
