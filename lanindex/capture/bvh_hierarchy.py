@@ -106,9 +106,12 @@ class _Builder:
 
     def error(self, found: str, wanted: str = "", remedy: str = "") -> CaptureError:
         """Return an error at the statement that is being read."""
-        start = _WORD.match(self.data, self.at)
-        line = line_of(self.data, start.start(1) if start else self.at)
-        return CaptureError(found, place=f"{self.path}:{line}", wanted=wanted, remedy=remedy)
+        word = _WORD.match(self.data, self.at)
+        start = word.start(1) if word else self.at
+        if len(self.data[start:].splitlines()) <= 1:
+            remedy = "It is the last line: the file may be cut short."
+        place = f"{self.path}:{line_of(self.data, start)}"
+        return CaptureError(found, place=place, wanted=wanted, remedy=remedy)
 
     def owner(self, statement: str) -> int:
         """Return the joint that a statement is about."""
@@ -247,9 +250,7 @@ def _unknown(build: _Builder, wanted: str) -> CaptureError:
     word = found.group(1) if found else b""
     line = data[found.start(1) if found else build.at :][:200].splitlines()[:1]
     if not word or (not data[found.end() if found else build.at :].strip() and build.names):
-        return build.error(
-            "the file ends inside the hierarchy", wanted, "It was cut short: copy or export it."
-        )
+        return build.error("the file ends inside the hierarchy", wanted)
     about = f" in {build.called(build.stack[-1])}" if build.stack else ""
     shown = text_of(line[0].strip())[:60] if line else ""
     return build.error(f"{shown!r}{about}", _WANTED.get(word.upper(), wanted))

@@ -8,6 +8,7 @@ and head. Feet point forward (else knees do), and that tells left from right.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from heapq import nlargest
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -17,6 +18,8 @@ from lanindex.capture.skeleton import Rig, near_hips
 
 _ALIKE = 0.3  # how much the bones of two sides may differ
 _THINNEST = 0.1  # of a limb's longest bone: shorter ones are no thigh or forearm
+_BRANCHES = 12  # looked at where more leave one joint
+_LONGEST = 60  # joints of a branch looked at
 _EQUAL = 0.86  # of the longest two bones in a row
 _CLEAR = 0.2  # mean cosine: how far forward feet or knees must show
 _ARM = ("Shoulder", "Elbow", "Wrist", "Hand")
@@ -76,7 +79,10 @@ def _pairs(rig: Rig) -> list[_Pair]:
     """Return all pairs of branches with equal bones."""
     found = []
     for children in rig.below:
-        limbs = [limb for child in children if (limb := _limb(rig, child)) is not None]
+        if len(children) < 2:
+            continue
+        longest = nlargest(_BRANCHES, children, key=rig.reach.__getitem__)
+        limbs = [limb for child in longest if (limb := _limb(rig, child)) is not None]
         for one, other in combinations(limbs, 2):
             if all(
                 abs(a - b) <= _ALIKE * max(a, b)
@@ -103,7 +109,7 @@ def _limb(rig: Rig, top: int) -> _Limb | None:
 def _chain(rig: Rig, top: int) -> list[int]:
     """Return the joints of the longest branch, those in one place with the one before left out."""
     chain = [top]
-    while rig.below[chain[-1]]:
+    while rig.below[chain[-1]] and len(chain) < _LONGEST:
         joint = chain[-1]
         while rig.below[joint]:
             joint = max(rig.below[joint], key=rig.reach.__getitem__)
