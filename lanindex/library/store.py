@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import TracebackType
+from typing import Self
 
 from sqlalchemy import Connection, select
 
@@ -100,7 +101,7 @@ class Library:
         """Return the class and the place."""
         return f"<Library {self.place}>"
 
-    def __enter__(self) -> Library:
+    def __enter__(self) -> Self:
         """Return itself."""
         return self
 

@@ -121,7 +121,8 @@ def discover(paths: Iterable[str | os.PathLike[str]]) -> Iterator[str]:
         A path, once.
     """
     seen: set[str] = set()
-    for path in map(os.fspath, paths):
+    for named in paths:
+        path = os.fspath(named)
         for found in _walk(path) if os.path.isdir(path) else [path]:
             place = os.path.abspath(found)
             if place not in seen:
