@@ -178,7 +178,8 @@ def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
     dict
         For `unit_of`.
     """
-    bones = np.diff(body[:, _CHAINS], axis=-2)
+    chains = body[:, _CHAINS]
+    bones = chains[..., 1:, :] - chains[..., :-1, :]
     lengths = np.sqrt((bones * bones).sum(axis=-1)).sum(axis=-1)
     middle = np.sort(lengths, axis=0)[len(lengths) // 2]  # NaN comes last
     return {

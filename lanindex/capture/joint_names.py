@@ -95,6 +95,33 @@ def keys(names: tuple[str, ...]) -> tuple[Key, ...]:
 
 
 @lru_cache(maxsize=64)
+def candidates(names: tuple[str, ...]) -> Mapping[tuple[str, str, str], tuple[int, ...]]:
+    """Return the joints that may be meant, best first.
+
+    Parameters
+    ----------
+    names : tuple of str
+        As in the file.
+
+    Returns
+    -------
+    mapping
+        Group of `bodies.toml`, side, joint of the body → indices; of equal names the first.
+    """
+    found: dict[Key, int] = {}
+    for index, key in enumerate(keys(names)):
+        found.setdefault(key, index)
+    return {
+        (group, side, joint): tuple(
+            found[side, alias] for alias in aliases if (side, alias) in found
+        )
+        for group in ("middle", "limbs", "tips")
+        for joint, aliases in tables()[group].items()
+        for side in ("", "L", "R")
+    }
+
+
+@lru_cache(maxsize=64)
 def exporter_of(names: tuple[str, ...]) -> Mapping[str, Any]:
     """Return what `bodies.toml` knows about the program that wrote these joints, or nothing."""
     present = set(names)

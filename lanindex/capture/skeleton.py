@@ -9,14 +9,19 @@ down to the ankles or both arms from shoulder to wrist.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.capture.joint_names import keys, tables
+from lanindex.capture.joint_names import candidates, keys, tables
 from lanindex.errors import BodyError
 
-_LIMBS = (("Shoulder", "Elbow", "Wrist"), ("Hip", "Knee", "Ankle"))
+Candidates = Mapping[tuple[str, str, str], tuple[int, ...]]
+_Limb = tuple[str, str, str]
+
+_LIMBS: tuple[_Limb, ...] = (("Shoulder", "Elbow", "Wrist"), ("Hip", "Knee", "Ankle"))
 _TIPS = {"Wrist": "Hand", "Ankle": "Toe"}
 _NEAR_PELVIS = 0.35  # of a thigh, from the middle of the hips
 _NOTHING = 0.003  # of the body's extent: two joints in one place
@@ -155,9 +160,7 @@ def is_human(body: dict[str, int]) -> bool:
 
 def _by_name(rig: Rig) -> dict[str, int]:
     """Return what the names tell."""
-    found: dict[tuple[str, str], int] = {}
-    for index, key in enumerate(keys(rig.names)):
-        found.setdefault(key, index)
+    found = candidates(rig.names)
     body: dict[str, int] = {}
     for side in "RL":
         for limb in _LIMBS:
@@ -168,48 +171,37 @@ def _by_name(rig: Rig) -> dict[str, int]:
     return body
 
 
-def _limb(
-    rig: Rig,
-    found: dict[tuple[str, str], int],
-    side: str,
-    limb: tuple[str, ...],
-    body: dict[str, int],
-) -> None:
+def _limb(rig: Rig, found: Candidates, side: str, limb: _Limb, body: dict[str, int]) -> None:
     """Walk from the trunk outwards; each joint lies below the one before."""
     last: int | None = None
     for joint in limb:
-        for alias in tables()["limbs"][joint]:
-            index = found.get((side, alias))
-            if index is None or (last is not None and rig.beyond(index, last) <= 0.0):
-                continue
-            body[side + joint] = last = index
-            break
+        for index in found["limbs", side, joint]:
+            if last is None or rig.beyond(index, last) > 0.0:
+                body[side + joint] = last = index
+                break
     outer = body.get(side + limb[-1])
     if outer is not None:
-        tip = _tip(rig, found, side, _TIPS[limb[-1]], outer)
+        tip = _tip(rig, found["tips", side, _TIPS[limb[-1]]], outer)
         if tip is not None:
             body[side + _TIPS[limb[-1]]] = tip
 
 
-def _tip(
-    rig: Rig, found: dict[tuple[str, str], int], side: str, tip: str, outer: int
-) -> int | None:
+def _tip(rig: Rig, named: tuple[int, ...], outer: int) -> int | None:
     """Return the joint that tells where a hand, a foot or a head points."""
-    for alias in tables()["tips"][tip]:
-        index = found.get((side, alias))
-        if index is not None and rig.beyond(index, outer) > rig.nothing:
+    for index in named:
+        if rig.beyond(index, outer) > rig.nothing:
             return index
     return rig.longest_branch(outer)
 
 
-def _pelvis(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
-    aliases = [found[("", name)] for name in tables()["middle"]["Pelvis"] if ("", name) in found]
+def _pelvis(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
+    named = found["middle", "", "Pelvis"]
     if not {"RHip", "LHip", "RKnee"} <= body.keys():
-        if aliases:
-            body["Pelvis"] = aliases[0]
+        if named:
+            body["Pelvis"] = named[0]
         return
     meeting = rig.meeting(body["RHip"], body["LHip"])
-    for index in (*aliases, *([meeting] if meeting is not None else [])):
+    for index in (*named, *([meeting] if meeting is not None else [])):
         if near_hips(rig, index, body):
             body["Pelvis"] = index
             return
@@ -223,22 +215,19 @@ def near_hips(rig: Rig, index: int, body: dict[str, int]) -> bool:
     return apart < _NEAR_PELVIS * thigh and index not in (body["RHip"], body["LHip"])
 
 
-def _neck_head(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
+def _neck_head(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
     """Find neck and head; a head that stands for both (no neck, or in one place) gives its tip."""
-    named = {
-        joint: next((found[("", a)] for a in tables()["middle"][joint] if ("", a) in found), None)
-        for joint in ("Neck", "Head")
-    }
-    neck, head = named["Neck"], named["Head"]
+    neck, head = (next(iter(found["middle", "", joint]), None) for joint in ("Neck", "Head"))
+    tips = found["tips", "", "Head"]
     if head is None:
-        head = _tip(rig, found, "", "Head", neck) if neck is not None else None
+        head = _tip(rig, tips, neck) if neck is not None else None
     elif neck is None or rig.distance(neck, head) <= rig.nothing:
-        tip = _tip(rig, found, "", "Head", head)
+        tip = _tip(rig, tips, head)
         neck, head = (head, tip) if tip is not None else (neck, head if neck is None else None)
     body |= {joint: index for joint, index in (("Neck", neck), ("Head", head)) if index is not None}
 
 
-def _chest(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) -> None:
+def _chest(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
     """Take the joint where the arms part from the trunk; where all part at the pelvis, a name."""
     taken = set(body.values())
     if {"RShoulder", "LShoulder"} <= body.keys():
@@ -247,11 +236,10 @@ def _chest(rig: Rig, found: dict[tuple[str, str], int], body: dict[str, int]) ->
         if meeting is not None and meeting not in taken and meeting not in above_pelvis:
             body["Chest"] = meeting
             return
-    for alias in tables()["middle"]["Chest"]:
-        index = found.get(("", alias))
-        if index is not None and index not in taken:
-            body["Chest"] = index
-            return
+    free = (index for index in found["middle", "", "Chest"] if index not in taken)
+    first = next(free, None)
+    if first is not None:
+        body["Chest"] = first
 
 
 def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
