@@ -62,6 +62,8 @@ def filled(points: Points, rate: Fraction) -> Points:
 
 def joints_of(body: list[list[list[float]]], rate: Fraction, first: int) -> dict[str, Points]:
     """Return each joint's points over time: calibration pose replaced, gaps filled."""
+    pelvis = JOINTS.index("Pelvis")
+    lacks_pelvis = all(math.isnan(sum(frame[pelvis])) for frame in body)
     frames = list(body)
     if first < len(frames):
         frames[:first] = [frames[first]] * first
@@ -72,7 +74,7 @@ def joints_of(body: list[list[list[float]]], rate: Fraction, first: int) -> dict
             x, y, z = frame[index]
             points.append(None if math.isnan(x + y + z) else (x, y, z))
         joints[name] = points
-    if all(point is None for point in joints["Pelvis"]):
+    if lacks_pelvis:
         for frame, (right, left) in enumerate(zip(joints["RHip"], joints["LHip"], strict=True)):
             if right is not None and left is not None:
                 x, y, z = (0.5 * (a + b) for a, b in zip(right, left, strict=True))
