@@ -10,21 +10,27 @@ from lanindex.notation import lnd
 from lanindex.perform import perform
 from lanindex.write import bvh
 
-PARTS = ("r_arm", "l_arm", "r_leg", "l_leg", "torso", "head")
+PARTS = ("r_arm", "l_arm", "r_leg", "l_leg", "r_forearm", "l_forearm")
+
+CELLS = [
+    f"{direction} {level}"
+    for direction in DIRECTIONS
+    for level in LEVELS
+    if (direction, level) != ("place", "mid")  # a bone cannot fold
+]
 
 
 def score(seed: int, seconds: int) -> str:
     """Return a random score as LND: a move of every part each second or so."""
     random = np.random.default_rng(seed)
     lines = ["#speed=60", "#rhythm 4/4", f"#unit_total {seconds // 4}", "#unit0"]
-    lines += [f"direction {part} place low 0 0" for part in PARTS[:4]]
-    lines += [f"direction {part} place high 0 0" for part in PARTS[4:]]
+    lines += [f"direction {part} place low 0 0" for part in PARTS]
     for unit in range(1, seconds // 4 + 1):
         lines.append(f"#unit{unit}")
         for part in PARTS:
             for beat in range(4):
                 if random.random() < 0.8:
-                    word = f"{random.choice(DIRECTIONS)} {random.choice(LEVELS)}"
+                    word = random.choice(CELLS)
                     stop = beat + random.choice([0.5, 0.75, 1.0])
                     lines.append(f"direction {part} {word} {beat} {stop}")
     return "\n".join(lines) + "\n"
