@@ -22,7 +22,8 @@ from lanindex.errors import CaptureError, UsageError
 from lanindex.model import Motion, Skeleton, Source
 
 _POSES = 32
-_WORTH_COMPILING = 8_000_000  # bytes read so far: numba's import takes the time of reading these
+_WORTH_COMPILING = 4_000_000
+"""Bytes read so far in this process; from then on numba's import (half a second) is risked."""
 COMPOSE = ("parent", "child")
 
 _bytes_read = 0

@@ -29,7 +29,7 @@ _MINUS, _PLUS, _POINT, _ZERO, _BASE, _SMALL, _E = map(np.uint8, (*b"-+.0", 10, 3
 _SPACE, _TAB, _FIVE = map(np.uint8, (32, 9, 5))
 
 
-@numba.njit(cache=True)
+@numba.njit
 def _quotient(whole, power):  # type: ignore[no-untyped-def]  # numba
     """Return whole / 10**power correctly rounded, or NaN where that cannot be told."""
     divisor = _TENS[power]
@@ -50,7 +50,7 @@ def _quotient(whole, power):  # type: ignore[no-untyped-def]  # numba
     return upper if upper == lower else np.nan
 
 
-@numba.njit(cache=True)
+@numba.njit
 def _value(whole, digits, power):  # type: ignore[no-untyped-def]  # numba
     """Return whole times ten to the power, or NaN where Python has to do it."""
     if digits > 19:
@@ -62,7 +62,7 @@ def _value(whole, digits, power):  # type: ignore[no-untyped-def]  # numba
     return _quotient(whole, -power) if -_POWERS < power <= 0 and whole else np.nan
 
 
-@numba.njit(cache=True)
+@numba.njit
 def _exponent(text, at, stop):  # type: ignore[no-untyped-def]  # numba
     """Read what follows an e; return it, and the byte behind, the same byte if it is nothing."""
     begin = at
@@ -77,7 +77,7 @@ def _exponent(text, at, stop):  # type: ignore[no-untyped-def]  # numba
     return -exponent if down else exponent, at if at > first else begin
 
 
-@numba.njit(inline="always")
+@numba.njit
 def _digits(text, at, stop, whole):  # type: ignore[no-untyped-def]  # numba
     """Read digits; return the number they make behind `whole`, and the byte behind them."""
     while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
@@ -86,7 +86,7 @@ def _digits(text, at, stop, whole):  # type: ignore[no-untyped-def]  # numba
     return whole, at
 
 
-@numba.njit(cache=True)
+@numba.njit
 def _number(text, at, stop):  # type: ignore[no-untyped-def]  # numba
     """Read any number; return its value, the byte behind it, and whether it is one."""
     negative = text[at] == _MINUS
@@ -110,12 +110,12 @@ def _number(text, at, stop):  # type: ignore[no-untyped-def]  # numba
     return -value if negative else value, at, sound
 
 
-@numba.njit(inline="always")
+@numba.njit
 def _blank(byte):  # type: ignore[no-untyped-def]  # numba
     return byte == _SPACE or np.uint8(byte - _TAB) < _FIVE
 
 
-@numba.njit(inline="always")
+@numba.njit
 def _frame(text, at, stop, row):  # type: ignore[no-untyped-def]  # numba
     """Read one line into `row`; NaN stands where Python has to read the number.
 

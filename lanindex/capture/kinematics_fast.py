@@ -13,7 +13,7 @@ from lanindex.capture.kinematics import COSINE, RADIANS, SINE, Array, Plan
 _S, _C = SINE, COSINE
 
 
-@numba.njit(cache=True)
+@numba.njit
 def _sine_cosine(row, columns, sines, cosines, child_first):  # type: ignore[no-untyped-def]
     """Do one frame; the second loop has neither branches nor strides, so that it is vectorised."""
     for turn in range(len(columns)):
@@ -36,7 +36,7 @@ def _sine_cosine(row, columns, sines, cosines, child_first):  # type: ignore[no-
         sines[turn] = -turned if child_first else turned
 
 
-@numba.njit(inline="always")
+@numba.njit
 def _turn(source, target, axis, sine, cosine):  # type: ignore[no-untyped-def]
     """Turn three rows of `source` into `target`, which may be the same."""
     one = axis + 1 if axis < 2 else 0
@@ -48,7 +48,7 @@ def _turn(source, target, axis, sine, cosine):  # type: ignore[no-untyped-def]
         target[axis, k] = source[axis, k]
 
 
-@numba.njit(inline="always")
+@numba.njit
 def _place(base, shift, origin, child_first, place):  # type: ignore[no-untyped-def]
     for k in range(3):
         if child_first:
