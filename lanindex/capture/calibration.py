@@ -166,7 +166,7 @@ def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float,
 
 
 def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
-    """Return the lengths of leg and arm in poses.
+    """Return the lengths of leg and arm in poses, of the longer side: a camera may lose one.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
     lengths = np.sqrt((bones * bones).sum(axis=-1)).sum(axis=-1)
     middle = np.sort(lengths, axis=0)[len(lengths) // 2]  # NaN comes last
     return {
-        " ".join(limb): float(sides[~np.isnan(sides)].mean())
+        " ".join(limb): float(np.nanmax(sides))
         for (limb, _), sides in zip(_LENGTHS, middle, strict=True)
         if not np.isnan(sides).all()
     }
