@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -323,7 +324,7 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_ignore_interrupts)
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_settle)
     waiting: deque[tuple[Task, Future[Outcome] | Outcome]] = deque()
     try:
         for task in tasks:
@@ -358,6 +359,17 @@ def _done(task: Task, result: Future[Outcome] | Outcome) -> Outcome:
         ) from error
 
 
-def _ignore_interrupts(*_: Any) -> None:
-    """Leave Ctrl-C to the parent, which ends the pool in good order."""
+def _settle(*_: Any) -> None:
+    """Leave Ctrl-C to the parent, which ends the pool in good order, and end when it does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_follow_parent, daemon=True).start()
+
+
+def _follow_parent() -> None:
+    from multiprocessing import parent_process
+    from multiprocessing.connection import wait
+
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)

@@ -1,0 +1,82 @@
+"""An ingest that is broken off, or not alone: whole captures or none, and the next run finishes."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+
+from lanindex.library import migrate
+from lanindex.pipeline import open_library
+
+COUNT = 24
+MAIN = "from lanindex.app.cli import main\nif __name__ == '__main__': main()\n"
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    folder = tmp_path / "in"
+    contents = [
+        dance(folder / f"{name}.bvh", text, rate=60).read_bytes()
+        for name, text in (("raise", RAISE), ("bow", BOW))
+    ]
+    for number in range(COUNT - 2):
+        (folder / f"{number:02}.bvh").write_bytes(contents[number % 2])
+    (tmp_path / "command.py").write_text(MAIN)
+    return tmp_path
+
+
+def start(place: Path, *words: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "command.py", "ingest", "in", "--json", *words],
+        cwd=place,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        start_new_session=True,
+    )
+
+
+def held(place: Path) -> int:
+    assert migrate.check(place / "lanindex.db") == []
+    with open_library(place / "lanindex.db", readonly=True) as library:
+        captures = library.captures()
+        for capture in captures:
+            assert len(library.score(capture.id).tracks) >= 16
+        return len(captures)
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("after", [1, 7])
+@pytest.mark.parametrize("signalled", [signal.SIGINT, signal.SIGKILL], ids=lambda s: s.name)
+def test_broken_off(place: Path, signalled: signal.Signals, after: int, jobs: str) -> None:
+    process = start(place, "--jobs", jobs)
+    assert process.stdout
+    for _ in range(after):
+        assert '"added"' in process.stdout.readline()
+    if signalled is signal.SIGINT:
+        os.killpg(process.pid, signalled)  # as a terminal does: to all of them
+    else:
+        process.kill()
+    _, errors = process.communicate(timeout=60)
+    if signalled is signal.SIGINT:
+        assert process.returncode == 130, errors
+        assert "Traceback" not in errors
+    assert after <= held(place) < COUNT
+    again = start(place, "--jobs", jobs)
+    output, errors = again.communicate(timeout=120)
+    assert again.returncode == 0, errors
+    assert output.count('"unchanged"') >= after
+    assert held(place) == COUNT
+
+
+def test_two_at_once(place: Path) -> None:
+    both = [start(place, "--jobs", "1") for _ in range(2)]
+    for process in both:
+        _, errors = process.communicate(timeout=120)
+        assert process.returncode == 0, errors
+    assert held(place) == COUNT
