@@ -27,6 +27,8 @@ class Run:
         The frame at which the cell's direction is achieved.
     angle : float
         Degrees from the reference direction there.
+    apart : float
+        Distance from the middle of the cell there, as in `direction.Course`.
     outcome : str
         ``symbol``, or why it is none: ``not achieved``, ``in force``, ``joined`` with an equal
         neighbour, ``passing`` (deleted by a rule), ``rejoined`` with an equal neighbour that a
@@ -40,6 +42,7 @@ class Run:
     stop: int
     achieved: int
     angle: float
+    apart: float
     outcome: str = "symbol"
     rule: int = 0
 
@@ -65,7 +68,8 @@ def runs(course: Course, first: int, last: int) -> list[Run]:
     for start, stop in pairwise([first, *edges, last + 1]):
         achieved = start + int(course.apart[start:stop].argmin()) if stop <= last else last
         angle = float(course.angle[achieved])
-        found.append(Run(int(course.cells[start]), start, stop, achieved, angle))
+        apart = float(course.apart[achieved])
+        found.append(Run(int(course.cells[start]), start, stop, achieved, angle, apart))
     return found
 
 
@@ -94,8 +98,10 @@ def achieve(found: list[Run], in_force: int, within: float) -> list[Run]:
             result[index] = replace(run, outcome="not achieved")
         elif kept and found[kept[-1]].cell == run.cell:
             before = result[kept[-1]]
-            if index < len(found) - 1 and before.angle <= run.angle:
-                result[index] = replace(run, achieved=before.achieved, angle=before.angle)
+            if index < len(found) - 1 and before.apart <= run.apart:
+                result[index] = replace(
+                    run, achieved=before.achieved, angle=before.angle, apart=before.apart
+                )
             result[kept[-1]] = replace(before, outcome="joined")
             kept[-1] = index
         else:

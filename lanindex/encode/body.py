@@ -165,11 +165,11 @@ def heading(joints: Floats, rate: Fraction, target: Fraction) -> Floats:
         (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
         kept. A body without hips is turned by its shoulders.
     """
-    pair = ("LHip", "RHip")
-    if np.isnan(joints[:, [JOINT_CODES[name] for name in pair]]).all():
-        pair = ("LShoulder", "RShoulder")
-    left, right = (joints[:, JOINT_CODES[name]] for name in pair)
-    axis = (right - left)[:, [0, 2]]
+    for pair in (("LHip", "RHip"), ("LShoulder", "RShoulder")):
+        left, right = (joints[:, JOINT_CODES[name]] for name in pair)
+        axis = (right - left)[:, [0, 2]]
+        if not _unknown(axis).all():
+            break
     count = math.floor((len(axis) - 1) * target / rate) + 1
     across = np.full((count, 2), np.nan)
     for start, stop in _runs(~_unknown(axis)):
@@ -276,7 +276,7 @@ def limbs(joints: Floats, turn: Floats, rate: Fraction, profile: Profile) -> lis
             stretches.setdefault(stretch, []).append(name)
     found = (
         _stretch(joints, turn, rate, profile, Span(*stretch), names)
-        for stretch, names in stretches.items()
+        for stretch, names in sorted(stretches.items())
     )
     return [limb for limb in found if limb is not None]
 

@@ -90,7 +90,8 @@ def _polar(curve: Floats) -> tuple[Floats, Floats, Floats]:
     forward, up, right = curve[:, 0], curve[:, 1], curve[:, 2]
     away = np.hypot(forward, right)
     azimuth = np.degrees(np.arctan2(forward, right)) % 360
-    return away, azimuth, np.degrees(np.arctan2(away, -up))
+    nowhere = (away == 0) & (up == 0)  # at the joint itself, neither below nor above
+    return away, azimuth, np.where(nowhere, 90.0, np.degrees(np.arctan2(away, -up)))
 
 
 def _sectors(azimuth: Floats, ranges: Ranges) -> NDArray[np.int64]:

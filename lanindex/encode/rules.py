@@ -35,6 +35,7 @@ class Rules:
             found = [
                 (order, rule)
                 for size in self._sizes
+                if start + size <= len(cells)
                 for order, rule in self._by_cells.get(tuple(cells[start : start + size]), ())
                 if not (start == 0 and rule.deleted[0])
                 and not (start + size == len(cells) and rule.deleted[-1])

@@ -78,6 +78,10 @@ class TestDirection:
         around = space(RANGES, 500.0)
         assert course(np.array([[1.0, 0.0, 1.0]]), around).cells.tolist() == [cell("place mid")]
 
+    def test_at_the_joint_itself_is_place_mid(self) -> None:
+        around = space(RANGES, 500.0)
+        assert course(np.zeros((1, 3)), around).cells.tolist() == [cell("place mid")]
+
     def test_runner_up_lies_across_the_nearest_border(self) -> None:
         around = space(RANGES, 500.0)
         point = np.array([[500 * np.sin(np.radians(20)), 0, 500 * np.cos(np.radians(20))]])
@@ -127,7 +131,7 @@ class TestSegment:
 
 
 def run(name: str, angle: float = 0.0, outcome: str = "symbol") -> Run:
-    return Run(cell(name), 0, 1, 0, angle, outcome)
+    return Run(cell(name), 0, 1, 0, angle, angle, outcome)
 
 
 class TestAchieve:
