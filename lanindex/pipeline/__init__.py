@@ -12,7 +12,11 @@ from lanindex.library.connect import DEFAULT, opened, target
 from lanindex.search.hits import Hits
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lanindex.model import Capture, Track
     from lanindex.pipeline.ingest import Outcome, Reading
+    from lanindex.search.pattern import Query
 
 
 class Library(store.Library):
@@ -100,16 +104,47 @@ class Library(store.Library):
         LibraryError
             Where the library cannot be read.
         """
-        from lanindex.search.language import parse
         from lanindex.search.match import find
+
+        query, recordings = self._asked(pattern, within)
+        span = Fraction(str(tolerance))
+        return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+
+    def explain(self, pattern: str, *, within: str | None = None) -> str:
+        """Say how a pattern is understood.
+
+        Parameters
+        ----------
+        pattern : str
+            As for `search`.
+        within : str, optional
+            Only captures whose path matches this glob.
+
+        Returns
+        -------
+        str
+            In plain English; the symbols that each step alone would match; the order of work.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+        """
+        from lanindex.search.explain import explanation
+
+        return explanation(*self._asked(pattern, within))
+
+    def _asked(
+        self, pattern: str, within: str | None
+    ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
+        """Return a query, and what of the library it concerns."""
+        from lanindex.search.language import parse
 
         query = parse(pattern, self.parts() or None)
         chosen = None
         if within is not None:
             chosen = [capture.id for capture in self.captures(within)]
-        recordings = self.tracks(chosen, query.parts)
-        span = Fraction(str(tolerance))
-        return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+        return query, self.tracks(chosen, query.parts)
 
     def export(
         self,

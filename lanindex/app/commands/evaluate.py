@@ -92,20 +92,21 @@ def _print(screen: Screen, results: list[Result]) -> None:
 
 def _miss(screen: Screen, result: Result, miss: Miss) -> None:
     from lanindex.app.present import words
+    from lanindex.search.explain import obstacle
     from lanindex.search.hits import hit_record
 
-    name = result.pattern.name
-    obstacle = result.pattern.query.obstacle(miss.capture, miss.tracks) if not miss.hit else None
+    name, query = result.pattern.name, result.pattern.query
+    why = "" if miss.hit else obstacle(query, miss.capture, miss.tracks)
     if screen.json:
         record = {"miss": name, "capture": miss.capture.path, "label": miss.capture.label}
         if miss.hit:
             screen.record({**record, "kind": "wrong", "hit": hit_record(miss.hit)})
         else:
-            screen.record({**record, "kind": "missed", "obstacle": obstacle})
+            screen.record({**record, "kind": "missed", "obstacle": why})
     elif miss.hit:
         span = miss.hit.span
         screen.out(f"{name}: wrongly {miss.capture.path} ({miss.capture.label})")
         screen.out(f"    frames {span.start}-{span.stop}: {words(miss.hit.symbols)}")
     else:
         screen.out(f"{name}: missed {miss.capture.path} ({miss.capture.label})")
-        screen.out(f"    {obstacle}")
+        screen.out(f"    {why}")
