@@ -139,8 +139,10 @@ class Library(store.Library):
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
         from lanindex.search.language import parse
+        from lanindex.search.words import DEFAULT_PARTS
 
-        query = parse(pattern, self.parts() or None)
+        # a part of the alphabet that no capture has is no mistake: it never moves
+        query = parse(pattern, {*DEFAULT_PARTS, *self.parts()})
         chosen = None
         if within is not None:
             chosen = [capture.id for capture in self.captures(within)]
