@@ -58,13 +58,13 @@ def cases(page: Path = PAGE) -> Iterator[Case]:
     recordings: tuple[Recording, ...] = ()
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         if line.startswith("= "):
-            recordings = tuple(_recordings(line[2:]))
+            recordings = tuple(recordings_of(line[2:]))
         elif line and not line.startswith("#"):
             yield _case(number, line, recordings)
 
 
-def track(part: str, text: str, frames: int) -> Track:
-    """Read ``place low 0 0, right mid 5 12``: one known stretch, all margins 1."""
+def track(part: str, text: str, frames: int, known: tuple[Span, ...] = ()) -> Track:
+    """Read ``place low 0 0, right mid 5 12``: by default one known stretch; all margins 1."""
     rows = np.zeros(text.count(",") + 1, SYMBOL)
     for row, symbol in zip(rows, text.split(","), strict=True):
         direction, level, start, stop = symbol.split()
@@ -75,10 +75,11 @@ def track(part: str, text: str, frames: int) -> Track:
         row["ticks"] = int(stop) - int(start)
         row["margin"] = 1
         row["runner_direction"] = row["runner_level"] = -1
-    return Track(part, rows, (Span(0, frames),))
+    return Track(part, rows, known or (Span(0, frames),))
 
 
-def _recordings(text: str) -> Iterator[Recording]:
+def recordings_of(text: str) -> Iterator[Recording]:
+    """Read what stands behind ``= ``: one recording, or several that say ``capture``."""
     for number, capture in enumerate(re.split(r";\s*(?=capture )", text), 1):
         head, *parts = capture.split(";")
         words = head.split()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from lanindex.errors import PatternError
 from lanindex.search.cursor import Cursor
 from lanindex.search.lexer import Token
 from lanindex.search.measures import arrow_at, length_at, repeat_at
@@ -31,6 +32,7 @@ from lanindex.search.words import TWO_WORD_RELATIONS, Mover, Vocabulary
 
 __all__ = ["Query", "parse"]
 
+_LONGEST = 10_000
 _DEEPEST = 40
 _MOST_STEPS = 1000
 
@@ -55,6 +57,13 @@ def parse(text: str, parts: Collection[str] | None = None) -> Query:
     PatternError
         The pattern cannot be understood; says where and why.
     """
+    if len(text) > _LONGEST:
+        raise PatternError(
+            f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
+            text=f"{text[:60]}…",
+            start=60,
+            stop=61,
+        )
     return _Parser(Cursor(text, Vocabulary(parts))).query()
 
 
@@ -76,6 +85,8 @@ class _Parser:
             if not cursor.take("word", "side"):
                 raise cursor.error('"either side": the pattern or its mirror image.', begin)
             either_side = True
+        if either_side and not cursor.stands("end"):
+            raise not_yet(cursor) or cursor.error('"either side" ends the pattern.')
         if not cursor.stands("end"):
             raise stray(cursor)
         return Query(pattern, either_side)

@@ -112,7 +112,7 @@ def arrow_at(cursor: Cursor) -> Arrow | None:
 def _skips_at(cursor: Cursor) -> Skips | None:
     """Read a number of movements: a number that no unit follows."""
     compared = 1 if cursor.stands("compare") else 0
-    if cursor.ahead(compared).kind != "number" or cursor.ahead(compared + 1).text != "]":
+    if cursor.ahead(compared).kind != "number" or cursor.ahead(compared + 1).text in UNITS:
         return None
     form = cursor.advance().text if compared else ""
     number = cursor.advance()

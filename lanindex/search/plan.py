@@ -155,6 +155,14 @@ def plan(query: Query) -> tuple[Program, ...]:
     )
 
 
+def places_of(item: Item) -> tuple[Place, ...]:
+    """Return what one step alone asks for, as places of their own: one a side."""
+    if isinstance(item.unit, Bracket):
+        return ()
+    sides = SIDES if item.unit.mover.form == "either" else SIDES[:1]
+    return tuple(_place(0, item.unit, item.length, side) for side in sides)
+
+
 class _Planner:
     """Plans lines, each of them once."""
 

@@ -9,7 +9,7 @@ import re
 
 from lanindex.errors import PatternError
 from lanindex.search.cursor import Cursor
-from lanindex.search.words import LANGUAGE, NOT_YET, RELATIONS, UNITS, VALUES
+from lanindex.search.words import LANGUAGE, NOT_YET, UNITS, VALUES
 
 COUNT = re.compile(r"x(\d+)")
 """A count: ``x3``."""
@@ -20,6 +20,7 @@ _STRAY_MARKS = {
     "/": '"/" joins words, high/low; "or" joins lines: r_arm high or l_arm low',
     "[": "Square brackets follow an arrow: ->[<2s], ...[<=2]",
     "]": 'This bracket was never opened: ->[<2s] has a "[" too.',
+    ",": 'No commas: "with" sets side by side, "->" puts one after the other.',
     "?": "Only a step can be left out, once: r_arm low -> mid? -> high",
 }
 _STRAY_WORDS = {
@@ -48,6 +49,8 @@ def not_yet(cursor: Cursor) -> PatternError | None:
 def stranger(cursor: Cursor, part_expected: bool = False) -> PatternError:
     """Return the error of a word that is not in the vocabulary."""
     said = cursor.said(cursor.token)
+    if cursor.stands("string"):
+        return cursor.error("Take the quotation marks away.")
     return cursor.error(cursor.vocabulary.stranger(said, part_expected))
 
 
@@ -84,9 +87,11 @@ def nothing(cursor: Cursor, after: str) -> PatternError:
         return cursor.error("Nothing before the arrow. Name a part first: r_arm low -> high")
     if token.kind in ("unknown", "string"):
         return stranger(cursor)
+    if cursor.stands("word", "start"):
+        return cursor.error(_STRAY_WORDS["start"])
     if after == "":
         if token.kind == "end":
-            return cursor.error("This bracket is never closed, and empty.", cursor.before)
+            return cursor.error("Nothing follows this bracket.", cursor.before)
         return cursor.error(f'Nothing before "{cursor.said(token)}". Name a part first: r_arm high')
     what = "the arrow" if after in ("->", "start") else f'"{after}"'
     return cursor.error(f"Nothing after {what}: a movement follows it.", cursor.before)
@@ -103,11 +108,14 @@ def stray(cursor: Cursor) -> PatternError:
         return cursor.error(
             'Another part: "with" sets it beside, "->" puts it after, "or" is either of them.'
         )
+    if cursor.before.text == "end":
+        return cursor.error('After "end" the line does not go on.')
     if token.text in _STRAY_WORDS:
         return cursor.error(_STRAY_WORDS[token.text])
     if token.text in VALUES:
-        return cursor.error("Direction and level stand before length and count: r_arm high <1s x2")
-    if token.text in RELATIONS or token.kind in ("arrow", "dots"):
-        return cursor.error('After "end" or "either side" nothing goes on.')
+        return cursor.error(
+            f"Direction and level stand before length and count: r_arm high <1s x2. "
+            f"The next movement has an arrow: -> {token.text}"
+        )
     sentence = _STRAY_MARKS.get(token.text, f'"{cursor.said(token)}" says nothing here.')
     return cursor.error(sentence)

@@ -60,7 +60,7 @@ UNITS = ("s", "ms", "f", "b")
 """Units of time: seconds, milliseconds, frames of the source, beats."""
 
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
-RELATIONS = ("with", "during", "without", *(f"{word} with" for word in TWO_WORD_RELATIONS))
+"""Words that ``with`` follows: of relations of two words."""
 
 NOT_YET = ("let", "where", "rhythm", "mirrors", "direction", "count", "sort")
 """Words of the language whose constructs this version recognises but does not understand."""
@@ -187,8 +187,8 @@ class Vocabulary:
 
     def stranger(self, word: str, part_expected: bool) -> str:
         """Return the sentence about a word that is not in the vocabulary."""
-        elsewhere = word in _movers(DEFAULT_PARTS)
-        guess = None if elsewhere else self._guess(word)
+        elsewhere = word.lower() in _movers(DEFAULT_PARTS)
+        guess = None if elsewhere else self._guess(word.lower())
         if guess:
             return f'I don\'t know "{word}". Did you mean "{guess}"?'
         if part_expected or elsewhere:

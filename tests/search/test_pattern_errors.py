@@ -1,0 +1,260 @@
+"""Where a pattern cannot be understood: what is pointed at, and what is said."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lanindex.errors import PatternError
+from lanindex.search.language import Query, parse
+from lanindex.search.words import LANGUAGE, VALUES, Vocabulary
+
+# The text between « and » is what the caret points at.
+ERRORS = [
+    ("«»", "Nothing to look for"),
+    ("«» // a comment", "Nothing to look for"),
+    # Words
+    ("r_arm «rihgt» mid -> high", 'I don\'t know "rihgt". Did you mean "right"?'),
+    ("R_ARM «RIHGT»", 'I don\'t know "RIHGT". Did you mean "right"?'),
+    ("«rarm» high", 'Did you mean "r_arm"?'),
+    ("r_arm low -> «hihg»", 'Did you mean "high"?'),
+    ("r_arm low ... high\n  -> «hihg» <1s", 'Did you mean "high"?'),
+    ("r_arm high «wiht» l_arm low", 'Did you mean "with"?'),
+    ("r_arm high «and» l_arm low", 'Did you mean "with"?'),
+    ("r_arm «up»", 'Did you mean "high"?'),
+    ("r_arm not «lwo»", 'Did you mean "low"?'),
+    ("r_arm low/«hgih»", 'Did you mean "high"?'),
+    ("«tail» high", 'There is no part "tail". The parts are: head torso '),
+    ("r_arm high with «tail»", 'There is no part "tail".'),
+    ("r_arm «%» high", 'I don\'t know "%".'),
+    ("r_arm «ärmel»", 'I don\'t know "ärmel".'),
+    ('r_arm «"high"»', "quotation marks"),
+    ("r_arm high«,» low", "No commas"),
+    ("r_arm high «=» low", '"=" says nothing here'),
+    # One movement
+    ("r_arm high «low»", 'One movement has one level. "high/low" means either; "high -> low"'),
+    ("r_arm right «forward»", "One movement has one direction."),
+    ("r_arm right mid «left/back»", '"right/left/back" means either'),
+    ("r_arm rising «sinking»", "one change of level"),
+    ("r_arm «right/high»", "one kind"),
+    ("r_arm not «right/high»", "one kind"),
+    ("r_arm «not any»", "leaves nothing"),
+    ("r_arm high «not high»", "leaves nothing"),
+    ("r_arm not low «not mid/high»", "leaves nothing"),
+    ("r_arm «not low/mid/high»", "leaves nothing"),
+    ("«head» «side»", "no side of its own"),
+    ("head low -> «across_back»", "The head has no side of its own"),
+    ("r_arm at «rising»", "at is being there"),
+    ("r_arm hold «sinking»", "hold is staying put"),
+    ("r_arm «at»", "At what?"),
+    ("r_arm «at» 2s", "At what?"),
+    ("r_arm «not»", "Not what?"),
+    ("r_arm «not» -> high", "Not what?"),
+    ("r_arm not «l_arm»", "Here goes a direction or a level"),
+    ("r_arm high«/»", "Or what?"),
+    ("r_arm high/«l_arm»", "Here goes a direction or a level"),
+    ("r_arm«/»l_arm high", '"or" joins lines'),
+    ("r_arm high «hold»", '"hold" is a step of its own: r_arm right -> hold'),
+    ("r_arm high «at» low", '"at" is a step of its own'),
+    ("r_arm high <1s «right»", "Direction and level stand before length and count"),
+    ("(r_arm high) «low»", "The next movement has an arrow: -> low"),
+    # Who
+    ("«high»", "Name the part first: r_arm high"),
+    ("«hold» 2s", "Name the part first"),
+    ("start -> «high»", "Name the part here: start -> r_arm high"),
+    ("r_arm high or «low»", 'Name the part here; "/" is either-or between words: high/low.'),
+    ("r_arm high with «low»", 'nothing carries over "with"'),
+    ("r_arm high starting with «not» low", 'nothing carries over "starting with"'),
+    ("r_arm high -> (low with «low»)", 'nothing carries over "with"'),
+    ("(r_arm high or l_leg mid) -> «low»", "end with different parts (l_leg, r_arm)"),
+    ("r_arm «l_arm» high", "Another part"),
+    ("r_arm high «l_arm» low", "Another part"),
+    # Arrows
+    ("«->» high", "Nothing before the arrow. Name a part first"),
+    ("«...» r_arm high", "Nothing before the arrow"),
+    ("r_arm high «->»", "Nothing after the arrow"),
+    ("r_arm high «then»", "Nothing after the arrow"),
+    ("r_arm high «...» // later", "Nothing after the arrow"),
+    ("r_arm high -> «->» low", "Two arrows"),
+    ("r_arm high -> «...» low", "Two arrows"),
+    ("r_arm «->[2]» high", "-> skips nothing"),
+    ("r_arm high «->[<=2]» low", "-> skips nothing"),
+    ("r_arm ...«[»] high", "A limit goes into the brackets"),
+    ("r_arm ...«[»2 high", 'a "]" is missing'),
+    ("r_arm ...«[»<2s high", 'a "]" is missing'),
+    ("r_arm ...[«1.5»] high", "whole numbers"),
+    ("r_arm «[»<2s] high", "Square brackets follow an arrow"),
+    ("r_arm high «]»", "never opened"),
+    ("«start»", 'An arrow follows "start"'),
+    ("«start» r_arm high", 'An arrow follows "start"'),
+    ("r_arm high -> «start»", '"start" begins a line'),
+    ("r_arm high «end»", 'An arrow goes before "end"'),
+    ("r_arm high -> end «->» low", 'After "end" the line does not go on'),
+    ("r_arm high -> end «low»", 'After "end" the line does not go on'),
+    # Lengths and counts
+    ("r_arm high «2»", "2 what? 2s is seconds, 2b beats, 2f frames; x2 means twice."),
+    ("r_arm high «3»x", "3 what? 3s is seconds, 3b beats, 3f frames; x3 means 3 times."),
+    ("r_arm high «2.5»", "2.5 what?"),
+    ("r_arm high <«2»", "2 what?"),
+    ("r_arm high 1s..«2»", "2 what?"),
+    ("r_arm high «<»", "A time goes here"),
+    ("r_arm high «<»high", "A time goes here"),
+    ("r_arm high 1s«..»", "A time goes here"),
+    ("r_arm high «2s..1s»", "write 1s..2s"),
+    ("r_arm high 1s «<2s»", "Two lengths"),
+    ("r_arm high «123456789012»s", "digits"),
+    ("r_arm high x2 «<1s»", "bracket it: (r_arm high x2) <1s; to time each, length first"),
+    ("r_arm low? «2s» -> high", "bracket it: (r_arm low?) 2s"),
+    ("r_arm high x2 «x3»", "bracket it: (r_arm high x2) x3"),
+    ("r_arm high «x0»", "is never"),
+    ("r_arm high «x3..2»", "write x2..3"),
+    ("r_arm high «x3..»", "From how often to how often?"),
+    ("r_arm high «x1234567890»", "digits"),
+    ("«r_arm high x1001»", "1000 is the most"),
+    ("(«(r_arm high x40) x40») x40", "This asks for 1600 movements in a row"),
+    ("«r_arm high?»", "may be left out"),
+    ("«r_arm high? -> low x0+»", "may be left out"),
+    ("r_arm low -> («high?») -> low", "may be left out"),
+    # Brackets, lines, clauses
+    ("«(»r_arm high", "never closed"),
+    ("r_arm low -> «(»high -> (low)", "never closed"),
+    ("r_arm high«)»", "never opened"),
+    ("r_arm low -> «()»", "Nothing between these brackets"),
+    ("r_arm «(»high)", "missing before the bracket"),
+    ("«mirror» r_arm", "mirror(r_arm right)"),
+    ("r_arm high «mirror»(low)", 'missing before "mirror"'),
+    ("«with» l_arm", 'Nothing before "with"'),
+    ("r_arm high «with»", 'Nothing after "with"'),
+    ("r_arm high «with» with l_arm", 'Nothing after "with"'),
+    ("r_arm high «or»", 'Nothing after "or"'),
+    ("r_arm high «starting» l_arm", '"with" follows'),
+    ("r_arm high «either»", '"either side": the pattern or its mirror image'),
+    ("r_arm high either side «->» low", '"either side" ends the pattern'),
+    ("(r_arm high «either» side)", '"either side" speaks of the whole pattern'),
+    ("(" * 40 + "«(»r_arm", "More than 40 brackets"),
+    # What another version will understand
+    ("«a:» r_arm high", '"a:" is not understood yet.'),
+    ("r_arm high -> «b:» low", '"b:" is not understood yet.'),
+    ("r_arm high with «high:» l_arm", '"high:" is not understood yet.'),
+    ("«let» up = mid -> high; r_arm low -> @up", '"let" is not understood yet.'),
+    ("r_arm low -> «@up»", '"@up" is not understood yet.'),
+    ('r_arm high «where» clip.label = "x', '"where" is not understood yet.'),
+    ("r_arm high either side «where» a.start > §", '"where" is not understood yet.'),
+    ("r_arm low -> high «rhythm» 1:2", '"rhythm" is not understood yet.'),
+    ("r_arm high «|» count by clip.dataset", '"|" is not understood yet.'),
+    ("«direction» r_arm right mid 1.5 2.5", '"direction" is not understood yet.'),
+    ("r_arm high -> «direction» r_arm right mid 1.5 2.5", '"direction" is not understood yet.'),
+    ("«#»unit0\ndirection r_arm place low 0 0", '"#" is not understood yet.'),
+]
+
+
+@pytest.mark.parametrize(("marked", "sentence"), ERRORS)
+def test_an_error_points_at_its_place(marked: str, sentence: str):
+    before, _, rest = marked.rpartition("«")
+    place, _, after = rest.partition("»")
+    before = before.replace("«", "").replace("»", "")
+    text = before + place + after
+    with pytest.raises(PatternError) as caught:
+        parse(text)
+    error = caught.value
+    assert text[error.start : error.stop] == place
+    assert error.start == len(before)
+    assert sentence in error.found
+    assert error.text == text
+
+
+def test_an_error_draws_a_caret():
+    with pytest.raises(PatternError) as caught:
+        parse("l_arm low\nwith r_arm rihgt mid")
+    assert str(caught.value) == (
+        'with r_arm rihgt mid\n           ^^^^^\nI don\'t know "rihgt". Did you mean "right"?'
+    )
+
+
+def test_a_part_that_the_library_lacks():
+    parts = ("l_arm", "head", "r_arm", "torso")
+    for text in ("tail high", "r_leg high", "legs high", "head -> leg low"):
+        with pytest.raises(PatternError) as caught:
+            parse(text, parts)
+        word = caught.value.text[caught.value.start : caught.value.stop]
+        assert caught.value.found == (
+            f'This library has no part "{word}". It has: head torso l_arm r_arm'
+        )
+    assert parse("arms high", parts).parts == {"r_arm", "l_arm"}
+    assert parse("tails low -> l_tail high", ("r_tail", "l_tail")).parts == {"r_tail", "l_tail"}
+
+
+def test_every_part_of_the_alphabet_can_be_named():
+    vocabulary = Vocabulary()
+    assert {"arm", "arms", "feet", "support", "supports", "upper_arms"} <= set(vocabulary.movers)
+    for name, mover in vocabulary.movers.items():
+        assert parse(f"{name} high").parts == set(mover.members)
+
+
+_SOUP = [
+    *VALUES,
+    *LANGUAGE,
+    *("r_arm", "l_arm", "arm", "arms", "head", "feet", "tail", "rihgt", "x2", "x3+", "x0", "x"),
+    *("->", "->", "...", "→", "(", ")", "[", "]", "[<2s]", "[2]", "/", "?", ":", ";", "@", "|"),
+    *("<1s", ">=", "1s..2s", "2s+", "..", "+", "-", "=", "!=", ".", ",", '"', '"a"', "//", "\n"),
+    *("2", "2s", "0.5", "99f", "ms", "b", "side", "either side", "starting with", "mirror("),
+    *("é", "\x00", "\t", "ß", "İ", "٣", "٣s", "x٣", "²", "🙂", "{", "}", "\\", "`", "a:", "@up"),
+]
+
+
+def outcome(text: str) -> Query | PatternError:
+    try:
+        return parse(text)
+    except PatternError as error:
+        return error
+
+
+def check(text: str) -> None:
+    """A text is understood, and then printed so that it is again; or it is a PatternError."""
+    found = outcome(text)
+    if isinstance(found, Query):
+        assert parse(str(found)) == found
+    else:
+        assert 0 <= found.start <= found.stop <= len(text)
+        assert found.found
+        assert str(found).count("\n") == 2
+
+
+@settings(max_examples=600, deadline=None)
+@given(st.lists(st.sampled_from(_SOUP), max_size=14), st.sampled_from(["", " "]))
+def test_any_soup_of_tokens_is_a_query_or_an_error(words, space):
+    check(space.join(words))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.text(max_size=40))
+def test_any_text_is_a_query_or_an_error(text):
+    check(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * 100_000,
+        "r_arm high -> " * 20_000,
+        "r_arm " + "not low " * 20_000,
+        "r_arm " + "high/" * 50_000 + "high",
+        "mirror(" * 100_000,
+        "r_arm high" + " with l_arm" * 20_000,
+        "r_arm high" + " or l_arm" * 20_000,
+        "x" * 1_000_000,
+        "9" * 1_000_000 + "s",
+        "r_arm high x" + "9" * 1_000_000,
+    ],
+    ids=lambda text: text[:20],
+)
+def test_endless_texts_come_to_an_end(text):
+    check(text[:10_000])
+    with pytest.raises(PatternError, match="10000 is the most"):
+        parse(text)
+
+
+@pytest.mark.fuzz
+@settings(max_examples=100_000, deadline=None)
+@given(st.lists(st.sampled_from(_SOUP), max_size=25), st.sampled_from(["", " "]))
+def test_many_soups(words, space):
+    check(space.join(words))

@@ -1,0 +1,175 @@
+"""Laws of the language, on random patterns and tracks."""
+
+from fractions import Fraction
+
+import made_patterns
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from plain_search import find_plainly
+
+from lanindex.alphabet import MIRRORED, mirrored_part
+from lanindex.errors import PatternError
+from lanindex.model import Track
+from lanindex.search.language import Query, parse
+from lanindex.search.match import find
+from lanindex.search.pattern import Bracket, mirrored
+
+LINES = made_patterns.lines(depth=1)
+PATTERNS = made_patterns.patterns(depth=1, most=2)
+RECORDINGS = made_patterns.recordings()
+quick = settings(max_examples=50, deadline=None)
+
+
+def understood(text: str) -> Query:
+    try:
+        return parse(text)
+    except PatternError:
+        assume(False)
+        raise
+
+
+def hits(text: str, recording, **options):
+    options = {"overlaps": "all", **options}
+    return list(find(understood(text), [recording], **options))
+
+
+def spans(text: str, recording, **options):
+    return [(hit.span.start, hit.span.stop) for hit in hits(text, recording, **options)]
+
+
+def firsts(text: str, recording) -> list[int]:
+    return sorted(hit.lines[0][0].ordinal for hit in hits(text, recording))
+
+
+def in_the_mirror(recording):
+    capture, tracks = recording
+    turned = {}
+    for part, track in tracks.items():
+        symbols = track.symbols.copy()
+        symbols["direction"] = np.array(MIRRORED)[symbols["direction"]]
+        turned[mirrored_part(part)] = Track(mirrored_part(part), symbols, track.known)
+    return capture, turned
+
+
+@settings(max_examples=100, deadline=None)
+@given(LINES, RECORDINGS)
+def test_a_line_is_found_as_by_trying_everything(text, recording):
+    assert spans(text, recording) == find_plainly(understood(text), *recording)
+
+
+@settings(max_examples=100, deadline=None)
+@given(PATTERNS, RECORDINGS)
+def test_lines_side_by_side_are_found_as_by_trying_everything(text, recording):
+    tolerance = Fraction(1, 5)
+    expected = find_plainly(understood(text), *recording, tolerance=tolerance)
+    assert spans(text, recording, tolerance=tolerance) == expected
+
+
+@quick
+@given(made_patterns.patterns())
+def test_a_query_prints_as_itself(text):
+    query = understood(text)
+    assert parse(str(query)) == query
+    assert str(parse(str(query))) == str(query)
+    assert hash(parse(str(query))) == hash(query)
+
+
+@quick
+@given(made_patterns.patterns())
+def test_twice_mirrored_is_as_before(text):
+    query = understood(text)
+    assert mirrored(mirrored(query.pattern)) == query.pattern
+    (outer,) = parse(f"mirror(mirror({text}))").pattern.alternatives
+    bracket = outer.first.items[0].unit
+    assert isinstance(bracket, Bracket)
+    assert bracket == Bracket(parse(f"({text})").pattern)
+
+
+@quick
+@given(PATTERNS, RECORDINGS)
+def test_the_mirror_image_is_found_in_the_mirror(text, recording):
+    assert spans(f"mirror({text})", in_the_mirror(recording)) == spans(f"({text})", recording)
+
+
+@quick
+@given(PATTERNS, RECORDINGS)
+def test_either_side_is_the_pattern_or_its_mirror_image(text, recording):
+    assert spans(f"{text} either side", recording) == spans(
+        f"({text}) or mirror({text})", recording
+    )
+
+
+@quick
+@given(PATTERNS, RECORDINGS)
+def test_brackets_around_all_and_the_same_again_change_nothing(text, recording):
+    assert spans(f"({text})", recording) == spans(text, recording)
+    assert spans(f"{text} or {text}", recording) == spans(text, recording)
+
+
+@quick
+@given(LINES, RECORDINGS)
+def test_a_repeat_is_written_out(text, recording):
+    assume("start" not in text)
+    assume("end" not in text)
+    assert spans(f"({text}) x2", recording) == spans(f"({text}) -> ({text})", recording)
+    assert spans(f"({text}) x1", recording) == spans(f"({text})", recording)
+
+
+@quick
+@given(PATTERNS, RECORDINGS)
+def test_hits_that_may_not_overlap_are_kept_from_left_to_right(text, recording):
+    end, kept = 0, []
+    for start, stop in spans(text, recording):
+        if start >= end:
+            kept.append((start, stop))
+            end = stop
+    assert spans(text, recording, overlaps="none") == kept
+
+
+@quick
+@given(made_patterns.steps_of("r_arm"), made_patterns.lines(depth=1), RECORDINGS)
+def test_with_and_without_share_out_the_movements(step, line, recording):
+    beside = firsts(f"{step} with ({line})", recording)
+    alone = firsts(f"{step} without ({line})", recording)
+    assert sorted(beside + alone) == firsts(step, recording)
+
+
+@quick
+@given(LINES, LINES, RECORDINGS)
+def test_with_goes_both_ways(one, other, recording):
+    assert bool(hits(f"{one} with {other}", recording)) == bool(
+        hits(f"{other} with {one}", recording)
+    )
+
+
+@quick
+@given(PATTERNS, RECORDINGS)
+def test_a_hit_tells_what_matched(text, recording):
+    capture, tracks = recording
+    query = understood(text)
+    for hit in find(query, [recording], overlaps="all"):
+        assert hit.capture is capture
+        assert 0 <= hit.span.start < hit.span.stop <= capture.frames
+        assert hit.fit == min(symbol.margin for symbol in hit.symbols)
+        assert {symbol.part for symbol in hit.symbols} <= query.parts
+        for line in hit.lines:
+            assert line
+            for symbol in line:
+                assert tracks[symbol.part].listed()[symbol.ordinal] == symbol
+
+
+@quick
+@given(PATTERNS, RECORDINGS)
+def test_other_parts_do_not_matter(text, recording):
+    capture, tracks = recording
+    needed = {part: track for part, track in tracks.items() if part in understood(text).parts}
+    assert spans(text, (capture, needed)) == spans(text, recording)
+
+
+@pytest.mark.fuzz
+@settings(max_examples=20_000, deadline=None)
+@given(st.one_of(LINES, PATTERNS), RECORDINGS)
+def test_many_patterns_are_found_as_by_trying_everything(text, recording):
+    assert spans(text, recording) == find_plainly(understood(text), *recording)
