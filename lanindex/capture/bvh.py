@@ -83,35 +83,24 @@ def read(
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
     wrists = [index for index in wrists if index >= 0]
     first = calibration.first_frame(positions[:2, wrists].tolist(), hertz)
-    return Motion(
-        Skeleton(
-            joints.names,
-            np.array(joints.parents, np.int16),
-            _oriented(np.array(joints.offsets, np.float64), axis, scale),
-            body,
-        ),
-        hertz,
-        positions,
-        Source(
-            path,
-            "bvh",
-            sha256 or hashlib.sha256(data).hexdigest(),
-            unit_name,
-            scale,
-            axis,
-            layout.frames,
-        ),
-        first,
-        (
-            *_count_doubt(layout),
-            *calibration.rate_doubt(hertz),
-            *shape_doubts,
-            *unit_doubts,
-            *up_doubts,
-            *calibration.facing_doubt(seen, axis),
-            *(["frame 0 is a calibration pose: frame 1 stands in for it"] if first else []),
-        ),
+    skeleton = Skeleton(
+        joints.names,
+        np.array(joints.parents, np.int16),
+        _oriented(np.array(joints.offsets, np.float64), axis, scale),
+        body,
     )
+    digest = sha256 or hashlib.sha256(data).hexdigest()
+    source = Source(path, "bvh", digest, unit_name, scale, axis, layout.frames)
+    doubts = (
+        *_count_doubt(layout),
+        *calibration.rate_doubt(hertz),
+        *shape_doubts,
+        *unit_doubts,
+        *up_doubts,
+        *calibration.facing_doubt(seen, axis),
+        *(["frame 0 is a calibration pose: frame 1 stands in for it"] if first else []),
+    )
+    return Motion(skeleton, hertz, positions, source, first, doubts)
 
 
 def _oriented(places: NDArray[np.float64], up: str, scale: float) -> NDArray[np.float32]:
