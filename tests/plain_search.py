@@ -275,7 +275,7 @@ class Plain:
                 }[after.manner]
                 if begin is not None and begin >= before.end:
                     beginnings.append(k)
-        if after.passing:  # it belongs to the movement that it leads to
+        if rows[first]["passing"]:  # it belongs to the movement that it leads to
             first = next(k for k in self.shown(part) if k > first)
         if first not in beginnings:
             return None
@@ -285,7 +285,8 @@ class Plain:
         counts = self.skipped(before, after)
         if after.starting or counts is None or not all(allowed(arrow, it) for it in counts):
             return False
-        return self.meets(max(0, after.start - before.end), arrow.length)
+        moving = before.passing and not arrow.later
+        return self.meets(0 if moving else max(0, after.start - before.end), arrow.length)
 
     def begins(self, thing, arrow):
         for part, rows in thing.members:

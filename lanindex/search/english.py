@@ -96,8 +96,10 @@ def _line(line: Line) -> str:
         limit = _limit(line.start)
         said = f"from the clip's start{', later on' if line.start.later else ''}{limit}: "
     said += _item(line.items[0])
+    first = line.items[0].unit
     if len(line.items) > 1 and not line.start and _may_be_there(line.items[0]):
-        said += " (or begins there)"
+        many = isinstance(first, Step) and first.mover.form == "both"
+        said += " (or begin there)" if many else " (or begins there)"
     for arrow, item in zip(line.arrows, line.items[1:], strict=True):
         said += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item)}"
     if line.end:

@@ -91,12 +91,16 @@ def obstacle(
 
     reasons = []
     for lines in query.pattern.alternatives:
+        shortened = list(_shortened(lines))
+        reached = [number for number, (shorter, _) in enumerate(shortened, 1) if found(shorter)]
+        if len(shortened) in reached:
+            return "nothing: it is found"
+        reason = shortened[max(reached, default=0)][1]
         counts = step_counts(replace(query, pattern=Pattern((lines,))), recording)
         never = " or ".join(f'"{step}"' for step, count in counts.items() if not count)
-        reason = next((reason for shorter, reason in _shortened(lines) if not found(shorter)), "")
         alone = f"; no movement at all is {never}" if never and never not in reason else ""
-        reasons += [reason + alone] if reason else []
-    return "; or ".join(reasons) or "nothing: it is found"
+        reasons.append(reason + alone)
+    return "; or ".join(reasons)
 
 
 def _shortened(lines: Lines) -> Iterator[tuple[Lines, str]]:

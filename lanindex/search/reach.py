@@ -141,16 +141,22 @@ class Board:
         return tuple(origins)
 
     def following(
-        self, place: Place, origins: tuple[Origin, ...], end: int, arrow: Arrow
+        self, place: Place, origins: tuple[Origin, ...], before: Match, arrow: Arrow
     ) -> Iterator[Match]:
-        """Yield what matches a place over an arrow from a match that ends at a frame."""
+        """Yield what matches a place over an arrow from the match before.
+
+        Between a passing symbol and the next no time passes.
+        """
+        moving = before.passing and not arrow.later
         choices = (
             _within(events, origin, arrow)
             for events, origin in zip(self.events(place), origins, strict=True)
         )
         for chosen in product(*choices):
             match = self._match(place, chosen)
-            if match and self.meets(max(0, match.start - end), arrow.length):
+            if match is None:
+                continue
+            if self.meets(0 if moving else max(0, match.start - before.end), arrow.length):
                 yield match
 
     def begins(self, match: Match, arrow: Arrow) -> bool:

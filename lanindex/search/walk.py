@@ -19,7 +19,7 @@ from lanindex.search.reach import Board, Match
 from lanindex.search.runs import RELATIONS, Hull, Node, Open, Run, State, longest, smallest
 from lanindex.search.timeline import Origin, Token
 
-_MOST_NODES = 200_000
+MOST_NODES = 200_000
 
 
 class Walk:
@@ -177,9 +177,9 @@ class Walker:
                         heappush(todo, (new.match.end, len(seen), new))
                     else:
                         known.before.append(node)
-            if self._nodes + len(seen) > _MOST_NODES:
+            if self._nodes + len(seen) > MOST_NODES:
                 raise LanindexError(
-                    f"the pattern fits in more than {_MOST_NODES} ways",
+                    f"the pattern fits in more than {MOST_NODES} ways",
                     place=self._board.capture.path,
                     remedy='Put fewer "..." into repeats, or name the part after "without"',
                 )
@@ -206,7 +206,7 @@ class Walker:
         ways = walk.fresh(edge, origins, self._leave(node, edge.exit)) if origins else []
         if not origins or not ways:
             return
-        for match in self._board.following(place, origins, node.match.end, edge.arrow):
+        for match in self._board.following(place, origins, node.match, edge.arrow):
             if not all(self._board.begins(match, arrow) for arrow in entry.from_start):
                 continue
             tokens = self._tokens(match)

@@ -1,0 +1,132 @@
+from fractions import Fraction
+
+import made_patterns
+import pytest
+from hypothesis import assume, given, settings
+from query_cases import cases, recordings_of
+
+from lanindex.errors import PatternError
+from lanindex.search.explain import explanation, obstacle, order, sentence, step_counts
+from lanindex.search.language import parse
+from lanindex.search.match import find
+
+FOUND = [case for case in cases() if not case.error and not case.not_yet]
+
+SENTENCES = {
+    "r_arm right mid": "The right arm moves to the right, at middle height.",
+    "r_arm place low -> hold 2s+": (
+        "The right arm moves straight down (or begins there), "
+        "then stays where it is, for at least 2 s."
+    ),
+    "arms at high <1b": "Both arms together are high, for less than 1 beat.",
+    "arms side -> hold": (
+        "Both arms together move to their own sides (or begin there), then stay where they are."
+    ),
+    "head not forward ...[<=1] forward/left ... end": (
+        "The head moves not forward (or begins there), later (at most 1 movement between) "
+        "moves forward or to the left, some time before the clip's end."
+    ),
+    "(arm rising x2+ without head) 1s..2s either side": (
+        "(Either arm moves to a higher level than before, 2 or more times in a row; "
+        "and in the meantime never: the head moves anywhere), for 1 s to 2 s. "
+        "Or the mirror image of all this."
+    ),
+    "start ->[<10f] l_foot back? -> high or r_support": (
+        "From the clip's start (after less than 10 frames): the left foot moves back "
+        "(or leaves this out), then moves high — or — the right support moves anywhere."
+    ),
+}
+
+
+@pytest.mark.parametrize("text", SENTENCES)
+def test_a_query_in_english(text):
+    assert sentence(parse(text)) == SENTENCES[text]
+
+
+def test_an_explanation():
+    (recording,) = recordings_of(
+        "fps 10 frames 90; r_arm: right mid 0 0, place low 5 9, right mid 10 20, place high 30 40"
+    )
+    text = explanation(
+        parse("arm mid -> high <2s with head either side"), [(recording.capture, recording.tracks)]
+    )
+    assert text.splitlines() == [
+        "Either arm moves at middle height (or begins there), then moves high, for less than 2 s; "
+        "and in the meantime, sharing a frame at least, the head moves anywhere. "
+        "Or the mirror image of all this.",
+        "",
+        "Each step alone:",
+        "  arm mid       1",
+        "  arm high <2s  1",
+        "  head          0",
+        "",
+        "Order of work:",
+        "  1. Take the tracks of head, l_arm, r_arm.",
+        "  2. Begin at each arm mid, and follow arm mid -> high <2s",
+        "  3. Keep what is with head",
+        "  4. Do the same with the mirror image.",
+        "  5. From each beginning keep what ends first.",
+    ]
+
+
+@settings(max_examples=60, deadline=None)
+@given(made_patterns.patterns())
+def test_every_query_is_explained(text):
+    try:
+        query = parse(text)
+    except PatternError:
+        assume(False)
+    said = sentence(query)
+    assert said.endswith(".")
+    assert said.lstrip("(")[0].isupper()
+    assert len(order(query)) >= 3
+    assert step_counts(query, [])
+
+
+@settings(max_examples=60, deadline=None)
+@given(made_patterns.steps_of("l_arm"), made_patterns.recordings())
+def test_a_step_alone_matches_as_often_as_it_is_found(step, recording):
+    query = parse(step)
+    hits = list(find(query, [recording], overlaps="all"))
+    assert step_counts(query, [recording]) == {str(query): len(hits)}
+
+
+@pytest.mark.parametrize("case", [case for case in FOUND if len(case.recordings) == 1], ids=str)
+def test_an_obstacle_is_named_where_nothing_is_found(case):
+    query = parse(case.pattern)
+    (recording,) = case.recordings
+    said = obstacle(query, recording.capture, recording.tracks, tolerance=case.tolerance)
+    assert (said == "nothing: it is found") == bool(case.hits)
+
+
+def test_obstacles():
+    (recording,) = recordings_of(
+        "fps 10 frames 100; r_arm: place low 0 0, right mid 5 12, place high 30 36; "
+        "l_arm: place low 0 0, left high 50 60"
+    )
+
+    def said(text):
+        return obstacle(parse(text), recording.capture, recording.tracks)
+
+    assert said("r_arm left") == 'there is no "r_arm left"'
+    assert said("r_arm low -> mid -> left ... high") == (
+        '"r_arm low -> mid" never goes on "-> left"; no movement at all is '
+        '"r_arm low" or "r_arm left"'
+    )
+    assert said("r_arm mid ->[<1s] high") == '"r_arm mid" never goes on "->[<1s] high"'
+    assert said("r_arm mid -> end") == '"r_arm mid" is never the clip\'s end'
+    assert said("r_arm high with r_arm low with l_arm high") == (
+        '"r_arm high" is never "with r_arm low"; no movement at all is "r_arm low"'
+    )
+    assert said("r_arm mid -> high without r_arm hold 1s+") == (
+        '"r_arm mid -> high" is never "without r_arm hold 1s+"'
+    )
+    assert said("r_arm left or head") == 'there is no "r_arm left"; or there is no "head"'
+    assert said("r_arm left or r_arm mid") == "nothing: it is found"
+    assert (
+        obstacle(
+            *(parse("r_arm mid starting with l_arm high"), recording.capture, recording.tracks),
+            tolerance=Fraction(3),
+        )
+        == '"r_arm mid" is never "starting with l_arm high"'
+    )
