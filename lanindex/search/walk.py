@@ -20,6 +20,7 @@ from lanindex.search.runs import RELATIONS, Hull, Node, Open, Run, State, longes
 from lanindex.search.timeline import Origin, Token
 
 MOST_NODES = 200_000
+"""How many nodes a walk from one first match may have, before it is given up."""
 
 
 class Walk:
@@ -82,7 +83,6 @@ class Walker:
         self._slack = floor(tolerance * board.capture.rate)
         self._runs: dict[Program, list[Run]] = {}
         self._closed: dict[tuple[Group, Match, Open, frozenset[Token]], list[Hull]] = {}
-        self._nodes = 0
 
     # Which movements more than one line may want.
 
@@ -177,13 +177,12 @@ class Walker:
                         heappush(todo, (new.match.end, len(seen), new))
                     else:
                         known.before.append(node)
-            if self._nodes + len(seen) > MOST_NODES:
+            if len(seen) > MOST_NODES:
                 raise LanindexError(
                     f"the pattern fits in more than {MOST_NODES} ways",
                     place=self._board.capture.path,
                     remedy='Put fewer "..." into repeats, or name the part after "without"',
                 )
-        self._nodes += len(seen)
         return runs
 
     def _finish(self, root: Node, node: Node, leaving: Exit) -> Iterator[Run]:

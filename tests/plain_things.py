@@ -1,0 +1,261 @@
+"""What tracks hold and what arrows join, read from the page by trying every row."""
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
+
+from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.search.pattern import meaning
+from lanindex.search.times import Clock
+
+
+@dataclass(frozen=True)
+class Thing:
+    """A movement, stay or rest of one part, or of two together."""
+
+    manner: str
+    members: tuple
+    start: int
+    end: int
+    until: int
+    passing: bool
+    starting: bool
+
+    @property
+    def tokens(self):
+        return {(self.manner, part, row) for part, rows in self.members for row in rows}
+
+
+@dataclass
+class Things:
+    """The movements, stays and rests of one capture."""
+
+    capture: object
+    tracks: dict
+    known: dict = field(default_factory=dict)
+
+    # What a track holds.
+
+    def rows(self, part):
+        return [] if part not in self.tracks else list(self.tracks[part].symbols)
+
+    def shown(self, part):
+        return [k for k, row in enumerate(self.rows(part)) if not row["passing"]]
+
+    def stretch(self, part, frame):
+        """The known stretch that a frame lies in."""
+        for span in self.tracks[part].known:
+            if span.start <= frame < span.stop:
+                return span
+        return None
+
+    def home(self, part, row):
+        return self.stretch(part, self.rows(part)[row]["start"])
+
+    def neighbours(self, part, row):
+        """The shown rows before and after a shown row, None at the border of a stretch."""
+        shown = self.shown(part)
+        place = shown.index(row)
+        pair = []
+        for other in (place - 1, place + 1):
+            inside = 0 <= other < len(shown)
+            same = inside and self.home(part, shown[other]) == self.home(part, row)
+            pair.append(shown[other] if same else None)
+        return pair
+
+    def leaves(self, part, row):
+        """Until when a shown row's place is kept."""
+        after = self.neighbours(part, row)[1]
+        rows = self.rows(part)
+        return int(rows[after]["start"]) if after is not None else self.home(part, row).stop
+
+    def fits(self, step, part, row):
+        rows = self.rows(part)
+        fits = DIRECTIONS[rows[row]["direction"]] in meaning(
+            step.words, "direction", part
+        ) and LEVELS[rows[row]["level"]] in meaning(step.words, "level", part)
+        if rows[row]["passing"]:
+            words = [it for it in step.words if not it.negated and it.values != ("any",)]
+            named = bool(words) and all(it.kind != "change" for it in step.words)
+            return fits and named and step.manner == "move"
+        before = self.neighbours(part, row)[0]
+        change = "neither"
+        if before is not None and rows[before]["level"] != rows[row]["level"]:
+            change = "rising" if rows[before]["level"] < rows[row]["level"] else "sinking"
+        return fits and change in meaning(step.words, "change", part)
+
+    def singles(self, step, part) -> list[Thing]:
+        rows = self.rows(part)
+        fitting = [k for k in range(len(rows)) if self.fits(step, part, k)]
+        return list(getattr(self, f"{step.manner}s")(part, rows, fitting))
+
+    def moves(self, part, rows, fitting):
+        for k in fitting:
+            start, stop = int(rows[k]["start"]), int(rows[k]["stop"])
+            passing = bool(rows[k]["passing"])
+            starting = start == stop
+            until = max(self.leaves(part, k), start + 1) if starting else stop
+            yield Thing("move", ((part, (k,)),), start, stop, until, passing, starting)
+
+    def ats(self, part, rows, fitting):
+        for first in fitting:
+            if self.neighbours(part, first)[0] in fitting:
+                continue
+            stay = [first]
+            while (after := self.neighbours(part, stay[-1])[1]) in fitting:
+                stay.append(after)
+            starting = rows[first]["start"] == rows[first]["stop"]
+            start, end = int(rows[first]["stop"]) - (not starting), self.leaves(part, stay[-1])
+            if start < end:
+                yield Thing("at", ((part, tuple(stay)),), start, end, end, False, False)
+
+    def holds(self, part, rows, fitting):
+        for k in fitting:
+            start, end = int(rows[k]["stop"]), self.leaves(part, k)
+            if start < end:
+                yield Thing("hold", ((part, (k,)),), start, end, end, False, False)
+
+    def things(self, step, length, side) -> list[Thing]:
+        key = (step, length, side)
+        if key not in self.known:
+            self.known[key] = self.tried(step, length, side)
+        return self.known[key]
+
+    def tried(self, step, length, side) -> list[Thing]:
+        members = step.mover.members
+        if step.mover.form == "either":
+            members = [it for it in members if it.startswith(side)]
+        found = []
+        for chosen in product(*(self.singles(step, part) for part in members)):
+            thing = together(chosen) if len(chosen) > 1 else chosen[0]
+            if thing is None:
+                continue
+            if length and (thing.starting or not self.meets(thing.end - thing.start, length)):
+                continue
+            found.append(thing)
+        return found
+
+    def meets(self, frames, length):
+        if length is None:
+            return True
+        clock = Clock(self.capture.rate, self.capture.meter.speed / 60)
+        one, two = length.time.frames(clock), (length.last or length.time).frames(clock)
+        return {
+            "<": frames < one,
+            "<=": frames <= one,
+            ">": frames > one,
+            ">=": frames >= one,
+            "+": frames >= one,
+            "..": one <= frames <= two,
+            "~": one * Fraction(4, 5) <= frames <= one * Fraction(6, 5),
+        }[length.form]
+
+    # What an arrow joins.
+
+    def skipped(self, before: Thing, after: Thing):
+        """How many shown movements an arrow skips; None where it does not lead."""
+        same = [part for part, _ in before.members] == [part for part, _ in after.members]
+        counts = []
+        for number, (part, rows) in enumerate(after.members):
+            if same:
+                last = before.members[number][1][-1]
+                if self.home(part, last) != self.home(part, rows[0]):
+                    return None
+                counts.append(self.skipped_same(before, last, after, rows[0], part))
+            else:
+                counts.append(self.skipped_other(before, after, rows[0], part))
+        return counts
+
+    def skipped_same(self, before, last, after, first, part):
+        between = [k for k in self.shown(part) if last < k < first]
+        if after.manner != "hold":
+            return len(between) if first > last else None
+        if first == last:
+            return 0 if before.manner == "move" else None
+        return len(between) + 1 if first > last else None
+
+    def skipped_other(self, before, after, first, part):
+        home = self.stretch(part, before.end)
+        if home is None or self.home(part, first) != home:
+            return None
+        rows = self.rows(part)
+        beginnings = []
+        for k in self.shown(part):
+            if self.home(part, k) == home:
+                starting = rows[k]["start"] == rows[k]["stop"]
+                begin = {
+                    "move": None if starting else rows[k]["start"],
+                    "at": rows[k]["stop"] - (not starting),
+                    "hold": rows[k]["stop"] if rows[k]["stop"] < self.leaves(part, k) else None,
+                }[after.manner]
+                if begin is not None and begin >= before.end:
+                    beginnings.append(k)
+        if rows[first]["passing"]:  # it belongs to the movement that it leads to
+            first = next(k for k in self.shown(part) if k > first)
+        if first not in beginnings:
+            return None
+        return len([k for k in self.shown(part) if beginnings[0] <= k < first])
+
+    def leads(self, before, arrow, after):
+        counts = self.skipped(before, after)
+        if after.starting or counts is None or not all(allowed(arrow, it) for it in counts):
+            return False
+        moving = before.passing and not arrow.later
+        return self.meets(0 if moving else max(0, after.start - before.end), arrow.length)
+
+    def begins(self, thing, arrow):
+        for part, rows in thing.members:
+            if self.home(part, rows[0]) != self.stretch(part, 0):
+                return False
+            before = [k for k in self.shown(part) if k < rows[0]]
+            if thing.manner == "move":
+                symbols = self.rows(part)
+                before = [k for k in before if symbols[k]["start"] < symbols[k]["stop"]]
+            if thing.starting or not allowed(arrow, len(before)):
+                return False
+        return not thing.passing and self.meets(thing.start, arrow.length)
+
+    def ends(self, thing, arrow):
+        for part, rows in thing.members:
+            after = [k for k in self.shown(part) if k > rows[-1]]
+            if self.home(part, rows[-1]).stop != self.capture.frames:
+                return False
+            if not allowed(arrow, len(after)):
+                return False
+        return not thing.passing and self.meets(self.capture.frames - thing.end, arrow.length)
+
+
+def together(chosen):
+    one, two = chosen
+    start, end = max(one.start, two.start), min(one.until, two.until)
+    if start >= end:
+        return None
+    members = one.members + two.members
+    if one.manner != "move":
+        return Thing(one.manner, members, start, end, end, False, False)
+    return Thing(
+        "move",
+        members,
+        min(one.start, two.start),
+        max(one.end, two.end),
+        max(one.until, two.until),
+        one.passing or two.passing,
+        one.starting or two.starting,
+    )
+
+
+def allowed(arrow, count):
+    if count is None:
+        return False
+    if not arrow.later:
+        return count == 0
+    if arrow.skips is None:
+        return True
+    wanted = arrow.skips.count
+    return {
+        "": count == wanted,
+        "<": count < wanted,
+        "<=": count <= wanted,
+        ">": count > wanted,
+        ">=": count >= wanted,
+    }[arrow.skips.form]
