@@ -27,7 +27,7 @@ def _row_times(draw, begin: int, end: int) -> list[tuple[int, int, bool]]:
             break
         if stop - start > 1 and not draw(st.integers(0, 2)):
             middle = draw(st.integers(start, stop - 2))
-            rows.append((middle, draw(st.integers(middle + 1, stop - 1)), True))
+            rows.append((middle, draw(st.integers(middle + 1, stop)), True))
         rows.append((start, stop, False))
         now = stop
     return rows

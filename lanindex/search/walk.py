@@ -165,7 +165,7 @@ class Walker:
         """Return the runs from one first match; earlier nodes go first."""
         walk = Walk(program, fading)
         seen: dict[tuple[int, Match, State], Node] = {}
-        todo, runs = [(root.match.end, 0, root)], list[Run]()
+        todo, runs = [(0, 0, 0, root)], list[Run]()
         while todo:
             node = heappop(todo)[-1]
             for leaving in program.exits[node.place]:
@@ -174,7 +174,8 @@ class Walker:
                 for new in self._cross(walk, node, edge):
                     known = seen.setdefault((new.place, new.match, new.state), new)
                     if known is new:
-                        heappush(todo, (new.match.end, len(seen), new))
+                        row = new.match.events[0].last
+                        heappush(todo, (new.match.end, row, len(seen), new))
                     else:
                         known.before.append(node)
             if len(seen) > MOST_NODES:
