@@ -2,7 +2,7 @@
 
     python tests/benchmarks/ingest_speed.py [COUNT]
 
-Makes COUNT (48) different captures of a minute each; ingests them with one process and with two,
+Makes COUNT (96) different captures of a minute each; ingests them with one process and with two,
 each into a new library, and lets pybvh read the same bytes. The runs take turns; medians of three.
 """
 
@@ -85,4 +85,4 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 48)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 96)
