@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lanindex.errors import UsageError
+from lanindex.errors import PatternError, UsageError
 from lanindex.model import Capture
 from lanindex.notation.text import read_text
 from lanindex.pipeline.ingest import Outcome, Task, discover, prepared
@@ -137,9 +137,7 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Pattern]:
     Raises
     ------
     UsageError
-        Where it is no such file.
-    PatternError
-        Where a pattern is not understood.
+        Where it is no such file, or a pattern is not understood.
     """
     try:
         table = tomllib.loads(read_text(Path(path)))
@@ -151,7 +149,8 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Pattern]:
             case {"pattern": str(text), "positives": [*positives]} if len(entry) == 2 and all(
                 isinstance(label, str) for label in positives
             ):
-                patterns.append(Pattern(name, text, parse(text), frozenset(positives)))
+                query = _parsed(text, f"{path}: {name}")
+                patterns.append(Pattern(name, text, query, frozenset(positives)))
             case _:
                 raise UsageError(
                     f"{name} = {entry!r}"[:120],
@@ -161,6 +160,13 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Pattern]:
     if not patterns:
         raise UsageError("no patterns", place=str(path), wanted="one at least")
     return patterns
+
+
+def _parsed(text: str, place: str) -> Query:
+    try:
+        return parse(text)
+    except PatternError as error:
+        raise UsageError(f"the pattern is not understood\n{error}", place=place) from error
 
 
 def read_clips(

@@ -72,6 +72,9 @@ class Verbs(TyperGroup):
         except BrokenPipeError as error:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(0) from error
+        except OSError as error:
+            say_error(f"standard output: cannot be written ({error.strerror})")
+            raise typer.Exit(2) from error
         except KeyboardInterrupt as error:
             say_error("interrupted; what was finished is kept")
             raise typer.Exit(130) from error
@@ -109,6 +112,9 @@ def lanindex(
 
 def main() -> None:
     """Run the command."""
-    for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
-    app(prog_name="lanindex")
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # the caller has closed it
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (lasts as long as we do)
+        getattr(sys, name).reconfigure(errors="backslashreplace")
+    words = (f" {word}" if word.startswith("->") else word for word in sys.argv[1:])
+    app(list(words), prog_name="lanindex")  # a pattern may begin with an arrow, and is no option

@@ -11,6 +11,9 @@ from typing import Any
 
 from lanindex.errors import UsageError
 
+ESCAPED = {code: f"\\x{code:02x}" for code in (*range(32), 127)}
+"""Control characters, as they are shown where a line is a record."""
+
 STYLES = {"path": "35", "place": "32", "match": "1;31", "dim": "2", "warn": "33"}
 """Terminal styles by meaning (ECMA-48)."""
 
@@ -60,7 +63,7 @@ class Screen:
 
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as fields between tabs."""
-        print("\t".join(str(value) for value in values))
+        print("\t".join(str(value).translate(ESCAPED) for value in values))
 
     def note(self, line: str) -> None:
         """Say something beside the results, unless it shall be quiet."""

@@ -140,6 +140,14 @@ def check_path(where: Target, *, create: bool) -> None:
     path = where.path
     if path is None:
         return
+    try:
+        path.stat()
+    except PermissionError as error:
+        raise LibraryError(
+            "may not be looked at", place=where.place, wanted="a file that can be read"
+        ) from error
+    except OSError:
+        pass  # it is not there: said below, where it must be
     if path.is_dir():
         raise LibraryError(
             "this is a folder", place=where.place, wanted="a file", remedy="Name one with --db."

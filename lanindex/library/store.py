@@ -313,7 +313,11 @@ class Library:
             return count(connection, path.stat().st_size if path else 0)
 
     def _capture(self, connection: Connection, which: int | str) -> Capture:
-        numbers = [which] if isinstance(which, int) else read.numbers_at(connection, which)
+        if isinstance(which, int):
+            numbers = [which] if which < 1 << 63 else [0]  # more than SQLite counts to
+        else:
+            which = which.encode("utf-8", "backslashreplace").decode()
+            numbers = read.numbers_at(connection, which)
         found = read.read_captures(connection, numbers)
         if len(found) == 1:
             return found[0]

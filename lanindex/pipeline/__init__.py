@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 from fractions import Fraction
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lanindex.errors import UsageError
 from lanindex.library import store
 from lanindex.library.connect import DEFAULT, opened, target
 from lanindex.search.hits import Hits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
-    from lanindex.model import Capture, Track
+    from lanindex.model import Capture, Hit, Track
     from lanindex.pipeline.ingest import Outcome, Reading
     from lanindex.search.pattern import Query
 
@@ -106,6 +108,8 @@ class Library(store.Library):
         """
         from lanindex.search.match import find
 
+        if not 0 <= tolerance < inf:
+            raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
         query, recordings = self._asked(pattern, within)
         span = Fraction(str(tolerance))
         return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
@@ -150,7 +154,7 @@ class Library(store.Library):
 
     def export(
         self,
-        hits: Hits,
+        hits: Iterable[Hit],
         folder: str | os.PathLike[str],
         *,
         pad: str = "0",
@@ -161,7 +165,7 @@ class Library(store.Library):
 
         Parameters
         ----------
-        hits : Hits
+        hits : Hits, or any Hit in an iterable
             What to cut.
         folder : path-like
             Where to.
@@ -186,7 +190,7 @@ class Library(store.Library):
         from lanindex.pipeline.export import export
         from lanindex.pipeline.wanted import from_hits
 
-        wanted = from_hits(hits, hits.pattern)
+        wanted = from_hits(hits, getattr(hits, "pattern", ""))
         return export(self, wanted, Path(folder), pad=pad, format=format, force=force)
 
 

@@ -8,6 +8,7 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -132,18 +133,14 @@ def discover(paths: Iterable[str | os.PathLike[str]]) -> Iterator[str]:
 
 
 def _walk(folder: str) -> Iterator[str]:
-    def refuse(error: OSError) -> None:
-        raise CaptureError(
-            f"cannot be looked into ({error.strerror})",
-            place=str(error.filename),
-            wanted="a folder",
-        ) from error
-
-    for place, folders, names in os.walk(folder, onerror=refuse):
+    closed: list[OSError] = []
+    for place, folders, names in os.walk(folder, onerror=closed.append):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for name in sorted(names):
             if Path(name).suffix.lower() in SUFFIXES and not name.startswith("."):
                 yield os.path.join(place, name)
+    for error in closed:  # reported like a file that cannot be read
+        yield str(error.filename)
 
 
 def prepare(task: Task) -> Outcome:
@@ -325,10 +322,15 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     from multiprocessing import get_context
 
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_settle)
+
+    def begun(task: Task) -> Future[Outcome]:
+        with _interrupts_later():  # a process that starts now inherits that
+            return pool.submit(prepare, task)
+
     waiting: deque[tuple[Task, Future[Outcome] | Outcome]] = deque()
     try:
         for task in tasks:
-            waiting.append((task, _unchanged(task) or pool.submit(prepare, task)))
+            waiting.append((task, _unchanged(task) or begun(task)))
             if len(waiting) >= 4 * jobs:
                 yield _done(*waiting.popleft())
         while waiting:
@@ -357,6 +359,19 @@ def _done(task: Task, result: Future[Outcome] | Outcome) -> Outcome:
             place=task.path,
             remedy="Try again with --jobs 1.",
         ) from error
+
+
+@contextmanager
+def _interrupts_later() -> Iterator[None]:
+    """Hold Ctrl-C back until the end of the block."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _settle(*_: Any) -> None:

@@ -55,9 +55,7 @@ def write_all(files: Iterable[tuple[Path, bytes]], *, force: bool = False) -> No
             os.replace(*drafts[0])
             drafts.pop(0)
     except OSError as error:
-        raise ExportError(
-            f"cannot be written ({error.strerror})", place=str(error.filename or path)
-        ) from error
+        raise ExportError(f"cannot be written ({error.strerror})", place=str(path)) from error
     finally:
         for draft, _ in drafts:
             Path(draft).unlink(missing_ok=True)

@@ -292,3 +292,62 @@ class TestEvaluate:
         ):
             (place / "p.toml").write_text(text)
             refused(run(*words), said)
+
+
+class TestOddCalls:
+    """What a try-out as a new user broke once."""
+
+    def test_a_pattern_may_begin_with_an_arrow(self, filled) -> None:
+        refused(filled("search", "-> high"), "Nothing before the arrow. Name a part first")
+
+    @pytest.mark.parametrize("tolerance", ["nan", "inf", "1e400", "-1"])
+    def test_no_tolerance(self, filled, tolerance: str) -> None:
+        refused(filled("search", "r_arm high", f"--tolerance={tolerance}"), "tolerance")
+
+    @pytest.mark.parametrize("name", ["9" * 20, "\udcff", "nothing"])
+    def test_no_such_capture(self, filled, name: str) -> None:
+        refused(filled("show", name), "lanindex")
+        refused(filled("export", "--capture", name), "lanindex")
+
+    def test_no_room_for_the_output(self, filled, place: Path) -> None:
+        if not Path("/dev/full").exists():
+            pytest.skip("there is no /dev/full here")
+        done = subprocess.run(
+            f"{sys.executable} -c '{MAIN}' list >/dev/full",
+            shell=True,
+            cwd=place,
+            capture_output=True,
+            text=True,
+        )
+        refused(done, "standard output: cannot be written")
+
+    def test_a_closed_output_is_no_error(self, filled, place: Path) -> None:
+        done = subprocess.run(
+            f"{sys.executable} -W error::RuntimeWarning -c '{MAIN}' list >&-",
+            shell=True,
+            executable="/bin/bash",
+            cwd=place,
+            capture_output=True,
+            text=True,
+        )
+        assert "Traceback" not in done.stderr
+
+    def test_an_empty_folder_makes_no_library(self, run, place: Path) -> None:
+        (place / "empty").mkdir()
+        done = run("ingest", "empty")
+        assert done.returncode == 1
+        assert "no .bvh or .lnd file in empty" in done.stderr
+        assert not (place / "lanindex.db").exists()
+
+    def test_control_characters_keep_to_their_field(self, run, place: Path) -> None:
+        dance(place / "in" / "a\tb\nc.bvh")
+        assert run("ingest", "in").returncode == 0
+        (line,) = run("search", "r_arm place high").stdout.splitlines()
+        assert line.split("\t")[0] == "in/a\\x09b\\x0ac.bvh"
+
+    def test_any_hits_are_exported(self, filled, place: Path) -> None:
+        from lanindex.pipeline import open_library
+
+        with open_library(place / "lanindex.db") as library:
+            hits = [hit for hit in library.search("r_arm place low") if hit.fit > 0]
+            assert len(library.export(hits, place / "some")) == len(hits) == 3

@@ -12,7 +12,7 @@ from lanindex.app.screen import Screen
 
 
 def run(
-    score: Annotated[Path, typer.Argument(metavar="SCORE", help="An .lnd file.")],
+    score: Annotated[Path, typer.Argument(metavar="SCORE", readable=False, help="An .lnd file.")],
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Where to; else beside the score."),

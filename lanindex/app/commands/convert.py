@@ -12,7 +12,7 @@ from lanindex.app.screen import Screen
 
 
 def run(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A capture.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", readable=False, help="A capture.")],
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="FILE", help="Where to; else standard output."),

@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 
 
 def run(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Where the captures are.")],
-    labels: Annotated[Path, typer.Option(metavar="CSV", help="Columns file and label.")],
-    patterns: Annotated[Path, typer.Option(metavar="TOML", help="Patterns and their positives.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", readable=False, help="Where they are.")
+    ],
+    labels: Annotated[str, typer.Option(metavar="CSV", help="Columns file and label.")],
+    patterns: Annotated[str, typer.Option(metavar="TOML", help="Patterns and their positives.")],
     profile: options.Profile = "default",
     jobs: Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Processes.")] = None,
     misses: Annotated[
@@ -53,6 +55,10 @@ def run(
     failed = [clip for clip in clips if clip.error]
     for clip in failed:
         screen.note(f"{clip.error}; it counts as not found")
+    seen = {clip.capture.label for clip in clips}
+    for pattern in chosen:
+        if unseen := sorted(pattern.positives - seen):
+            screen.note(f"{pattern.name}: no clip has the label {', '.join(unseen)}")
     results = evaluate(clips, chosen)
     _print(screen, results)
     if misses:

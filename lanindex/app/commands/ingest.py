@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -21,7 +20,9 @@ MANY = 16
 
 
 def run(
-    paths: Annotated[list[Path], typer.Argument(metavar="PATH", help="Captures, .lnd scores.")],
+    paths: Annotated[
+        list[str], typer.Argument(metavar="PATH", help="Captures, .lnd scores, folders.")
+    ],
     jobs: Annotated[
         int | None,
         typer.Option("--jobs", "-j", min=1, help="Processes; as many as there are processors."),
@@ -55,13 +56,16 @@ def run(
 
     from lanindex.encode.profile import load
     from lanindex.pipeline import open_library
-    from lanindex.pipeline.ingest import discover, ingest
+    from lanindex.pipeline.ingest import SUFFIXES, discover, ingest
     from lanindex.pipeline.labels import read_labels
 
     chosen = load(profile)
     told = options.reading(unit, up, fps, compose)
     named = read_labels(labels) if labels else {}
     files = list(discover(paths))
+    if not files:
+        screen.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}")
+        raise typer.Exit(1)
     processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     tally: Counter[str] = Counter()
     begun = time.monotonic()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A capture.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", readable=False, help="A capture.")],
     unit: options.Unit = None,
     up: options.Up = None,
     fps: options.Fps = None,
