@@ -52,7 +52,7 @@ def run(
     reported, the others go in, and the exit code is 2.
     """
     screen = Screen(json, quiet, verbose, color)
-    from contextlib import ExitStack
+    from contextlib import nullcontext
 
     from lanindex.encode.profile import load
     from lanindex.pipeline import open_library
@@ -69,12 +69,8 @@ def run(
     processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     tally: Counter[str] = Counter()
     begun = time.monotonic()
-    with ExitStack() as stack:
-        library = None
-        if not dry_run:
-            library = stack.enter_context(open_library(db, create=True))
-        elif os.path.exists(db):
-            library = stack.enter_context(open_library(db, readonly=True))
+    unmade = dry_run and not os.path.exists(db)
+    with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         done = ingest(
             library,
             files,
