@@ -1,11 +1,12 @@
 """The objects that flow through the house: Motion, Score, Hit and what they are made of.
 
-All are frozen, and their arrays are read-only. Identity in time is an integer frame of the
-source file; seconds exist only on screens and in JSON. Intervals are half-open: [start, stop).
+All are frozen, their arrays read-only. Identity in time is an integer frame of the source file;
+seconds exist only on screens and in JSON. Intervals are half-open: [start, stop).
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -37,10 +38,8 @@ SYMBOL = np.dtype(
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    if array.flags.writeable:
-        array = array.view()
-        array.flags.writeable = False
-    return array
+    (frozen := array.view()).flags.writeable = False
+    return frozen
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -104,8 +103,6 @@ class Source:
         As given.
     format : str
         ``bvh``, ...
-    sha256 : str
-        Of the file's bytes, hexadecimal.
     unit : str
         Name of the unit, with ``(detected)`` where the file does not state it.
     scale : float
@@ -114,19 +111,26 @@ class Source:
         The file's vertical axis: ``y``, ``z``, ``-y`` ...
     frames : ndarray
         (T, 2) int64, first byte of each frame and the one after its last (without line end).
+    content : bytes
+        The file, if there is one.
     """
 
     path: str
     format: str
-    sha256: str
     unit: str
     scale: float
     up: str
     frames: NDArray[np.int64]
+    content: bytes = field(default=b"", repr=False)
 
     def __post_init__(self) -> None:
         """Freeze the array."""
         object.__setattr__(self, "frames", _frozen(self.frames))
+
+    @property
+    def sha256(self) -> str:
+        """Of the content, hexadecimal; worked out when it is asked for."""
+        return hashlib.sha256(self.content).hexdigest() if self.content else ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -26,11 +26,6 @@ _READERS: tuple[tuple[Callable[[bytes], bool], str], ...] = ((_is_bvh, "lanindex
 _HEAD = 4096
 
 
-def is_capture(path: str | os.PathLike[str]) -> bool:
-    """Tell by its name whether a file may be a capture; opens nothing."""
-    return os.path.splitext(os.fspath(path))[1].lower() in SUFFIXES
-
-
 def load(path: str | os.PathLike[str]) -> bytes:
     """Return a file's bytes.
 
@@ -66,7 +61,6 @@ def read(
     rate: Fraction | float | str | None = None,
     compose: str | None = None,
     data: bytes | None = None,
-    sha256: str | None = None,
 ) -> Motion:
     """Read a capture.
 
@@ -85,8 +79,6 @@ def read(
         as one exporter has it. Else told from the names of the joints.
     data : bytes, optional
         The file's content, where it is at hand.
-    sha256 : str, optional
-        That of the content, where it is known.
 
     Returns
     -------
@@ -104,7 +96,7 @@ def read(
     if data is None:
         data = load(name)
     motion: Motion = _reader(data, name).read(
-        data, name, unit=unit, up=up, rate=rate, compose=compose, sha256=sha256
+        data, name, unit=unit, up=up, rate=rate, compose=compose
     )
     return motion
 

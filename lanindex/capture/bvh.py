@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from collections.abc import Callable
 from fractions import Fraction
@@ -37,7 +36,6 @@ def read(
     up: str | None = None,
     rate: Fraction | float | str | None = None,
     compose: str | None = None,
-    sha256: str | None = None,
 ) -> Motion:
     """Read a BVH file.
 
@@ -47,7 +45,7 @@ def read(
         Its content.
     path : str
         Its name.
-    unit, up, rate, compose, sha256
+    unit, up, rate, compose
         See `lanindex.capture.read`.
 
     Returns
@@ -89,8 +87,7 @@ def read(
         _oriented(np.array(joints.offsets, np.float64), axis, scale),
         body,
     )
-    digest = sha256 or hashlib.sha256(data).hexdigest()
-    source = Source(path, "bvh", digest, unit_name, scale, axis, layout.frames)
+    source = Source(path, "bvh", unit_name, scale, axis, layout.frames, data)
     doubts = (
         *_count_doubt(layout),
         *calibration.rate_doubt(hertz),

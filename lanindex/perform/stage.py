@@ -48,7 +48,7 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     joints = _joints(body, _bones(score, times, body))
     if noise:
         joints += _tremor(body, noise, seed, frames)
-    source = Source("", "score", "", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
+    source = Source("", "score", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
     return Motion(
         body.skeleton, rate, joints.astype(np.float32), source, warnings=_left_out(score, body)
     )

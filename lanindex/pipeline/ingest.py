@@ -173,7 +173,7 @@ def _prepare(task: Task) -> Outcome:
         return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
     if task.only_look:
         return Outcome(task.path, "added")
-    score, form, warnings = (_notated if notated else _written_down)(task, data, sha256)
+    score, form, warnings = (_notated if notated else _written_down)(task, data)
     return Outcome(
         task.path,
         "added",
@@ -188,13 +188,13 @@ def _prepare(task: Task) -> Outcome:
     )
 
 
-def _notated(task: Task, data: bytes, sha256: str) -> tuple[Score, str, tuple[str, ...]]:
+def _notated(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.notation import lnd
 
     return lnd.read(data, place=task.path), "lnd", ()
 
 
-def _written_down(task: Task, data: bytes, sha256: str) -> tuple[Score, str, tuple[str, ...]]:
+def _written_down(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.encode import encode
 
     told = task.reading
@@ -205,7 +205,6 @@ def _written_down(task: Task, data: bytes, sha256: str) -> tuple[Score, str, tup
         rate=told.rate,
         compose=told.compose,
         data=data,
-        sha256=sha256,
     )
     score, warnings = encode(motion, task.profile), motion.warnings
     if score.meter.division != task.profile.meter.division:

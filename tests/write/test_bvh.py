@@ -89,7 +89,7 @@ def _motion(parents: list[int], points: list[list[float]]) -> Motion:
         np.zeros((count, 3), np.float32),
         np.full(20, -1, np.int16),
     )
-    source = Source("dance", "score", "", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
+    source = Source("dance", "score", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
     return Motion(skeleton, Fraction(30), np.array([points], np.float32), source)
 
 
