@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.library.store import Encoding, open_library
+from lanindex.library.store import Encoding, Library
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 
 ENCODING = Encoding("default", "d" * 64, {"up": "z"})
@@ -34,7 +34,7 @@ def sample_score(seed: int = 0, parts=("r_arm", "l_arm", "head"), length: int = 
 
 def fill(path, captures: int) -> None:
     """Make a library of captures named 0.bvh, 1.bvh …."""
-    with open_library(path, create=True) as library:
+    with Library.open(path, create=True) as library:
         for number in range(captures):
             add_sample(library, number)
 

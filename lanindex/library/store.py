@@ -1,6 +1,6 @@
 """The library: captures written down, kept in a database.
 
-``with open_library("dance.db", create=True) as library: library.add(...)`` is one transaction a
+``with Library.open("dance.db", create=True) as library: library.add(...)`` is one transaction a
 capture: whatever breaks off, the library holds whole captures or none.
 """
 
@@ -57,45 +57,49 @@ class Encoding:
     options: Mapping[str, str] = field(default_factory=dict)
 
 
-def open_library(
-    named: str | os.PathLike[str] = DEFAULT,
-    *,
-    create: bool = False,
-    readonly: bool = False,
-    timeout: float = 30.0,
-) -> Library:
-    """Open a library; use it as a context manager, or close it.
-
-    Parameters
-    ----------
-    named : str or path-like
-        A file, or an SQLAlchemy URL.
-    create : bool
-        Make it if there is none.
-    readonly : bool
-        Refuse to change it.
-    timeout : float
-        Seconds to wait for another process.
-
-    Raises
-    ------
-    LibraryError
-        If there is none, it is no library, or it cannot be opened.
-    LibraryVersionError
-        If it is older or newer than this program.
-    LibraryBusyError
-        If another process holds it for longer than `timeout`.
-    """
-    where = target(named)
-    connection = opened(where, create=create, readonly=readonly, timeout=timeout)
-    return Library(where, connection)
-
-
 class Library:
-    """Captures and their scores. Made by `open_library`; belongs to one thread."""
+    """Captures and their scores. Made by `open`; belongs to one thread."""
 
     def __init__(self, where: Target, connection: Connection) -> None:
         self._where, self._connection, self._wrote = where, connection, False
+
+    @classmethod
+    def open(
+        cls,
+        named: str | os.PathLike[str] = DEFAULT,
+        *,
+        create: bool = False,
+        readonly: bool = False,
+        timeout: float = 30.0,
+    ) -> Self:
+        """Open a library; use it as a context manager, or close it.
+
+        Parameters
+        ----------
+        named : str or path-like
+            A file, or an SQLAlchemy URL.
+        create : bool
+            Make it if there is none.
+        readonly : bool
+            Refuse to change it.
+        timeout : float
+            Seconds to wait for another process.
+
+        Returns
+        -------
+        Library
+
+        Raises
+        ------
+        LibraryError
+            If there is none, it is no library, or it cannot be opened.
+        LibraryVersionError
+            If it is older or newer than this program.
+        LibraryBusyError
+            If another process holds it for longer than `timeout`.
+        """
+        where = target(named)
+        return cls(where, opened(where, create=create, readonly=readonly, timeout=timeout))
 
     def __repr__(self) -> str:
         """Return the class and the place."""

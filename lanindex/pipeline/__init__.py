@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import UsageError
 from lanindex.library import store
-from lanindex.library.connect import DEFAULT, opened, target
 from lanindex.search.hits import Hits
 
 if TYPE_CHECKING:
@@ -194,38 +193,4 @@ class Library(store.Library):
         return export(self, wanted, Path(folder), pad=pad, format=format, force=force)
 
 
-def open_library(
-    named: str | os.PathLike[str] = DEFAULT,
-    *,
-    create: bool = False,
-    readonly: bool = False,
-    timeout: float = 30.0,
-) -> Library:
-    """Open a library; use it as a context manager, or close it.
-
-    Parameters
-    ----------
-    named : path-like
-        A file, or an SQLAlchemy URL.
-    create : bool
-        Make it if there is none.
-    readonly : bool
-        Refuse to change it.
-    timeout : float
-        Seconds to wait for another process.
-
-    Returns
-    -------
-    Library
-
-    Raises
-    ------
-    LibraryError
-        If there is none, it is no library, or it cannot be opened.
-    LibraryVersionError
-        If it is older or newer than this program.
-    LibraryBusyError
-        If another process holds it for longer than `timeout`.
-    """
-    where = target(named)
-    return Library(where, opened(where, create=create, readonly=readonly, timeout=timeout))
+open_library = Library.open

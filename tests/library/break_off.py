@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from sample import add_sample, sample_score
 
 from lanindex.library.migrate import check
-from lanindex.library.store import open_library
+from lanindex.library.store import Library
 
 CAPTURES = 25
 
@@ -24,7 +24,7 @@ def fill_until(path: Path, how: str, after: float) -> None:
     if how == "interrupt":
         signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, after)  # unhandled, its signal ends a process at once
-    with open_library(path, create=True) as library:
+    with Library.open(path, create=True) as library:
         known = library.known()
         for number in range(CAPTURES):
             if os.path.abspath(f"{number}.bvh") not in known:
@@ -36,7 +36,7 @@ def assert_whole(path: Path) -> int:
     if not path.exists() or path.stat().st_size == 0:
         return 0
     assert check(path) == []
-    with open_library(path, readonly=True) as library:
+    with Library.open(path, readonly=True) as library:
         found = list(library.tracks())
     for capture, tracks in found:
         wanted = sample_score(int(Path(capture.path).stem)).tracks

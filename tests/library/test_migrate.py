@@ -13,7 +13,7 @@ from strategies import assert_same_score
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate, schema
 from lanindex.library.connect import connected, target, writing
-from lanindex.library.store import open_library
+from lanindex.library.store import Library
 
 
 def revisions() -> list[str]:
@@ -67,7 +67,7 @@ def test_every_revision_keeps_the_rows(tmp_path, revision):
             connection.exec_driver_sql(statement)
     connection.close()
     migrate.upgrade(path)
-    with open_library(path) as library:
+    with Library.open(path) as library:
         (capture,) = library.captures()
         assert (capture.path, capture.label, capture.metadata) == ("a.bvh", "walk", {"who": "x"})
         (symbol,) = library.score(1).symbols("r_arm")
@@ -91,7 +91,7 @@ ROWS = {
 
 def test_a_new_library_is_what_the_revisions_make(tmp_path):
     made_at(tmp_path / "steps.db", "head").close()
-    open_library(tmp_path / "once.db", create=True).close()
+    Library.open(tmp_path / "once.db", create=True).close()
     assert tables(tmp_path / "once.db") == tables(tmp_path / "steps.db")
 
 
@@ -120,10 +120,10 @@ def test_rebuilding_a_table_keeps_what_hangs_on_it(tmp_path, request):
     fill(path, 3)
     request.getfixturevalue("next_revision")
     with pytest.raises(LibraryVersionError, match=r"revision 0001, wanted 0002.*db upgrade"):
-        open_library(path)
+        Library.open(path)
     assert migrate.status(path).state == "older"
     assert migrate.upgrade(path).found == "0002"
-    with open_library(path) as library:
+    with Library.open(path) as library:
         for number in (1, 2, 3):
             assert_same_score(library.score(number), sample_score(number - 1))
     assert migrate.check(path) == []
@@ -168,7 +168,7 @@ def test_a_newer_library_is_not_touched(tmp_path):
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
     before = path.read_bytes()
     assert migrate.status(path).state == "newer"
-    for call in (open_library, migrate.upgrade, migrate.check):
+    for call in (Library.open, migrate.upgrade, migrate.check):
         with pytest.raises(LibraryVersionError, match=r"made by a newer LanIndex.*9999"):
             call(path)
     assert path.read_bytes() == before

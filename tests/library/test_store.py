@@ -13,13 +13,13 @@ from strategies import assert_same_score
 from lanindex.errors import LibraryError, UsageError
 from lanindex.library import rows, schema
 from lanindex.library.connect import make_tables, target
-from lanindex.library.store import Encoding, Library, open_library
+from lanindex.library.store import Encoding, Library
 from lanindex.model import Score, Track
 
 
 @pytest.fixture
 def library():
-    with open_library(":memory:", create=True) as library:
+    with Library.open(":memory:", create=True) as library:
         yield library
 
 
@@ -134,10 +134,10 @@ def test_tracks_of_some_captures_and_parts(library):
 
 def test_a_reader_between_two_captures_lets_others_write(tmp_path):
     fill(tmp_path / "some.db", 3)
-    with open_library(tmp_path / "some.db", readonly=True) as library:
+    with Library.open(tmp_path / "some.db", readonly=True) as library:
         tracks = library.tracks()
         next(tracks)
-        with open_library(tmp_path / "some.db", timeout=0.1) as other:
+        with Library.open(tmp_path / "some.db", timeout=0.1) as other:
             add_sample(other, 3)
         assert len(list(tracks)) == 2
 
@@ -272,7 +272,7 @@ def test_a_hand_edited_word_is_named(library):
 
 
 def test_a_closed_library_says_so(tmp_path):
-    library = open_library(tmp_path / "some.db", create=True)
+    library = Library.open(tmp_path / "some.db", create=True)
     library.close()
     library.close()
     with pytest.raises(LibraryError, match="closed"):
