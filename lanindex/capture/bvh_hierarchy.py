@@ -6,6 +6,7 @@ matters.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ CHANNELS = ("xposition", "yposition", "zposition", "xrotation", "yrotation", "zr
 """Channels by code: code < 3 moves along axis `code`, the others turn about axis `code - 3`."""
 
 LARGEST = 1e9
-"""Numbers beyond this are taken for damage."""
+"""Numbers beyond this are taken for damage, and OFFSETs that are longer."""
 
 MOST_JOINTS = 32_000
 """What an int16 index can hold."""
@@ -26,11 +27,12 @@ _CODES = {name.encode(): code for code, name in enumerate(CHANNELS)}
 _STATEMENT = re.compile(
     rb"""\s*(?:
     OFFSET\s+(?P<x>[^\s{}]+)\s+(?P<y>[^\s{}]+)\s+(?P<offset>[^\s{}]+)
-    | CHANNELS\s+(?P<count>\d{1,3})(?P<channels>(?:\s+[XYZ](?:position|rotation)\b)*)
+    | CHANNELS\s+(?P<count>\d{1,12})(?P<channels>(?:\s+[XYZ](?:position|rotation)\b)*)
     | (?P<close>\})
     | (?P<kind>ROOT|JOINT)[ \t]+(?P<joint>[^\s{}](?:[^\r\n{}]*[^\s{}])?)\s*\{
     | END[ \t]+(?P<end>[^\s{}]+)\s*\{
     | (?P<motion>MOTION)\b
+    | (?P<other>\S|\Z)
     )""",
     re.VERBOSE | re.IGNORECASE,
 )
@@ -98,8 +100,8 @@ class _Builder:
     at: int = 0
     names: list[str] = field(default_factory=list)
     parents: list[int] = field(default_factory=list)
-    offsets: list[tuple[float, ...] | None] = field(default_factory=list)
-    channels: list[tuple[int, ...]] = field(default_factory=list)
+    offsets: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    channels: dict[int, tuple[int, ...]] = field(default_factory=dict)
     ends: set[int] = field(default_factory=set)
     stack: list[int] = field(default_factory=list)
     seen: dict[str, int] = field(default_factory=dict)
@@ -123,17 +125,18 @@ class _Builder:
         """Return what to call a joint in an error."""
         return self.names[joint] or f"the End Site of {self.names[self.parents[joint]]}"
 
-    def open(self, name: str) -> None:
-        """Begin a joint."""
-        if len(self.names) >= MOST_JOINTS:
+    def open(self, name: str) -> int:
+        """Begin a joint and return its index."""
+        joint = len(self.names)
+        if joint >= MOST_JOINTS:
             raise self.error(f"more than {MOST_JOINTS} joints", "a human skeleton")
-        if self.stack and self.stack[-1] in self.ends:
+        parent = self.stack[-1] if self.stack else -1
+        if parent in self.ends:
             raise self.error("a joint inside an End Site", "only an OFFSET there")
         self.names.append(name)
-        self.parents.append(self.stack[-1] if self.stack else -1)
-        self.offsets.append(None)
-        self.channels.append(())
-        self.stack.append(len(self.names) - 1)
+        self.parents.append(parent)
+        self.stack.append(joint)
+        return joint
 
 
 def _joint(build: _Builder, found: re.Match[bytes]) -> None:
@@ -148,14 +151,12 @@ def _joint(build: _Builder, found: re.Match[bytes]) -> None:
             "every joint a name of its own",
             "Rename one of them.",
         )
-    build.seen[name] = len(build.names)
-    build.open(name)
+    build.seen[name] = build.open(name)
 
 
 def _end(build: _Builder, found: re.Match[bytes]) -> None:
     build.owner("End Site")
-    build.open("")
-    build.ends.add(build.stack[-1])
+    build.ends.add(build.open(""))
 
 
 def _offset(build: _Builder, found: re.Match[bytes]) -> None:
@@ -164,8 +165,8 @@ def _offset(build: _Builder, found: re.Match[bytes]) -> None:
     try:
         values = tuple(map(float, words))
     except ValueError:
-        values = (float("nan"),)
-    if not all(abs(value) <= LARGEST for value in values) or b"_" in b"".join(words):
+        values = (math.nan,)
+    if not math.hypot(*values) <= LARGEST or b"_" in found[0]:
         numbers = text_of(b" ".join(words))[:60]
         raise build.error(f"OFFSET of {build.called(joint)} is {numbers!r}", "three finite numbers")
     build.offsets[joint] = values
@@ -189,17 +190,22 @@ def _channels(build: _Builder, found: re.Match[bytes]) -> None:
 
 def _close(build: _Builder, found: re.Match[bytes]) -> None:
     joint = build.owner("}")
-    if build.offsets[joint] is None:
+    if joint not in build.offsets:
         raise build.error(f"{build.called(joint)} has no OFFSET", "one a joint")
     build.stack.pop()
 
 
-_STATEMENTS: dict[str, Callable[[_Builder, re.Match[bytes]], None]] = {
+def _other(build: _Builder, found: re.Match[bytes]) -> None:
+    raise _unknown(build, "OFFSET, CHANNELS, JOINT, End Site, } or MOTION")
+
+
+_STATEMENTS: dict[str | None, Callable[[_Builder, re.Match[bytes]], None]] = {
     "offset": _offset,
     "channels": _channels,
     "close": _close,
     "joint": _joint,
     "end": _end,
+    "other": _other,
 }
 
 
@@ -227,15 +233,11 @@ def parse(data: bytes, path: str = "") -> tuple[Hierarchy, int]:
     begin = _BEGIN.match(data)
     if begin is None:
         raise _unknown(build, "HIERARCHY")
-    build.at = begin.end()
-    while True:
-        found = _STATEMENT.match(data, build.at)
-        if found is None or found.lastgroup is None:
-            raise _unknown(build, "OFFSET, CHANNELS, JOINT, End Site, } or MOTION")
+    for found in _STATEMENT.finditer(data, begin.end()):
+        build.at = found.start()
         if found.lastgroup == "motion":
             break
         _STATEMENTS[found.lastgroup](build, found)
-        build.at = found.end()
     if build.stack:
         raise build.error(f"MOTION before the }} of {build.called(build.stack[-1])}", "a }")
     if not build.names:
@@ -267,10 +269,11 @@ def _finished(build: _Builder) -> Hierarchy:
             name = f"{stem} {number}"
         taken.add(name)
         build.names[end] = name
+    joints = range(len(build.names))
     return Hierarchy(
         tuple(build.names),
         tuple(build.parents),
-        tuple(offset for offset in build.offsets if offset is not None),
-        tuple(build.channels),
+        tuple([build.offsets[joint] for joint in joints]),
+        tuple([build.channels.get(joint, ()) for joint in joints]),
         frozenset(build.ends),
     )

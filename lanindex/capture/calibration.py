@@ -181,11 +181,11 @@ def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
     chains = body[:, _CHAINS]
     bones = chains[..., 1:, :] - chains[..., :-1, :]
     lengths = np.sqrt((bones * bones).sum(axis=-1)).sum(axis=-1)
-    middle = np.sort(lengths, axis=0)[len(lengths) // 2]  # NaN comes last
+    middle = np.sort(lengths, axis=0)[len(lengths) // 2].tolist()  # NaN comes last
     return {
-        " ".join(limb): float(np.nanmax(sides))
+        " ".join(limb): max(known)
         for (limb, _), sides in zip(_LENGTHS, middle, strict=True)
-        if not np.isnan(sides).all()
+        if (known := [length for length in sides if not math.isnan(length)])
     }
 
 
@@ -222,7 +222,7 @@ def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ..
 def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArray[np.float64]:
     """Return the first of these joints that is there, (S, 3); the middle of a pair."""
     for choice in choices:
-        if not np.isnan(body[0, choice]).any():
+        if not math.isnan(body[0, choice, 0].sum()):
             break
     place: NDArray[np.float64] = body[:, choice].sum(axis=1)
     return place / len(choice)

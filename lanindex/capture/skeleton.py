@@ -57,17 +57,19 @@ class Rig:
         self, names: tuple[str, ...], parents: tuple[int, ...], poses: NDArray[np.float64]
     ) -> None:
         self.names, self.parents, self.poses = names, parents, poses
-        above = np.array(parents)
-        above = np.where(above < 0, np.arange(len(parents)), above)
+        above = [joint if parent < 0 else parent for joint, parent in enumerate(parents)]
         self.bones: list[float] = _mean_length(poses - poses[:, above]).tolist()
         self.below: list[list[int]] = [[] for _ in parents]
+        for joint, parent in enumerate(parents):
+            if parent >= 0:
+                self.below[parent].append(joint)
         self.reach = list(self.bones)
+        beyond = [0.0] * len(parents)
         for joint in range(len(parents) - 1, -1, -1):
-            self.below[joint].reverse()
-            if parents[joint] >= 0:
-                self.below[parents[joint]].append(joint)
-            self.reach[joint] += max((self.reach[child] for child in self.below[joint]), default=0)
-        self.nothing = _NOTHING * float(np.ptp(poses[len(poses) // 2], axis=0).max())
+            self.reach[joint] += beyond[joint]
+            beyond[above[joint]] = max(beyond[above[joint]], self.reach[joint])
+        middle = poses[len(poses) // 2]
+        self.nothing = _NOTHING * float((middle.max(axis=0) - middle.min(axis=0)).max())
 
     def distance(self, one: int, other: int) -> float:
         """Return the mean distance of two joints."""
@@ -107,8 +109,7 @@ class Rig:
 
 def _mean_length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the length of (S, ..., 3) vectors, mean over the first axis."""
-    squares = vectors * vectors
-    lengths = np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
+    lengths = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
     mean: NDArray[np.float64] = lengths.sum(axis=0) / len(lengths)
     return mean
 
