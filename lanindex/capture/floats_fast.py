@@ -30,7 +30,7 @@ _SPACE, _TAB, _FIVE = map(np.uint8, (32, 9, 5))
 
 
 @numba.njit
-def _quotient(whole, power):  # type: ignore[no-untyped-def]  # numba
+def _quotient(whole, power):
     """Return whole / 10**power correctly rounded, or NaN where that cannot be told."""
     divisor = _TENS[power]
     high = np.float64(whole)
@@ -51,7 +51,7 @@ def _quotient(whole, power):  # type: ignore[no-untyped-def]  # numba
 
 
 @numba.njit
-def _value(whole, digits, power):  # type: ignore[no-untyped-def]  # numba
+def _value(whole, digits, power):
     """Return whole times ten to the power, or NaN where Python has to do it."""
     if digits > 19:
         return np.nan
@@ -63,7 +63,7 @@ def _value(whole, digits, power):  # type: ignore[no-untyped-def]  # numba
 
 
 @numba.njit
-def _exponent(text, at, stop):  # type: ignore[no-untyped-def]  # numba
+def _exponent(text, at, stop):
     """Read what follows an e; return it, and the byte behind, the same byte if it is nothing."""
     begin = at
     down = at < stop and text[at] == _MINUS
@@ -78,7 +78,7 @@ def _exponent(text, at, stop):  # type: ignore[no-untyped-def]  # numba
 
 
 @numba.njit
-def _digits(text, at, stop, whole):  # type: ignore[no-untyped-def]  # numba
+def _digits(text, at, stop, whole):
     """Read digits; return the number they make behind `whole`, and the byte behind them."""
     while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
         whole = whole * _TEN + np.uint64(text[at] - _ZERO)
@@ -87,7 +87,7 @@ def _digits(text, at, stop, whole):  # type: ignore[no-untyped-def]  # numba
 
 
 @numba.njit
-def _number(text, at, stop):  # type: ignore[no-untyped-def]  # numba
+def _number(text, at, stop):
     """Read any number; return its value, the byte behind it, and whether it is one."""
     negative = text[at] == _MINUS
     if negative or text[at] == _PLUS:
@@ -111,12 +111,12 @@ def _number(text, at, stop):  # type: ignore[no-untyped-def]  # numba
 
 
 @numba.njit
-def _blank(byte):  # type: ignore[no-untyped-def]  # numba
+def _blank(byte):
     return byte == _SPACE or np.uint8(byte - _TAB) < _FIVE
 
 
 @numba.njit
-def _frame(text, at, stop, row):  # type: ignore[no-untyped-def]  # numba
+def _frame(text, at, stop, row):
     """Read one line into `row`; NaN stands where Python has to read the number.
 
     What is short and has no exponent is read here, the rest by `_number`: a small loop is twice
@@ -159,7 +159,7 @@ def _frame(text, at, stop, row):  # type: ignore[no-untyped-def]  # numba
 
 
 @numba.njit(cache=True, nogil=True)
-def _frames(text, frames, values, states):  # type: ignore[no-untyped-def]  # numba
+def _frames(text, frames, values, states):
     for row in range(len(frames)):
         start, stop = np.uintp(frames[row, 0]), np.uintp(frames[row, 1])
         states[row] = _frame(text, start, stop, values[row])

@@ -14,7 +14,7 @@ _S, _C = SINE, COSINE
 
 
 @numba.njit
-def _sine_cosine(row, columns, sines, cosines, child_first):  # type: ignore[no-untyped-def]
+def _sine_cosine(row, columns, sines, cosines, child_first):
     """Do one frame; the second loop has neither branches nor strides, so that it is vectorised."""
     for turn in range(len(columns)):
         sines[turn] = row[columns[turn]]
@@ -37,7 +37,7 @@ def _sine_cosine(row, columns, sines, cosines, child_first):  # type: ignore[no-
 
 
 @numba.njit
-def _turn(source, target, axis, sine, cosine):  # type: ignore[no-untyped-def]
+def _turn(source, target, axis, sine, cosine):
     """Turn three rows of `source` into `target`, which may be the same."""
     one = axis + 1 if axis < 2 else 0
     other = axis - 1 if axis > 0 else 2
@@ -49,7 +49,7 @@ def _turn(source, target, axis, sine, cosine):  # type: ignore[no-untyped-def]
 
 
 @numba.njit
-def _place(base, shift, origin, child_first, place):  # type: ignore[no-untyped-def]
+def _place(base, shift, origin, child_first, place):
     for k in range(3):
         if child_first:
             moved = base[k, 0] * shift[0]
@@ -63,9 +63,7 @@ def _place(base, shift, origin, child_first, place):  # type: ignore[no-untyped-
 
 
 @numba.njit(cache=True, nogil=True)
-def _positions(  # type: ignore[no-untyped-def]
-    parents, offsets, columns_of, turns, axes, columns, child_first, values, places
-):
+def _positions(parents, offsets, columns_of, turns, axes, columns, child_first, values, places):
     joints = len(parents)
     turned = np.zeros((joints + 1, 3, 3))
     for k in range(3):

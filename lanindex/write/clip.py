@@ -10,28 +10,23 @@ from lanindex.model import Span
 
 
 class Lines(Protocol):
-    """Where the bytes of a text capture lie.
-
-    Attributes
-    ----------
-    count : tuple of int
-        First byte of the number of frames, and the one after its last.
-    first : int
-        The byte behind the header.
-    frames : ndarray
-        (T, 2) int64, first byte of each frame's line, and the one after its last.
-    ends : ndarray
-        (T,) int64, the byte behind each line's end.
-    """
+    """Where the bytes of a text capture lie."""
 
     @property
-    def count(self) -> tuple[int, int]: ...  # noqa: D102
+    def count(self) -> tuple[int, int]:
+        """First byte of the number of frames, and the one after its last."""
+
     @property
-    def first(self) -> int: ...  # noqa: D102
+    def first(self) -> int:
+        """The byte behind the header."""
+
     @property
-    def frames(self) -> NDArray[Any]: ...  # noqa: D102
+    def frames(self) -> NDArray[Any]:
+        """(T, 2) int64, first byte of each frame's line, and the one after its last."""
+
     @property
-    def ends(self) -> NDArray[Any]: ...  # noqa: D102
+    def ends(self) -> NDArray[Any]:
+        """(T,) int64, the byte behind each line's end."""
 
 
 def padded(span: Span, frames: int, total: int) -> Span:
