@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any
 from lanindex.errors import PatternError, UsageError
 from lanindex.model import Capture
 from lanindex.notation.text import read_text
-from lanindex.pipeline.ingest import Outcome, Task, discover, prepared
+from lanindex.pipeline.ingest import discover
 from lanindex.pipeline.labels import Labels
+from lanindex.pipeline.pool import prepared
+from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
 from lanindex.search.match import find
 

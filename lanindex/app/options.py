@@ -9,7 +9,7 @@ import typer
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lanindex.pipeline.ingest import Reading
+    from lanindex.pipeline.prepare import Reading
 
 Db = Annotated[
     str,
@@ -75,6 +75,6 @@ def rate(text: str) -> Fraction:
 
 def reading(unit: str | None, up: str | None, fps: str | None, compose: str | None) -> Reading:
     """Return what the reader is told; it checks the words itself."""
-    from lanindex.pipeline.ingest import Reading
+    from lanindex.pipeline.prepare import Reading
 
     return Reading(unit, up, None if fps is None else rate(fps), compose)

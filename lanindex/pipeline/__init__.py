@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from lanindex.model import Capture, Hit, Track
-    from lanindex.pipeline.ingest import Outcome, Reading
+    from lanindex.pipeline.prepare import Outcome, Reading
     from lanindex.search.pattern import Query
 
 

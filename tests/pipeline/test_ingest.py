@@ -6,7 +6,8 @@ from dances import BOW, RAISE, dance
 
 from lanindex.encode.profile import load
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.ingest import Outcome, Reading, discover, ingest
+from lanindex.pipeline.ingest import discover, ingest
+from lanindex.pipeline.prepare import Outcome, Reading
 
 PROFILE = load("default")
 

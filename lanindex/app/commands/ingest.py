@@ -13,7 +13,7 @@ from lanindex.app import options
 from lanindex.app.screen import Screen
 
 if TYPE_CHECKING:
-    from lanindex.pipeline.ingest import Outcome
+    from lanindex.pipeline.prepare import Outcome
 
 MANY = 16
 """Files from which on several processes are worth their start."""

@@ -1,0 +1,167 @@
+"""A file read and written down, not yet stored: what each process of an ingest does."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lanindex import capture
+from lanindex.errors import LanindexError
+from lanindex.library.store import Encoding
+
+if TYPE_CHECKING:
+    from lanindex.encode.profile import Profile
+    from lanindex.model import Score
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What a reader is told in place of what it would have found.
+
+    Attributes
+    ----------
+    unit, up, compose : str or None
+        As for `lanindex.read`.
+    rate : Fraction or None
+        Frames a second.
+    """
+
+    unit: str | None = None
+    up: str | None = None
+    rate: Fraction | None = None
+    compose: str | None = None
+
+    def told(self) -> dict[str, str]:
+        """Return what was told, as text."""
+        values = {"unit": self.unit, "up": self.up, "rate": self.rate, "compose": self.compose}
+        return {name: str(value) for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One file to ingest.
+
+    Attributes
+    ----------
+    path : str
+        As given, or as found in a folder.
+    profile : Profile
+        How to write it down.
+    reading : Reading
+        How to read it.
+    known : tuple or None
+        sha256 and encoding of what the library holds from there.
+    only_look : bool
+        Whether only to see if it has changed.
+    """
+
+    path: str
+    profile: Profile
+    reading: Reading = Reading()
+    known: tuple[str, Encoding] | None = None
+    only_look: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a file.
+
+    Attributes
+    ----------
+    path : str
+        As in the task.
+    status : str
+        ``added``, ``unchanged`` or ``failed``.
+    frames, symbols : int
+        How many there are.
+    warnings : tuple of str
+        What was doubtful.
+    error : str or None
+        What went wrong.
+    seconds : float
+        How long the capture lasts.
+    """
+
+    path: str
+    status: str
+    frames: int = 0
+    symbols: int = 0
+    warnings: tuple[str, ...] = ()
+    error: str | None = None
+    seconds: float = 0.0
+    score: Score | None = field(default=None, repr=False)
+    format: str = ""
+    sha256: str = ""
+    encoding: Encoding = field(default_factory=Encoding)
+
+
+def prepare(task: Task) -> Outcome:
+    """Read a file and write it down, without storing it; never raises a `LanindexError`.
+
+    Parameters
+    ----------
+    task : Task
+        Which file, and how.
+
+    Returns
+    -------
+    Outcome
+        With the score, if it is new or changed.
+    """
+    try:
+        return _prepare(task)
+    except LanindexError as error:
+        return Outcome(task.path, "failed", error=str(error))
+
+
+def _prepare(task: Task) -> Outcome:
+    data = capture.load(task.path)
+    sha256 = hashlib.sha256(data).hexdigest()
+    notated = Path(task.path).suffix.lower() == ".lnd"
+    encoding = Encoding()
+    if not notated:
+        encoding = Encoding(task.profile.name, task.profile.digest, task.reading.told())
+    if task.known == (sha256, encoding):
+        return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
+    if task.only_look:
+        return Outcome(task.path, "added")
+    score, form, warnings = (_notated if notated else _written_down)(task, data)
+    return Outcome(
+        task.path,
+        "added",
+        score.frames,
+        sum(len(track) for track in score.tracks.values()),
+        warnings,
+        seconds=float(score.frames / score.rate),
+        score=score,
+        format=form,
+        sha256=sha256,
+        encoding=encoding,
+    )
+
+
+def _notated(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
+    from lanindex.notation import lnd
+
+    return lnd.read(data, place=task.path), "lnd", ()
+
+
+def _written_down(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
+    from lanindex.encode import encode
+
+    told = task.reading
+    motion = capture.read(
+        task.path,
+        unit=told.unit,
+        up=told.up,
+        rate=told.rate,
+        compose=told.compose,
+        data=data,
+    )
+    score, warnings = encode(motion, task.profile), motion.warnings
+    if score.meter.division != task.profile.meter.division:
+        warnings += (f"the grid was refined to {score.meter.division} ticks a unit",)
+    return score, motion.source.format, warnings
