@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import changed_motion as changed
@@ -86,12 +87,12 @@ def test_place_heading_and_side_change_nothing(few: list[Motion], law: str, prof
 @pytest.mark.parametrize("factor", [0.5, 1.7])
 def test_size_changes_nothing(few: list[Motion], factor: float) -> None:
     profile = load("default")
-    change = lambda motion: changed.scaled(motion, factor)  # noqa: E731
+    change = partial(changed.scaled, factor=factor)
     assert differing(few, profile, change, changed.rows) == []
 
 
 def test_size_matters_in_millimetres(few: list[Motion]) -> None:
-    change = lambda motion: changed.scaled(motion, 0.5)  # noqa: E731
+    change = partial(changed.scaled, factor=0.5)
     assert differing(few, load("paper"), change, changed.rows)
 
 

@@ -1,9 +1,10 @@
 """How fast whole captures go into a library, beside a peer that only reads them.
 
-    python tests/benchmarks/ingest_speed.py [COUNT]
+    python tests/benchmarks/ingest_speed.py [COUNT ...]
 
-Makes COUNT (96) different captures of a minute each; ingests them with one process and with two,
-each into a new library, and lets pybvh read the same bytes. The runs take turns; medians of three.
+Makes different captures of a minute each; ingests COUNT of them (32, 128 and 768: about a minute's
+work for one process) with one process and with two, each into a new library, and lets pybvh read
+the same bytes. The runs take turns; medians of three.
 """
 
 import cProfile
@@ -37,7 +38,8 @@ def read_only(paths: list[Path]) -> float:
     return time.perf_counter() - begun
 
 
-def profile(path: Path) -> None:
+def profile(paths: list[Path]) -> None:
+    """Print where one process spends its time once all is imported."""
     from lanindex.encode.profile import load
     from lanindex.pipeline import open_library
     from lanindex.pipeline.ingest import ingest as run
@@ -48,41 +50,45 @@ def profile(path: Path) -> None:
         "store": ("lanindex/library/store.py", "add"),
     }
     with tempfile.TemporaryDirectory() as folder, open_library(f"{folder}/l.db", create=True) as it:
-        chosen = load("default")
-        list(run(it, [str(path)], chosen))
+        chosen, named = load("default"), [str(path) for path in paths]
+        list(run(it, named, chosen))
         profiler = cProfile.Profile()
         profiler.enable()
-        list(run(it, [str(path)] * 5, chosen, force=True))
+        list(run(it, named, chosen, force=True))
         profiler.disable()
-    stats = pstats.Stats(profiler)
-    spent = {}
-    for name, (place, function) in stages.items():
-        spent[name] = sum(
-            entry[3]
-            for (file, _, called), entry in stats.stats.items()  # type: ignore[attr-defined]
+    spent = {
+        name: sum(
+            cumulative
+            for (file, _, called), (*_, cumulative, _) in pstats.Stats(profiler).stats.items()
             if file.endswith(place) and called == function
         )
+        for name, (place, function) in stages.items()
+    }
     total = sum(spent.values())
     print("where the time goes: " + ", ".join(f"{k} {v / total:.0%}" for k, v in spent.items()))
 
 
-def main(count: int) -> None:
+def measure(paths: list[Path]) -> None:
+    size, frames = sum(path.stat().st_size for path in paths) / 1e6, len(paths) * 60 * 60
+    print(f"{len(paths)} captures, {size:.0f} MB, {frames} frames")
+    rounds = [(ingest(paths, 1), ingest(paths, 2), read_only(paths)) for _ in range(ROUNDS)]
+    names = ("ingest, 1 process", "ingest, 2 processes", "pybvh reads only")
+    for index, name in enumerate(names):
+        seconds = median(one[index] for one in rounds)
+        speed = f"{size / seconds:6.1f} MB/s  {frames / seconds:8.0f} frames/s"
+        print(f"  {name:20} {seconds:6.2f} s  {speed}")
+    print(f"  two processes: {median(one[0] / one[1] for one in rounds):.2f} x one")
+    print(f"  ingest: {median(one[2] / one[0] for one in rounds):.2f} x pybvh's mere reading")
+
+
+def main(counts: list[int]) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        paths = captures(Path(folder), count)
-        size = sum(path.stat().st_size for path in paths) / 1e6
-        frames = count * 60 * 60
-        print(f"{count} captures, {size:.0f} MB, {frames} frames, {count} minutes of movement")
+        paths = captures(Path(folder), max(counts))
         ingest(paths[:2], 1)
-        rounds = [(ingest(paths, 1), ingest(paths, 2), read_only(paths)) for _ in range(ROUNDS)]
-        names = ("ingest, 1 process", "ingest, 2 processes", "pybvh reads only")
-        for index, name in enumerate(names):
-            seconds = median(one[index] for one in rounds)
-            speed = f"{size / seconds:6.1f} MB/s  {frames / seconds:8.0f} frames/s"
-            print(f"{name:20} {seconds:6.2f} s  {speed}")
-        print(f"two processes: {median(one[0] / one[1] for one in rounds):.2f} x one")
-        print(f"ingest: {median(one[2] / one[0] for one in rounds):.2f} x pybvh's mere reading")
-        profile(paths[0])
+        for count in counts:
+            measure(paths[:count])
+        profile(paths[:8])
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 96)
+    main([int(word) for word in sys.argv[1:]] or [32, 128, 768])

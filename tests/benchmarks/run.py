@@ -1,6 +1,6 @@
 """Run all benchmarks, one after the other: ``python tests/benchmarks/run.py``.
 
-Says the machine first. About a quarter of an hour on two cores; leave the machine alone meanwhile.
+Says the machine first. About half an hour on two cores; leave the machine alone meanwhile.
 """
 
 import os
