@@ -83,6 +83,8 @@ class Outcome:
         What went wrong.
     seconds : float
         How long the capture lasts.
+    division : int
+        Ticks in a unit of its score: more than the profile's where symbols found no room.
     """
 
     path: str
@@ -92,6 +94,7 @@ class Outcome:
     warnings: tuple[str, ...] = ()
     error: str | None = None
     seconds: float = 0.0
+    division: int = 0
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""
@@ -136,6 +139,7 @@ def _prepare(task: Task) -> Outcome:
         sum(len(track) for track in score.tracks.values()),
         warnings,
         seconds=float(score.frames / score.rate),
+        division=score.meter.division,
         score=score,
         format=form,
         sha256=sha256,
@@ -161,7 +165,4 @@ def _written_down(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]
         compose=told.compose,
         data=data,
     )
-    score, warnings = encode(motion, task.profile), motion.warnings
-    if score.meter.division != task.profile.meter.division:
-        warnings += (f"the grid was refined to {score.meter.division} ticks a unit",)
-    return score, motion.source.format, warnings
+    return encode(motion, task.profile), motion.source.format, motion.warnings

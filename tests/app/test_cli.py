@@ -2,12 +2,16 @@
 
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from dances import BOW, RAISE, dance
+
+from lanindex.encode.profile import BUILT_IN
 
 MAIN = "from lanindex.app.cli import main; main()"
 Done = subprocess.CompletedProcess[str]
@@ -94,6 +98,23 @@ class TestIngest:
         (place / "bad.bvh").write_text("HIERARCHY\n")
         refused(run("ingest", "."), "bad.bvh", "3 added, 1 failed")
         assert len(records(run("list", "--json"))) == 4
+
+    def test_doubts_are_counted_and_fine_grids_are_none(self, run, place: Path) -> None:
+        text = (place / "raise.bvh").read_text()
+        (place / "raise.bvh").write_text(text.replace("Frames: 2", "Frames: 3"))
+        shutil.copytree(BUILT_IN / "default", place / "coarse")
+        numbers = (place / "coarse" / "profile.toml").read_text()
+        coarse = re.sub(r"(?m)^division = \d+", "division = 1", numbers)
+        (place / "coarse" / "profile.toml").write_text(coarse)
+        words = ("ingest", "raise.bvh", "--profile", "coarse", "--force")
+        done = run(*words)
+        assert done.stderr.splitlines()[1:] == ["1 warning: --force -v shows them"]
+        doubt, _, grid = run(*words, "-v").stderr.splitlines()
+        assert doubt.startswith("raise.bvh")
+        assert grid == "grid finer than 1/1 of a unit: 1 score"
+        line, last = records(run(*words, "--json"))
+        assert len(line["warnings"]) == last["summary"]["warnings"] == 1
+        assert run(*words, "-q").stderr == ""
 
     def test_dry_run(self, run, place: Path) -> None:
         done = run("ingest", ".", "--dry-run")

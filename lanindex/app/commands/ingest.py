@@ -82,12 +82,19 @@ def run(
             dry_run=dry_run,
         )
         for outcome in screen.progress(done, len(files), "files"):
-            tally.update({outcome.status: 1, "frames": outcome.frames, "symbols": outcome.symbols})
-            tally["milliseconds"] += round(1000 * outcome.seconds)
+            _count(tally, outcome, chosen.meter.division)
             _report(screen, outcome)
     _summary(screen, tally, len(files), time.monotonic() - begun, dry_run)
+    _doubts(screen, tally, chosen.meter.division)
     if tally["failed"]:
         raise typer.Exit(2)
+
+
+def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
+    tally.update({outcome.status: 1, "frames": outcome.frames, "symbols": outcome.symbols})
+    tally["milliseconds"] += round(1000 * outcome.seconds)
+    tally["warnings"] += len(outcome.warnings)
+    tally["finer"] += outcome.division > division
 
 
 def _summary(
@@ -96,7 +103,7 @@ def _summary(
     from lanindex.app.present import counted, duration
 
     if screen.json:
-        keys = ("added", "unchanged", "failed", "frames", "symbols")
+        keys = ("added", "unchanged", "failed", "frames", "symbols", "warnings")
         screen.record({"summary": {key: tally[key] for key in keys}})
     words = {
         "added": "would be added" if dry_run else "added",
@@ -109,6 +116,16 @@ def _summary(
         f"{duration(tally['milliseconds'] / 1000)} of movement, "
         f"{counted(tally['symbols'], 'symbol')}, in {elapsed:.1f} s"
     )
+
+
+def _doubts(screen: Screen, tally: Counter[str], division: int) -> None:
+    from lanindex.app.present import counted
+
+    if tally["warnings"] and not (screen.verbose or screen.json):
+        screen.note(f"{counted(tally['warnings'], 'warning')}: --force -v shows them")
+    if tally["finer"]:
+        finer = counted(tally["finer"], "score")
+        screen.detail(f"grid finer than 1/{division} of a unit: {finer}")
 
 
 def _report(screen: Screen, outcome: Outcome) -> None:
