@@ -20,6 +20,7 @@ VERBS = {
     "show": "Show the symbols of a capture",
     "list": "List the captures of the library",
     "stats": "Say what the library holds",
+    "remove": "Take captures out of the library",
     "inspect": "Say what a reader sees in a capture file",
     "convert": "Write a capture down as LND, without a library",
     "animate": "Let a standard body carry out a score",

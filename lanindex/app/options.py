@@ -73,6 +73,11 @@ def rate(text: str) -> Fraction:
     return value
 
 
+def which(named: str) -> int | str:
+    """Return a capture's number where that is what was typed, else the path."""
+    return int(named) if named.isdecimal() else named
+
+
 def reading(unit: str | None, up: str | None, fps: str | None, compose: str | None) -> Reading:
     """Return what the reader is told; it checks the words itself."""
     from lanindex.pipeline.prepare import Reading

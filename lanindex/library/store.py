@@ -225,10 +225,21 @@ class Library:
                 write.describe(connection, before.id, label, metadata)
         return not same
 
-    def remove(self, which: int | str) -> None:
-        """Take a capture out of the library."""
+    def remove(self, *which: int | str) -> None:
+        """Take captures out of the library; none where one of them is not there.
+
+        Parameters
+        ----------
+        *which : int or str
+            Numbers or paths, as in `capture`.
+        """
         with self._changing() as connection:
-            write.remove_capture(connection, self._capture(connection, which).id)
+            for number in {self._capture(connection, one).id for one in which}:
+                write.remove_capture(connection, number)
+
+    def missing(self) -> list[Capture]:
+        """Return the captures whose file is no longer where it was ingested."""
+        return [capture for capture in self.captures() if _gone(capture.location)]
 
     def known(self) -> dict[str, tuple[str, Encoding]]:
         """Return what need not be encoded again: by absolute path, sha256 and encoding."""
@@ -341,6 +352,16 @@ class Library:
                 self._wrote = True
             with writing(self._connection):
                 yield self._connection
+
+
+def _gone(path: str) -> bool:
+    try:
+        os.stat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return True
+    except OSError:  # it may be there, behind a door that is closed to us
+        return False
+    return False
 
 
 def _check_said(place: str, label: str | None, metadata: Mapping[str, str] | None) -> None:

@@ -146,19 +146,21 @@ class _Cutter:
 
 def _unchanged(source: Capture) -> bytes:
     location = source.location
-    remedy = "Ingest it again, then search again."
     try:
         data = capture.load(location)
     except CaptureError as error:
         raise ExportError(
-            error.found, place=location, wanted="the file that was ingested", remedy=remedy
+            error.found,
+            place=location,
+            wanted="the file that was ingested",
+            remedy="Ingest it again, or let go of it: lanindex remove --missing",
         ) from error
     if hashlib.sha256(data).hexdigest() != source.sha256:
         raise ExportError(
             "has changed since it was ingested",
             place=location,
             wanted=f"content with sha256 {source.sha256[:12]}...",
-            remedy=remedy,
+            remedy="Ingest it again, then search again.",
         )
     return data
 

@@ -45,19 +45,19 @@ def from_hits(hits: Iterable[Hit], pattern: str) -> Iterator[Wanted]:
         yield Wanted(hit.capture, hit.span, pattern, round(hit.fit, 3), symbols)
 
 
-def from_range(library: Library, named: str, begin: int | None, end: int | None) -> Wanted:
+def from_range(library: Library, named: int | str, begin: int | None, end: int | None) -> Wanted:
     """Return what to cut for a capture and a range.
 
     Parameters
     ----------
     library : Library
         Where the capture is.
-    named : str
+    named : int or str
         Its number or path.
     begin, end : int or None
         Frames of the source, half-open; None: the first, or the last.
     """
-    capture = library.capture(int(named) if named.isdecimal() else named)
+    capture = library.capture(named)
     return Wanted(capture, Span(begin or 0, capture.frames if end is None else end))
 
 

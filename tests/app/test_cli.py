@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from dances import BOW, RAISE, dance
 
+from lanindex.app.cli import VERBS
 from lanindex.encode.profile import BUILT_IN
 
 MAIN = "from lanindex.app.cli import main; main()"
@@ -70,7 +71,7 @@ def refused(done: Done, *words: str) -> None:
 
 class TestHelp:
     def test_every_verb_has_help(self, run) -> None:
-        for verb in ("ingest", "search", "export", "show", "list", "stats", "inspect", "convert"):
+        for verb in VERBS:
             done = run(verb, "--help")
             assert done.returncode == 0
             assert "Usage: lanindex " + verb in done.stdout
@@ -233,6 +234,41 @@ class TestExport:
     )
     def test_bad_words(self, filled, words: list[str]) -> None:
         refused(filled("export", *words))
+
+
+class TestRemove:
+    def test_by_number_and_by_name(self, filled) -> None:
+        done = filled("remove", "1", "score.lnd", "bow.bvh")
+        assert (done.returncode, done.stderr) == (0, "2 captures removed\n")
+        assert done.stdout == "id\tpath\n1\t./bow.bvh\n3\t./score.lnd\n"
+        assert [line["capture_id"] for line in records(filled("list", "--json"))[:-1]] == [2]
+
+    def test_all_that_are_gone(self, filled, place: Path) -> None:
+        assert filled("remove", "--missing").returncode == 1
+        (place / "raise.bvh").unlink()
+        (place / "score.lnd").unlink()
+        tried = filled("remove", "--missing", "--dry-run", "--json")
+        *lines, last = records(tried)
+        assert "2 captures would be removed" in tried.stderr
+        assert [(line["capture_id"], line["label"]) for line in lines] == [(2, "raise"), (3, "")]
+        assert last == {"summary": {"removed": 2}}
+        done = filled("remove", "--missing", "--json")
+        assert (done.returncode, done.stdout) == (0, tried.stdout)
+        assert len(records(filled("list", "--json"))) == 2
+        nothing = filled("remove", "--missing", "--json")
+        assert (nothing.returncode, records(nothing)) == (1, [{"summary": {"removed": 0}}])
+
+    @pytest.mark.parametrize(
+        ("words", "said"),
+        [
+            ([], "nothing to remove, wanted captures, or --missing"),
+            (["1", "--missing"], "captures and --missing"),
+            (["1", "rais.bvh"], "Did you mean"),
+        ],
+    )
+    def test_bad_words(self, filled, words: list[str], said: str) -> None:
+        refused(filled("remove", *words), said)
+        assert len(records(filled("list", "--json"))) == 4
 
 
 class TestOthers:

@@ -118,6 +118,27 @@ def test_what_is_removed_is_gone(library):
         assert library._connection.execute(sqlalchemy.select(table)).all() == []
 
 
+def test_several_are_removed_or_none(library):
+    for name in ("a.bvh", "b.bvh", "c.bvh"):
+        add(library, name)
+    with pytest.raises(LibraryError, match=r"there is no capture d\.bvh"):
+        library.remove("a.bvh", 2, "d.bvh")
+    assert len(library.captures()) == 3
+    library.remove("a.bvh", 1, 3)
+    assert [capture.path for capture in library.captures()] == ["b.bvh"]
+
+
+def test_what_is_missing(library, folder, common_user):
+    for name in ("here.bvh", "closed/there.bvh", "file/gone.bvh", "gone.bvh"):
+        add(library, folder / name)
+    (folder / "closed").mkdir(0)
+    for name in ("here.bvh", "file"):
+        (folder / name).touch()
+    with common_user():
+        names = [os.path.relpath(capture.path, folder) for capture in library.missing()]
+    assert names == [os.path.join("file", "gone.bvh"), "gone.bvh"]
+
+
 def test_tracks_of_some_captures_and_parts(library):
     numbers = [add_sample(library, number) for number in range(200)]
     assert [capture.id for capture, _ in library.tracks()] == numbers

@@ -70,7 +70,7 @@ def run(
 
     with open_library(db, readonly=True) as library:
         if capture is not None:
-            wanted: Iterable[Wanted] = [from_range(library, capture, begin, end)]
+            wanted: Iterable[Wanted] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
             wanted = from_lines(library, sys.stdin)
         else:

@@ -40,7 +40,7 @@ def run(
     with open_library(db, readonly=True) as library:
         numbers = None
         if capture is not None:
-            numbers = [library.capture(int(capture) if capture.isdecimal() else capture).id]
+            numbers = [library.capture(options.which(capture)).id]
         _check_parts(part, library.parts())
         symbols = 0
         for found, tracks in library.tracks(numbers, part):
