@@ -117,6 +117,13 @@ class TestIngest:
         assert len(line["warnings"]) == last["summary"]["warnings"] == 1
         assert run(*words, "-q").stderr == ""
 
+    def test_a_table_of_other_files_is_told(self, run, place: Path) -> None:
+        (place / "other.csv").write_text("file,label\nin/raise.bvh,raise\n")
+        done = run("ingest", ".", "--labels", "other.csv")
+        assert done.returncode == 0
+        assert "other.csv: no row names a file that is ingested here" in done.stderr
+        assert "no row" not in run("ingest", ".", "--labels", "labels.csv").stderr
+
     def test_dry_run(self, run, place: Path) -> None:
         done = run("ingest", ".", "--dry-run")
         assert done.returncode == 0

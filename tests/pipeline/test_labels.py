@@ -8,7 +8,8 @@ from lanindex.pipeline.labels import read_labels
 
 def test_columns_beside_the_label(tmp_path: Path) -> None:
     table = tmp_path / "labels.csv"
-    table.write_text('File,Label,dataset\na.bvh,"walk, slow",d1\n/x/b.bvh,run,\n\n', "utf-8-sig")
+    text = 'File,Label,dataset,,\na.bvh,"walk, slow",d1,,\n/x/b.bvh,run,\n\n'
+    table.write_text(text, "utf-8-sig")
     assert read_labels(table) == {
         str(tmp_path / "a.bvh"): ("walk, slow", {"dataset": "d1"}),
         "/x/b.bvh": ("run", {}),
@@ -22,6 +23,10 @@ def test_columns_beside_the_label(tmp_path: Path) -> None:
         ("name,label\na,b\n", 'l.csv:1: the columns are name, label, wanted a column "file"'),
         ("file,label\na,b,c\n", "l.csv:2: 3 cells, wanted 2 as in line 1"),
         ("file,label\na,b\na,c\n", "l.csv:3"),
+        ("\nfile,style,label,Style\n", 'l.csv:2: columns 2 and 4 are both called "style"'),
+        ("file,File\n", 'l.csv:1: columns 1 and 2 are both called "file"'),
+        ("file,,label,\na,,b\n\nc,,d,x\n", 'l.csv:4: column 4 has no name and holds "x"'),
+        ("label,file\na\n", "l.csv:2: no file"),
         ('file,label\n"a,b\n', "wanted CSV"),
     ],
 )

@@ -13,6 +13,7 @@ from lanindex.app import options
 from lanindex.app.screen import Screen
 
 if TYPE_CHECKING:
+    from lanindex.pipeline.labels import Labels
     from lanindex.pipeline.prepare import Outcome
 
 MANY = 16
@@ -57,15 +58,14 @@ def run(
     from lanindex.encode.profile import load
     from lanindex.pipeline import open_library
     from lanindex.pipeline.ingest import SUFFIXES, discover, ingest
-    from lanindex.pipeline.labels import read_labels
 
     chosen = load(profile)
     told = options.reading(unit, up, fps, compose)
-    named = read_labels(labels) if labels else {}
     files = list(discover(paths))
     if not files:
         screen.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}")
         raise typer.Exit(1)
+    named = _labels(screen, labels, files)
     processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     tally: Counter[str] = Counter()
     begun = time.monotonic()
@@ -88,6 +88,18 @@ def run(
     _doubts(screen, tally, chosen.meter.division)
     if tally["failed"]:
         raise typer.Exit(2)
+
+
+def _labels(screen: Screen, table: str | None, files: list[str]) -> Labels:
+    from lanindex.pipeline.labels import read_labels
+
+    named = {} if table is None else read_labels(table)
+    if table is not None and named.keys().isdisjoint(map(os.path.abspath, files)):
+        screen.note(
+            f"{table}: no row names a file that is ingested here; a relative path counts from the "
+            "table's folder"
+        )
+    return named
 
 
 def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
