@@ -30,7 +30,9 @@ def safe_stem(path: str) -> str:
     return kept[:100] or "clip"
 
 
-def write_all(files: Iterable[tuple[Path, bytes]], *, force: bool = False) -> None:
+def write_all(
+    files: Iterable[tuple[Path, bytes]], *, force: bool = False, source: Path | None = None
+) -> None:
     """Write several files, all or none.
 
     Parameters
@@ -40,16 +42,19 @@ def write_all(files: Iterable[tuple[Path, bytes]], *, force: bool = False) -> No
         the way leaves no trace.
     force : bool
         Whether files that are there already may be replaced.
+    source : Path, optional
+        What they are made from: it is never replaced.
 
     Raises
     ------
     ExportError
-        Where a file exists, or one cannot be written; then none of them is changed.
+        Where a file exists or is the source, or one cannot be written; then none of them is
+        changed.
     """
     drafts: list[tuple[str, Path]] = []
     try:
         for path, content in files:
-            _check(path, force)
+            _check(path, force, source)
             drafts.append((_draft(path, content), path))
         while drafts:
             os.replace(*drafts[0])
@@ -61,9 +66,11 @@ def write_all(files: Iterable[tuple[Path, bytes]], *, force: bool = False) -> No
             Path(draft).unlink(missing_ok=True)
 
 
-def _check(path: Path, force: bool) -> None:
+def _check(path: Path, force: bool, source: Path | None) -> None:
     if path.is_dir():
         raise ExportError("is a folder", place=str(path), wanted="a file's name")
+    if source is not None and path.exists() and path.samefile(source):
+        raise ExportError("is the file that is read", place=str(path), wanted="another file")
     if os.path.lexists(path) and not force:
         raise ExportError(
             "exists already",

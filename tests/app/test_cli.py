@@ -315,6 +315,12 @@ class TestOthers:
         (seen,) = records(run("inspect", "again.bvh", "--json"))
         assert seen["rate"].startswith("60 Hz")
 
+    @pytest.mark.parametrize(("verb", "name"), [("convert", "bow.bvh"), ("animate", "score.lnd")])
+    def test_what_is_read_is_not_written(self, run, place: Path, verb: str, name: str) -> None:
+        before = (place / name).read_bytes()
+        refused(run(verb, name, "-o", f"./{name}", "--force"), f"{name}: is the file that is read")
+        assert (place / name).read_bytes() == before
+
     def test_db(self, filled) -> None:
         assert "current" in filled("db", "status").stdout
         assert filled("db", "check").returncode == 0

@@ -66,6 +66,25 @@ def test_a_folder_in_the_way(tmp_path: Path) -> None:
         write_all([(tmp_path / "file" / "x", b"")])
 
 
+def test_a_source_is_never_replaced(tmp_path: Path) -> None:
+    source = tmp_path / "a.bvh"
+    source.write_bytes(b"source")
+    (tmp_path / "folder").mkdir()
+    os.symlink(source, tmp_path / "soft")
+    os.link(source, tmp_path / "hard")
+    for path in (
+        source,
+        tmp_path / "folder" / ".." / "a.bvh",
+        tmp_path / "soft",
+        tmp_path / "hard",
+    ):
+        with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
+            write_all([(path, b"new")], force=True, source=source)
+    assert source.read_bytes() == b"source"
+    assert (tmp_path / "soft").is_symlink()
+    write_all([(tmp_path / "b.bvh", b"new")], source=source)
+
+
 def test_a_dead_link_is_not_followed(tmp_path: Path) -> None:
     os.symlink(tmp_path / "outside", tmp_path / "link")
     with pytest.raises(ExportError, match="exists already"):

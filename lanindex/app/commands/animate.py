@@ -37,7 +37,7 @@ def run(
     rate = options.rate(fps)
     motion = perform(lnd.read(score), rate=rate, noise=noise, seed=seed)
     target = output or score.with_suffix(".bvh")
-    write_all([(target, bvh.write(motion).encode())], force=force)
+    write_all([(target, bvh.write(motion).encode())], force=force, source=score)
     for warning in motion.warnings:
         screen.note(f"{score}: {warning}")
     screen.note(f"{target}: {len(motion)} frames at {float(rate):g} Hz, {motion.seconds:.2f} s")

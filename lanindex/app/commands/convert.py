@@ -42,5 +42,5 @@ def run(
     if output is None:
         screen.out(text.removesuffix("\n"))
     else:
-        write_all([(output, text.encode())], force=force)
+        write_all([(output, text.encode())], force=force, source=file)
         screen.note(str(output))
