@@ -270,6 +270,7 @@ def summary(results: Sequence[Result]) -> dict[str, Any]:
         wanted = np.array([result.wanted for result in judged], dtype=float)
         draw = np.random.default_rng(0).multinomial(clips, [1 / clips] * clips, size=RESAMPLES)
         both, either = (found * wanted) @ draw.T, (found + wanted) @ draw.T
-        f1 = np.divide(2 * both, either, out=np.zeros_like(both), where=either > 0)
+        # in a draw where there was nothing to find and nothing is found, all is right
+        f1 = np.divide(2 * both, either, out=np.ones_like(both), where=either > 0)
         values["standard_error"] = float(f1.mean(axis=0).std())
     return {**values, "clips": clips, "patterns": len(results)}

@@ -1,0 +1,159 @@
+"""Precision, recall and F1, worked by hand, and their standard error, by a plain loop."""
+
+import math
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dances import BOW, RAISE, dance
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lanindex.encode.profile import load
+from lanindex.errors import UsageError
+from lanindex.evaluate import (
+    Clip,
+    Pattern,
+    Result,
+    evaluate,
+    read_clips,
+    read_patterns,
+    summary,
+)
+from lanindex.model import Capture
+from lanindex.search.language import parse
+
+UP = Pattern("up", "r_arm high", parse("r_arm high"), frozenset({"raise"}))
+
+
+def result(found: str, wanted: str, pattern: Pattern = UP) -> Result:
+    """Return a result from rows of + and -."""
+    return Result(pattern, *(tuple(it == "+" for it in row) for row in (found, wanted)), ())
+
+
+def test_figures_by_hand() -> None:
+    record = result("++-+-", "+-++-").record()
+    assert (record["found_rightly"], record["found_wrongly"], record["missed"]) == (2, 1, 1)
+    assert record["precision"] == pytest.approx(2 / 3)
+    assert record["recall"] == pytest.approx(2 / 3)
+    assert record["f1"] == pytest.approx(2 / 3)
+    assert (record["positives"], record["clips"]) == (3, 5)
+
+
+@pytest.mark.parametrize(
+    ("found", "wanted", "precision", "recall", "f1"),
+    [
+        ("---", "+--", 0.0, 0.0, 0.0),
+        ("--+", "+--", 0.0, 0.0, 0.0),
+        ("+++", "+--", 1 / 3, 1.0, 0.5),
+        ("---", "---", 0.0, 0.0, None),
+        ("+--", "---", 0.0, 0.0, None),
+    ],
+)
+def test_edges(found: str, wanted: str, precision: float, recall: float, f1: float | None) -> None:
+    record = result(found, wanted).record()
+    assert (record["precision"], record["recall"], record["f1"]) == (precision, recall, f1)
+
+
+def test_the_mean_counts_patterns_that_have_positives() -> None:
+    told = summary([result("++-", "+--"), result("+--", "+--"), result("--+", "---")])
+    assert told["mean_f1"] == pytest.approx((2 / 3 + 1) / 2)
+    assert (told["clips"], told["patterns"]) == (3, 3)
+    nothing = summary([result("+-", "--")])
+    assert nothing["mean_f1"] is None
+    assert nothing["standard_error"] is None
+
+
+def test_what_is_all_right_has_no_error() -> None:
+    assert summary([result("+---------", "+---------")])["standard_error"] == 0
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=12))
+def test_the_error_is_that_of_a_plain_bootstrap(clips: list[tuple[bool, bool]]) -> None:
+    clips = [(True, True), *clips]
+    found, wanted = zip(*clips, strict=True)
+    told = summary([Result(UP, found, wanted, ())])["standard_error"]
+    draws = np.random.default_rng(1).integers(len(clips), size=(4000, len(clips)))
+    values = []
+    for draw in draws.tolist():
+        both = sum(found[clip] and wanted[clip] for clip in draw)
+        either = sum(found[clip] + wanted[clip] for clip in draw)
+        values.append(2 * both / either if either else 1.0)
+    mean = sum(values) / len(values)
+    plain = math.sqrt(sum((value - mean) ** 2 for value in values) / len(values))
+    assert told == pytest.approx(plain, abs=0.03)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    dance(tmp_path / "raise.bvh", RAISE)
+    dance(tmp_path / "bow.bvh", BOW)
+    (tmp_path / "broken.bvh").write_text("HIERARCHY\n")
+    (tmp_path / "unlabelled.bvh").write_bytes((tmp_path / "bow.bvh").read_bytes())
+    return tmp_path
+
+
+def test_clips_are_what_has_a_label_and_lies_there(folder: Path) -> None:
+    labels = {
+        str(folder / f"{name}.bvh"): (label, {"take": "1"})
+        for name, label in {
+            "raise": "raise",
+            "bow": "bow",
+            "broken": "raise",
+            "gone": "bow",
+        }.items()
+    }
+    clips = list(read_clips(folder, labels, load()))
+    assert [Path(clip.capture.path).stem for clip in clips] == ["bow", "broken", "raise"]
+    assert [clip.capture.label for clip in clips] == ["bow", "raise", "raise"]
+    assert clips[0].capture.metadata == {"take": "1"}
+    assert "broken.bvh" in str(clips[1].error)
+    assert not clips[1].tracks
+    (judged,) = evaluate(clips, [UP])
+    assert judged.wanted == (False, True, True)
+    assert judged.found == (False, False, True)
+    (miss,) = judged.misses
+    assert miss.capture is clips[1].capture
+    assert miss.hit is None
+
+
+def test_what_is_wrongly_found_shows_its_hit(folder: Path) -> None:
+    labels = {str(folder / "raise.bvh"): ("other", {})}
+    (miss,) = evaluate(list(read_clips(folder, labels, load())), [UP])[0].misses
+    assert miss.hit is not None
+    assert [symbol.level for symbol in miss.hit.symbols] == ["high"]
+
+
+def test_patterns_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text('up = {pattern = "r_arm high", positives = ["raise", "wave"]}\n')
+    (pattern,) = read_patterns(path)
+    assert (pattern.name, pattern.text) == ("up", "r_arm high")
+    assert pattern.positives == {"raise", "wave"}
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("", "no patterns"),
+        ("up = ", "wanted TOML"),
+        ('up = "r_arm high"', "up = 'r_arm high'"),
+        ('up = {pattern = "r_arm high"}', "up = {"),
+        ('up = {pattern = "r_arm high", positives = [1]}', "up = {"),
+        ('up = {pattern = "r_arm high", positives = [], more = 1}', "up = {"),
+        ('up = {pattern = "r_arm hgih", positives = []}', 'Did you mean "high"?'),
+    ],
+)
+def test_bad_patterns_are_told(tmp_path: Path, text: str, found: str) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text(text)
+    with pytest.raises(UsageError) as caught:
+        read_patterns(path)
+    assert str(path) in str(caught.value)
+    assert found in str(caught.value)
+
+
+def test_a_clip_without_tracks_is_never_found() -> None:
+    clip = Clip(Capture(1, "a", "bvh", "", "raise", Fraction(30), 10), {}, "torn")
+    assert evaluate([clip], [UP])[0].found == (False,)
