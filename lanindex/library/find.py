@@ -1,4 +1,4 @@
-"""Which captures a person means: by glob, by path, by the end of a path."""
+"""Which captures a person means: by glob, by path, by the end of a path, by a missing file."""
 
 from __future__ import annotations
 
@@ -27,6 +27,21 @@ def matching(captures: Iterable[Capture], glob: str) -> list[Capture]:
         if any(fnmatchcase(path, glob) for path in (capture.path, capture.location))
         or ("/" not in glob and fnmatchcase(os.path.basename(capture.location), glob))
     ]
+
+
+def missing(captures: Iterable[Capture]) -> list[Capture]:
+    """Return the captures whose file is no longer there."""
+    return [capture for capture in captures if _gone(capture.location)]
+
+
+def _gone(path: str) -> bool:
+    try:
+        os.stat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return True
+    except OSError:  # it may be there, behind a door that is closed to us
+        return False
+    return False
 
 
 def find_capture(captures: Sequence[Capture], named: str, place: str) -> Capture:

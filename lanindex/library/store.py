@@ -11,13 +11,14 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from threading import get_ident
 from types import TracebackType
 from typing import Self
 
 from sqlalchemy import Connection, select
 
 from lanindex.alphabet import PARTS
-from lanindex.errors import UsageError
+from lanindex.errors import LibraryError, UsageError
 from lanindex.library import read, rows, schema, write
 from lanindex.library.connect import (
     DEFAULT,
@@ -30,7 +31,7 @@ from lanindex.library.connect import (
     writing,
 )
 from lanindex.library.faults import translated
-from lanindex.library.find import find_capture, matching
+from lanindex.library.find import find_capture, matching, missing
 from lanindex.library.stats import Stats, count
 from lanindex.model import Capture, Score, Track
 
@@ -62,6 +63,7 @@ class Library:
 
     def __init__(self, where: Target, connection: Connection) -> None:
         self._where, self._connection, self._wrote = where, connection, False
+        self._thread = get_ident()
 
     @classmethod
     def open(
@@ -127,6 +129,7 @@ class Library:
         """Let go of the database; what is left is one file."""
         if self._connection.closed:
             return
+        self._check_usable()
         try:
             if self._wrote:
                 with translated(self.place):
@@ -239,7 +242,7 @@ class Library:
 
     def missing(self) -> list[Capture]:
         """Return the captures whose file is no longer where it was ingested."""
-        return [capture for capture in self.captures() if _gone(capture.location)]
+        return missing(self.captures())
 
     def known(self) -> dict[str, tuple[str, Encoding]]:
         """Return what need not be encoded again: by absolute path, sha256 and encoding."""
@@ -339,29 +342,33 @@ class Library:
         others = [] if isinstance(which, int) else read.read_captures(connection)
         return find_capture(others, str(which), self.place)
 
+    def _check_usable(self) -> None:
+        if self._connection.closed:
+            raise LibraryError(
+                "this library has been closed", place=self.place, remedy="Open it again."
+            )
+        if get_ident() != self._thread:
+            raise LibraryError(
+                "this library was opened in another thread",
+                place=self.place,
+                remedy="Open it in each thread that uses it.",
+            )
+
     @contextmanager
     def _reading(self) -> Iterator[Connection]:
+        self._check_usable()
         with translated(self.place), reading(self._connection):
             yield self._connection
 
     @contextmanager
     def _changing(self) -> Iterator[Connection]:
+        self._check_usable()
         with translated(self.place):
             if not self._wrote:
                 keep_journal(self._connection)
                 self._wrote = True
             with writing(self._connection):
                 yield self._connection
-
-
-def _gone(path: str) -> bool:
-    try:
-        os.stat(path)
-    except (FileNotFoundError, NotADirectoryError):
-        return True
-    except OSError:  # it may be there, behind a door that is closed to us
-        return False
-    return False
 
 
 def _check_said(place: str, label: str | None, metadata: Mapping[str, str] | None) -> None:

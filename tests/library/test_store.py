@@ -3,6 +3,7 @@
 import json
 import os
 import re
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -296,8 +297,22 @@ def test_a_closed_library_says_so(tmp_path):
     library = Library.open(tmp_path / "some.db", create=True)
     library.close()
     library.close()
-    with pytest.raises(LibraryError, match="closed"):
-        library.captures()
+    for call in (library.captures, lambda: library.remove(1)):
+        with pytest.raises(LibraryError, match=r"this library has been closed\. Open it again\."):
+            call()
+
+
+def test_a_library_belongs_to_one_thread(library):
+    number = add(library, "a.bvh")
+    calls = (library.captures, lambda: library.remove(number), library.close)
+    for call in calls:
+        with ThreadPoolExecutor(1) as other, pytest.raises(LibraryError) as caught:
+            other.submit(call).result()
+        assert str(caught.value) == (
+            ":memory:: this library was opened in another thread. "
+            "Open it in each thread that uses it."
+        )
+    assert len(library.captures()) == 1
 
 
 def test_a_driver_that_takes_no_tuples(tmp_path):
