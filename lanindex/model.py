@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, JOINTS, LEVELS
-from lanindex.errors import EncodeError
+from lanindex.errors import EncodeError, UsageError
 
 SYMBOL = np.dtype(
     [
@@ -255,21 +255,13 @@ class Track:
 
     def listed(self) -> list[Symbol]:
         """Return the rows as objects."""
-        return [
-            Symbol(
-                self.part,
-                DIRECTIONS[direction],
-                LEVELS[level],
-                Span(start, stop),
-                *(tick, ticks, passing, swings, margin),
-                (DIRECTIONS[runner[0]], LEVELS[runner[1]]) if runner[0] >= 0 else None,
-                ordinal,
-            )
-            for ordinal, row in enumerate(self.symbols.tolist())
-            for direction, level, start, stop, tick, ticks, passing, _, swings, margin, *runner in (
-                row,
-            )
-        ]
+        listed = []
+        for ordinal, row in enumerate(self.symbols.tolist()):
+            direction, level, start, stop, tick, ticks, passing, _, swings, margin, *runner = row
+            other = (DIRECTIONS[runner[0]], LEVELS[runner[1]]) if runner[0] >= 0 else None
+            head = (self.part, DIRECTIONS[direction], LEVELS[level], Span(start, stop))
+            listed.append(Symbol(*head, tick, ticks, passing, swings, margin, other, ordinal))
+        return listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -336,7 +328,15 @@ class Score:
         return f"<Score {count}, {self.frames} frames at {float(self.rate):g} Hz>"
 
     def symbols(self, part: str | None = None) -> list[Symbol]:
-        """Return the symbols of one part, or of all, as objects."""
+        """Return the symbols of one part, or of all, as objects.
+
+        Raises
+        ------
+        UsageError
+            Where the score has no such part.
+        """
+        if part is not None and part not in self.tracks:
+            raise UsageError(f'there is no part "{part}"', wanted=f"one of {' '.join(self.tracks)}")
         tracks = self.tracks.values() if part is None else [self.tracks[part]]
         return [symbol for track in tracks for symbol in track.listed()]
 
