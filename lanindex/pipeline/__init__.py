@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from fractions import Fraction
+from itertools import chain
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ class Library(store.Library):
 
     def ingest(
         self,
-        *paths: str | os.PathLike[str],
+        *paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
         profile: str | os.PathLike[str] = "default",
         reading: Reading | None = None,
         labels: str | os.PathLike[str] | None = None,
@@ -36,7 +37,7 @@ class Library(store.Library):
 
         Parameters
         ----------
-        *paths : path-like
+        *paths : path-like, or iterable of path-like
             Captures, ``.lnd`` scores, and folders of them.
         profile : path-like
             How to write them down: ``default``, ``paper`` or a folder.
@@ -66,7 +67,8 @@ class Library(store.Library):
         from lanindex.pipeline.labels import read_labels
 
         named = read_labels(labels) if labels is not None else {}
-        found = discover(paths)
+        lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
+        found = discover(chain.from_iterable(lists))
         chosen = load(os.fspath(profile))
         return list(
             ingest(self, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)

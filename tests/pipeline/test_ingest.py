@@ -118,5 +118,12 @@ def test_labels_change_without_reading_again(library: Library, folder: Path) -> 
     assert library.capture(path).label == "bow"
 
 
+def test_lists_of_paths_are_taken_as_they_come(library: Library, folder: Path) -> None:
+    paths = [folder / "bow.BVH", str(folder / "score.lnd")]
+    assert statuses(library.ingest(paths)) == ["added"] * 2
+    found = library.ingest(str(folder / "b"), folder.glob("*.*"))
+    assert sorted(statuses(found)) == ["added", "failed", "unchanged", "unchanged"]
+
+
 def test_outcomes_carry_no_score(library: Library, folder: Path) -> None:
     assert all(outcome.score is None for outcome in take(library, folder))
