@@ -52,8 +52,8 @@ class Cursor:
         return self.advance() if self.stands(kind, *texts) else None
 
     def said(self, first: Token, last: Token | None = None) -> str:
-        """Return the text from one token to another, as it was written."""
-        return self.text[first.start : (last or first).stop]
+        """Return the text from one token to another, as it was written, but on one line."""
+        return " ".join(self.text[first.start : (last or first).stop].split())
 
     def error(
         self, sentence: str, first: Token | None = None, last: Token | None = None

@@ -1,7 +1,7 @@
 """Where a pattern cannot be understood: what is pointed at, and what is said."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lanindex.errors import PatternError
@@ -221,6 +221,8 @@ def check(text: str) -> None:
 
 @settings(max_examples=600, deadline=None)
 @given(st.lists(st.sampled_from(_SOUP), max_size=14), st.sampled_from(["", " "]))
+@example(["right", "\n", ":"], "")
+@example(["r_arm", "x2", "\n", "x3"], " ")
 def test_any_soup_of_tokens_is_a_query_or_an_error(words, space):
     check(space.join(words))
 
