@@ -77,7 +77,8 @@ class Verbs(TyperGroup):
             say_error(f"standard output: cannot be written ({error.strerror})")
             raise typer.Exit(2) from error
         except KeyboardInterrupt as error:
-            say_error("interrupted; what was finished is kept")
+            kept = "; what was finished is kept" if ctx.invoked_subcommand == "ingest" else ""
+            say_error(f"interrupted{kept}")
             raise typer.Exit(130) from error
 
 
