@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from importlib import import_module
+from itertools import pairwise
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from lanindex.errors import LanindexError
+from lanindex.errors import LanindexError, UsageError
 
 VERBS = {
     "demo": "See it all happen on the choreographies that come with it",
@@ -64,6 +66,7 @@ class Verbs(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; turn errors into one message and an exit code."""
         try:
+            _refuse_empty(ctx.args)
             result = super().invoke(ctx)
             sys.stdout.flush()
             return result
@@ -80,6 +83,15 @@ class Verbs(TyperGroup):
             kept = "; what was finished is kept" if ctx.invoked_subcommand == "ingest" else ""
             say_error(f"interrupted{kept}")
             raise typer.Exit(130) from error
+
+
+def _refuse_empty(words: Sequence[str]) -> None:
+    """Refuse an empty argument: mostly a variable of the shell that is not set."""
+    for before, word in pairwise(["", *words]):
+        if not word or (word.startswith("--") and word.endswith("=")):
+            option = (word or before).rstrip("=")
+            place = option if option.startswith("-") else ""
+            raise UsageError("an empty argument", place=place, wanted="something in it")
 
 
 def say_error(message: str) -> None:

@@ -370,6 +370,24 @@ class TestOddCalls:
     def test_a_pattern_may_begin_with_an_arrow(self, filled) -> None:
         refused(filled("search", "-> high"), "Nothing before the arrow. Name a part first")
 
+    @pytest.mark.parametrize(
+        ("words", "where"),
+        [
+            (["search", ""], ""),
+            (["ingest", ".", ""], ""),
+            (["export", "r_arm high", "-o", ""], "-o: "),
+            (["list", "--db", ""], "--db: "),
+            (["db", "status", "--db="], "--db: "),
+        ],
+    )
+    def test_an_empty_argument(self, filled, words: list[str], where: str) -> None:
+        said = f"lanindex: {where}an empty argument, wanted something in it\n"
+        done = filled(*words)
+        assert (done.returncode, done.stderr) == (2, said)
+
+    def test_an_empty_variable_is_not_set(self, filled) -> None:
+        assert filled("list", env={"LANINDEX_DB": ""}).returncode == 0
+
     @pytest.mark.parametrize("tolerance", ["nan", "inf", "1e400", "-1"])
     def test_no_tolerance(self, filled, tolerance: str) -> None:
         refused(filled("search", "r_arm high", f"--tolerance={tolerance}"), "tolerance")
