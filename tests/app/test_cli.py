@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from dances import BOW, RAISE, dance
+from sample import sql
 
 from lanindex.app.cli import VERBS
 from lanindex.encode.profile import BUILT_IN
@@ -325,6 +326,17 @@ class TestOthers:
         assert "current" in filled("db", "status").stdout
         assert filled("db", "check").returncode == 0
         assert filled("db", "upgrade").returncode == 0
+
+    @pytest.mark.parametrize(("revision", "state"), [("0000", "older"), ("9999", "newer")])
+    def test_a_library_that_does_not_fit(
+        self, filled, place: Path, revision: str, state: str
+    ) -> None:
+        with sql(place / "lanindex.db") as connection:
+            connection.execute("UPDATE alembic_version SET version_num = ?", [revision])
+        done = filled("db", "status")
+        assert (done.returncode, done.stdout) == (1, f"lanindex.db: revision {revision}, {state}\n")
+        assert records(filled("db", "status", "--json"))[0]["state"] == state
+        refused(filled("list"), "lanindex.db")
 
     def test_the_library_may_be_named_by_the_environment(self, run, place: Path) -> None:
         env = {"LANINDEX_DB": str(place / "other.db")}

@@ -23,10 +23,13 @@ def status(
     quiet: options.Quiet = False,
     color: options.Color = "auto",
 ) -> None:
-    """Say whether the library fits this program."""
+    """Say whether the library fits this program; exits with 1 if it is older or newer."""
     from lanindex.library import migrate
 
-    _say(Screen(json, quiet, color=color), migrate.status(db))
+    found = migrate.status(db)
+    _say(Screen(json, quiet, color=color), found)
+    if found.state != "current":
+        raise typer.Exit(1)
 
 
 @app.command()
