@@ -363,6 +363,9 @@ class TestEvaluate:
         said = run(*words, "--misses").stdout
         assert "left: missed" in said
         assert "any: wrongly" in said
+        assert said.splitlines()[-1].endswith(", 3 patterns, 2 clips")
+        (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["raise"]}\n')
+        assert run(*words).stdout.endswith(", 1 pattern, 2 clips\n")
 
     def test_bad_patterns(self, run, place: Path) -> None:
         words = ["evaluate", ".", "--labels", "labels.csv", "--patterns", "p.toml"]

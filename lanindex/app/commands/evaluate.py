@@ -38,6 +38,7 @@ def run(
     count. PATTERNS: name = {pattern = "r_arm high", positives = ["label", ...]}.
     """
     screen = Screen(json, quiet, verbose, color)
+    from lanindex.app.present import counted
     from lanindex.encode.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
     from lanindex.pipeline.labels import read_labels
@@ -71,7 +72,8 @@ def run(
     else:
         mean, error = total["mean_f1"], total["standard_error"]
         figure = "no pattern has positives" if mean is None else f"mean F1 {mean:.3f} ± {error:.3f}"
-        screen.out(f"{figure}, {total['patterns']} patterns, {total['clips']} clips")
+        counts = (counted(total[f"{noun}s"], noun) for noun in ("pattern", "clip"))
+        screen.out(", ".join((figure, *counts)))
     if failed:
         raise typer.Exit(2)
 
