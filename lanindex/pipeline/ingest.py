@@ -97,11 +97,12 @@ def ingest(
     LibraryError
         Where the library cannot be written; what was stored before stays.
     """
-    known = library.known() if library and not force else {}
-    told = reading or Reading()
+    held = library.known() if library else {}
+    known, told = {} if force else held, reading or Reading()
     tasks = (Task(path, profile, told, known.get(os.path.abspath(path))) for path in paths)
     for outcome in prepared(tasks, jobs):
-        yield replace(outcome if dry_run else _store(library, outcome, labels or {}), score=None)
+        done = outcome if dry_run else _store(library, outcome, labels or {})
+        yield replace(done, score=None, held=os.path.abspath(done.path) in held)
 
 
 def _store(

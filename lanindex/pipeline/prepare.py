@@ -85,6 +85,8 @@ class Outcome:
         How long the capture lasts.
     division : int
         Ticks in a unit of its score: more than the profile's where symbols found no room.
+    held : bool
+        Whether the library held it before.
     """
 
     path: str
@@ -95,6 +97,7 @@ class Outcome:
     error: str | None = None
     seconds: float = 0.0
     division: int = 0
+    held: bool = False
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""

@@ -125,6 +125,16 @@ class TestIngest:
         assert "other.csv: no row names a file that is ingested here" in done.stderr
         assert "no row" not in run("ingest", ".", "--labels", "labels.csv").stderr
 
+    def test_what_was_there_is_written_anew(self, filled, place: Path) -> None:
+        dance(place / "new.bvh", BOW)
+        words = ("ingest", "bow.bvh", "score.lnd", "new.bvh", "--profile", "paper")
+        would = filled(*words, "--dry-run").stderr
+        assert "1 would be added, 1 would be written anew, 1 unchanged;" in would
+        *lines, last = records(filled(*words, "--force", "--json"))
+        assert [line["status"] for line in lines] == ["added"] * 3
+        assert last["summary"]["added"] == 3
+        assert "3 files: 3 written anew;" in filled(*words, "--force").stderr
+
     def test_dry_run(self, run, place: Path) -> None:
         done = run("ingest", ".", "--dry-run")
         assert done.returncode == 0

@@ -106,6 +106,7 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally.update({outcome.status: 1, "frames": outcome.frames, "symbols": outcome.symbols})
     tally["milliseconds"] += round(1000 * outcome.seconds)
     tally["warnings"] += len(outcome.warnings)
+    tally["anew"] += outcome.held and outcome.status == "added"
     tally["finer"] += outcome.division > division
 
 
@@ -117,12 +118,14 @@ def _summary(
     if screen.json:
         keys = ("added", "unchanged", "failed", "frames", "symbols", "warnings")
         screen.record({"summary": {key: tally[key] for key in keys}})
-    words = {
-        "added": "would be added" if dry_run else "added",
-        "unchanged": "unchanged",
-        "failed": "failed",
+    would = "would be " if dry_run else ""
+    counts = {
+        f"{would}added": tally["added"] - tally["anew"],
+        f"{would}written anew": tally["anew"],
+        "unchanged": tally["unchanged"],
+        "failed": tally["failed"],
     }
-    said = ", ".join(f"{tally[key]} {word}" for key, word in words.items() if tally[key])
+    said = ", ".join(f"{number} {word}" for word, number in counts.items() if number)
     screen.note(
         f"{counted(files, 'file')}: {said or 'nothing to do'}; "
         f"{duration(tally['milliseconds'] / 1000)} of movement, "
