@@ -93,7 +93,8 @@ recipes = st.builds(
     Recipe,
     seed=st.integers(0, 2**32),
     rate=st.sampled_from(RARE_RATES),
-    frames=st.one_of(st.integers(1, 5), st.integers(6, 200)),
+    # not two: a straight line, in which rounding alone tells one speed from the next
+    frames=st.one_of(st.just(1), st.integers(3, 5), st.integers(6, 200)),
     tremble=st.sampled_from([0.0, 0.1, 1.0, 5.0]),
     gaps=st.one_of(
         st.just([]), st.lists(st.tuples(joints, frames, st.integers(1, 60)), max_size=6)
