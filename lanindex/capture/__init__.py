@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import stat
 from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,9 @@ def load(path: str | os.PathLike[str]) -> bytes:
         It is not there, or no file, or may not be read.
     """
     try:
+        mode = os.stat(path).st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a pipe might never end
+            raise ValueError("is no regular file")
         with open(path, "rb") as file:
             return file.read()
     except (OSError, ValueError) as error:

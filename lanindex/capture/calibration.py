@@ -57,6 +57,7 @@ _SIZES = (0.7, 1.4)
 _UPRIGHT = 0.7
 _CALIBRATION_SPEED = 25_000.0  # mm/s
 _RATES = (10, 500)
+_SLOWEST = 1  # frames a second: a Frame Time of 30 is a rate in the wrong place
 _SNAP = Fraction(2, 10_000)
 
 
@@ -86,15 +87,17 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
     """
     if wanted is not None:
         given = _fraction(str(wanted))
-        if given is None:
-            raise UsageError(f"a rate of {wanted} frames a second", wanted="a number above 0")
+        if given is None or given < _SLOWEST:
+            raise UsageError(
+                f"a rate of {wanted} frames a second", wanted=f"a number of {_SLOWEST} or more"
+            )
         return nearest_rate(given)
     time = _fraction(text) if text is not None else None
-    if time is None:
+    if time is None or 1 / time < _SLOWEST:
         raise CaptureError(
             "no Frame Time: line" if text is None else f"Frame Time: {text[:40]!r}",
             place=place,
-            wanted="seconds a frame, above 0",
+            wanted=f"seconds a frame, above 0 and at most {1 / _SLOWEST:g}",
             remedy="Give the rate with --fps.",
         )
     return nearest_rate(1 / time)

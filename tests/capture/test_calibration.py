@@ -175,13 +175,13 @@ def test_a_stated_rate_is_believed(given_rate, wanted):
     assert capture.read("x.bvh", data=bad, rate=given_rate).rate == Fraction(wanted)
 
 
-@pytest.mark.parametrize("rate", [0, -1, "nan", "x", 1e9, "1e999", "1_0"])
+@pytest.mark.parametrize("rate", [0, -1, 0.99, "nan", "x", 1e9, "1e999", "1_0"])
 def test_a_stated_rate_must_make_sense(rate):
-    with pytest.raises(UsageError, match="frames a second, wanted a number above 0"):
+    with pytest.raises(UsageError, match="frames a second, wanted a number of 1 or more"):
         capture.read("x.bvh", data=person(), rate=rate)
 
 
-@pytest.mark.parametrize("time", ["30", "1", "0.0001"])
+@pytest.mark.parametrize("time", ["0.5", "1", "0.0001"])
 def test_doubtful_rates_are_doubted(time):
     motion = capture.read("x.bvh", data=person().replace(b"0.0333333", time.encode()))
     (warning,) = motion.warnings
@@ -190,7 +190,11 @@ def test_doubtful_rates_are_doubted(time):
 
 
 @pytest.mark.parametrize(
-    "time", ["0", "-0.03", "nan", "inf", "1e999", "1e-999", "1e-999999999", "fast", "0,033", "1_0"]
+    "time",
+    [
+        *("0", "-0.03", "nan", "inf", "1e999", "1e-999", "1e-999999999", "fast", "0,033", "1_0"),
+        *("30", "1.01", "1e6"),  # a rate in the wrong place: minutes would become days
+    ],
 )
 def test_frame_times_that_make_no_sense(time):
     data = person().replace(b"0.0333333", time.encode())
@@ -199,7 +203,7 @@ def test_frame_times_that_make_no_sense(time):
         capture.read("x.bvh", data=data)
     assert caught.value.place == f"x.bvh:{line}"
     assert repr(time) in caught.value.found
-    assert caught.value.wanted == "seconds a frame, above 0"
+    assert caught.value.wanted == "seconds a frame, above 0 and at most 1"
 
 
 def test_no_frame_time():

@@ -251,3 +251,9 @@ def test_small_work_does_not_load_numba(walk):
 
 def test_every_role_of_the_test_body_is_a_joint():
     assert len(SIMPLE) == 22
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.bvh")
+    with pytest.raises(CaptureError, match="pipe.bvh: is no regular file, wanted a file that can"):
+        capture.read(tmp_path / "pipe.bvh")
