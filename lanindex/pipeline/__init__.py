@@ -9,6 +9,7 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lanindex.alphabet import PARTS
 from lanindex.errors import UsageError
 from lanindex.library import store
 from lanindex.search.hits import Hits
@@ -144,10 +145,9 @@ class Library(store.Library):
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
         from lanindex.search.language import parse
-        from lanindex.search.words import DEFAULT_PARTS
 
-        # a part of the alphabet that no capture has is no mistake: it never moves
-        query = parse(pattern, {*DEFAULT_PARTS, *self.parts()})
+        # a part that is encoded, though in none of these captures, is no mistake: it never moves
+        query = parse(pattern, self.parts(), known=PARTS)
         chosen = None
         if within is not None:
             chosen = [capture.id for capture in self.captures(within)]
@@ -185,8 +185,8 @@ class Library(store.Library):
         Raises
         ------
         ExportError
-            Where a source has changed or is gone, or a file is there already; then nothing is
-            written.
+            Where a hit comes from another library, a source has changed or is gone, or a file
+            is there already; then nothing is written.
         """
         from lanindex.pipeline.export import export
         from lanindex.pipeline.wanted import from_hits

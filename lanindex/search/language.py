@@ -37,7 +37,7 @@ _DEEPEST = 40
 _MOST_STEPS = 1000
 
 
-def parse(text: str, parts: Collection[str] | None = None) -> Query:
+def parse(text: str, parts: Collection[str] | None = None, known: Collection[str] = ()) -> Query:
     """Read a pattern.
 
     Parameters
@@ -46,6 +46,8 @@ def parse(text: str, parts: Collection[str] | None = None) -> Query:
         In the pattern language.
     parts : collection of str, optional
         The parts that the library holds; by default those of the alphabet and the supports.
+    known : collection of str
+        Parts that may be named though the library lacks them.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def parse(text: str, parts: Collection[str] | None = None) -> Query:
             start=60,
             stop=61,
         )
-    return _Parser(Cursor(text, Vocabulary(parts))).query()
+    return _Parser(Cursor(text, Vocabulary(parts, known))).query()
 
 
 class _Parser:

@@ -173,13 +173,15 @@ class Vocabulary:
     ----------
     parts : collection of str, optional
         What the library holds; by default `DEFAULT_PARTS`.
+    known : collection of str
+        Parts that may be named though the library lacks them: they never move.
     """
 
-    def __init__(self, parts: Collection[str] | None = None) -> None:
+    def __init__(self, parts: Collection[str] | None = None, known: Collection[str] = ()) -> None:
         self._owner = "There is" if parts is None else "This library has"
         held = DEFAULT_PARTS if parts is None else parts
         self.parts = tuple(sorted(held, key=lambda name: (name[:2] in ("r_", "l_"), name[2:])))
-        self.movers = _movers(self.parts)
+        self.movers = _movers({*self.parts, *known})
 
     def mover(self, word: str) -> Mover | None:
         """Return who a word names, or None."""
@@ -193,7 +195,7 @@ class Vocabulary:
             return f'I don\'t know "{word}". Did you mean "{guess}"?'
         if part_expected or elsewhere:
             has = "The parts are" if self._owner == "There is" else "It has"
-            return f'{self._owner} no part "{word}". {has}: {" ".join(self.parts)}'
+            return f'{self._owner} no part "{word}". {has}: {" ".join(self.parts) or "none"}'
         return (
             f'I don\'t know "{word}". A movement has a direction ({", ".join(DIRECTIONS[:4])} …) '
             f"and a level (high, mid, low)."

@@ -1,0 +1,28 @@
+"""Search through a library: which parts a pattern may name."""
+
+from pathlib import Path
+
+import pytest
+from dances import BOW
+
+from lanindex.errors import PatternError
+from lanindex.pipeline import Library, open_library
+
+
+@pytest.fixture
+def library(tmp_path: Path):
+    (tmp_path / "bow.lnd").write_text(BOW)
+    with open_library(tmp_path / "l.db", create=True) as opened:
+        opened.ingest(tmp_path)
+        yield opened
+
+
+@pytest.mark.parametrize("part", ["tail", "r_support", "support"])
+def test_a_part_that_is_not_there_is_told_with_those_that_are(library: Library, part: str) -> None:
+    with pytest.raises(PatternError, match=f'no part "{part}". It has: r_arm$'):
+        library.search(f"{part} high")
+
+
+def test_a_part_that_is_only_not_seen_never_moves(library: Library) -> None:
+    assert len(library.search("head high")) == 0
+    assert len(library.search("r_arm forward without head")) == 1
