@@ -64,6 +64,7 @@ def test_a_part_has_its_own_file_before_its_group(own: Path) -> None:
         ('smoothing = "83 ms"', 'smoothing = "83"', "smoothing = '83', wanted \"83 ms\""),
         ("rate = 60", "rate = 0", "rate = 0, wanted a number above 0"),
         ("rate = 60", "rate = true", "rate = True, wanted a number above 0"),
+        ("rate = 60", "rate = 1001", "rate = 1001, wanted a number above 0, at most 1000"),
         ('still = "0.02 L/s"', "", "no still, wanted a line for it"),
         ("division = 32", "divisions = 32", '"divisions", wanted one of name, rate'),
         ("division = 32", "division = 1.5", "division = 1.5, wanted a whole number"),
@@ -85,6 +86,14 @@ def test_errors_name_the_file(own: Path, old: str, new: str, message: str) -> No
 def test_unknown_profile() -> None:
     with pytest.raises(NotationError, match="default, paper, or a folder"):
         load("papre")
+
+
+@pytest.mark.parametrize("name", ["tail.lpd", "r-arm.ldd", "ARM.lpd"])
+def test_a_file_that_no_part_reads_is_refused(own: Path, name: str) -> None:
+    (own / name).write_text("whatever")
+    with pytest.raises(NotationError, match="no part is called") as caught:
+        load(own)
+    assert caught.value.place == str(own / name)
 
 
 def test_missing_file_of_a_part(own: Path) -> None:
