@@ -43,53 +43,45 @@ def to_source(rows: Rows, known: Span, rate: Fraction, target: Fraction) -> Rows
     """
     rows = rows.copy()
     step = rate / target
-    for name in ("start", "stop"):
-        borders = -(-rows[name].astype(np.int64) * step.numerator // step.denominator)
-        rows[name] = np.clip(borders, known.start, known.stop)
-    rows[:1]["start"] = rows[:1]["stop"] = known.start
-    _thin(rows, len(known))
-    _spread(rows, known)
-    _nest(rows)
+    frames = np.array((rows["start"], rows["stop"]), np.int64)
+    borders = -(-frames * step.numerator // step.denominator)
+    starts, stops = np.clip(borders, known.start, known.stop).tolist()
+    starts[0] = stops[0] = known.start
+    passing = rows["passing"].tolist()
+    shown = [index for index, gone in enumerate(passing) if index and not gone]
+    surplus = max(len(shown) - len(known), 0)
+    for index in shown[:surplus]:
+        passing[index] = True
+    _spread(starts, stops, shown[surplus:], known)
+    _nest(starts, stops, passing)
+    rows["start"], rows["stop"], rows["passing"] = starts, stops, passing
     return rows
 
 
-def _shown(rows: Rows) -> NDArray[np.int64]:
-    return np.flatnonzero(~rows["passing"])[1:]
-
-
-def _thin(rows: Rows, frames: int) -> None:
-    surplus = len(_shown(rows)) - frames
-    if surplus > 0:
-        rows["passing"][_shown(rows)[:surplus]] = True
-
-
-def _spread(rows: Rows, known: Span) -> None:
+def _spread(starts: list[int], stops: list[int], shown: list[int], known: Span) -> None:
     """Give every shown symbol a frame: of the next one, at the end of the previous ones."""
-    shown = _shown(rows).tolist()
     free = known.start
     for index in shown:
-        start = max(int(rows["start"][index]), free)
-        free = max(int(rows["stop"][index]), start + 1)
-        rows["start"][index], rows["stop"][index] = start, free
+        starts[index] = max(starts[index], free)
+        stops[index] = free = max(stops[index], starts[index] + 1)
     limit = known.stop
     for index in reversed(shown):
-        if rows["stop"][index] <= limit:
+        if stops[index] <= limit:
             break
-        rows["stop"][index] = limit
-        rows["start"][index] = limit = min(int(rows["start"][index]), limit - 1)
+        stops[index] = limit
+        starts[index] = limit = min(starts[index], limit - 1)
 
 
-def _nest(rows: Rows) -> None:
+def _nest(starts: list[int], stops: list[int], passing: list[bool]) -> None:
     """Lay each passing row inside the shown row that follows it."""
-    outer = len(rows) - 1
-    for index in range(len(rows) - 1, 0, -1):
-        if not rows["passing"][index]:
+    outer = len(passing) - 1
+    for index in range(len(passing) - 1, 0, -1):
+        if not passing[index]:
             outer = index
             continue
-        low, high = int(rows["start"][outer]), int(rows["stop"][outer])
-        start = min(max(int(rows["start"][index]), low), high - 1)
-        rows["start"][index] = start
-        rows["stop"][index] = min(max(int(rows["stop"][index]), start + 1), high)
+        low, high = starts[outer], stops[outer]
+        starts[index] = min(max(starts[index], low), high - 1)
+        stops[index] = min(max(stops[index], starts[index] + 1), high)
 
 
 def quantise(tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter) -> Meter:
@@ -114,22 +106,18 @@ def quantise(tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter) 
         room. Each symbol has a tick at least; they neither overlap nor get lost.
     """
     tracks = list(tracks)
-    while not all(_fits(rows, frames, rate, meter) for rows in tracks):
-        if meter.division >= FINEST:
-            break
+    scale = meter.tick_rate / rate
+    while not all(_fits(rows, frames, scale) for rows in tracks) and meter.division < FINEST:
         meter = replace(meter, division=meter.division * 2)
+        scale = meter.tick_rate / rate
     return meter
 
 
-def _fits(rows: Rows, frames: int, rate: Fraction, meter: Meter) -> bool:
-    scale = meter.tick_rate / rate
+def _fits(rows: Rows, frames: int, scale: Fraction) -> bool:
     last = -(-frames * scale.numerator // scale.denominator)
-    ticks = {}
-    for name in ("start", "stop"):
-        doubled = 2 * rows[name].astype(np.int64) * scale.numerator
-        ticks[name] = (doubled + scale.denominator) // (2 * scale.denominator)
+    doubled = np.array((rows["start"], rows["stop"]), np.int64) * 2 * scale.numerator
+    starts, stops = ((doubled + scale.denominator) // (2 * scale.denominator)).tolist()
     free = 0
-    starts, stops = ticks["start"].tolist(), ticks["stop"].tolist()
     lone = (rows["start"] == rows["stop"]) | rows["passing"]
     for index in np.flatnonzero(~lone).tolist():
         starts[index] = max(starts[index], free)
