@@ -5,7 +5,8 @@ Source: METHOD, stage 4; the paper, 4.5.3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from lanindex.encode.direction import Course
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Run:
     """Frames in a row that lie in one cell.
 
@@ -73,39 +74,31 @@ def runs(course: Course, first: int, last: int) -> list[Run]:
     return found
 
 
-def achieve(found: list[Run], in_force: int, within: float) -> list[Run]:
-    """Decide which runs of a move become symbols.
+def achieve(found: Sequence[Run], in_force: int, within: float) -> None:
+    """Decide which runs of a move become symbols, and tell each its outcome.
+
+    A run that is joined with a later one hands it its nearest frame if that comes nearer.
 
     Parameters
     ----------
-    found : list of Run
+    found : sequence of Run
         All of the move, in order.
     in_force : int
         The cell of the last symbol before.
     within : float
         Degrees: runs but the last that come no nearer to their reference are dropped.
-
-    Returns
-    -------
-    list of Run
-        The same runs, with their outcome; a run that is joined with a later one hands it its
-        nearest frame if that comes nearer.
     """
-    result = list(found)
-    kept: list[int] = []
-    for index, run in enumerate(found):
-        if run.angle > within and index < len(found) - 1:
-            result[index] = replace(run, outcome="not achieved")
-        elif kept and found[kept[-1]].cell == run.cell:
-            before = result[kept[-1]]
-            if index < len(found) - 1 and before.apart <= run.apart:
-                result[index] = replace(
-                    run, achieved=before.achieved, angle=before.angle, apart=before.apart
-                )
-            result[kept[-1]] = replace(before, outcome="joined")
-            kept[-1] = index
+    kept: list[Run] = []
+    for run in found:
+        if run.angle > within and run is not found[-1]:
+            run.outcome = "not achieved"
+        elif kept and kept[-1].cell == run.cell:
+            before = kept[-1]
+            if before.apart <= run.apart and run is not found[-1]:
+                run.achieved, run.angle, run.apart = before.achieved, before.angle, before.apart
+            before.outcome = "joined"
+            kept[-1] = run
         else:
-            kept.append(index)
-    if kept and result[kept[0]].cell == in_force:
-        result[kept[0]] = replace(result[kept[0]], outcome="in force")
-    return result
+            kept.append(run)
+    if kept and kept[0].cell == in_force:
+        kept[0].outcome = "in force"

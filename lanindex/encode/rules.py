@@ -6,7 +6,6 @@ Source: METHOD, stage 5; the paper, 4.6.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 from lanindex.encode.achieve import Run
@@ -45,36 +44,26 @@ class Rules:
         return None
 
 
-def apply(runs: list[Run], in_force: int, rules: Rules) -> list[Run]:
+def apply(runs: Sequence[Run], in_force: int, rules: Rules) -> None:
     """Mark the symbols that the rules delete as passing, and join equal neighbours.
 
     Parameters
     ----------
-    runs : list of Run
-        All of a move, as from `achieve`.
+    runs : sequence of Run
+        All of a move, as `achieve` leaves them; some become ``passing`` or ``rejoined``.
     in_force : int
         The cell of the last symbol before: the left context, never deleted.
     rules : Rules
         Left to right the first that matches is applied, then again from the left, until nothing
         matches.
-
-    Returns
-    -------
-    list of Run
-        The same runs, some of them ``passing`` or ``rejoined``.
     """
-    result = list(runs)
-    alive = [index for index, run in enumerate(result) if run.outcome == "symbol"]
-    if len(alive) < 2:
-        return result
-    while match := rules.first_match([in_force, *(result[index].cell for index in alive)]):
+    alive = [run for run in runs if run.outcome == "symbol"]
+    while match := rules.first_match([in_force, *[run.cell for run in alive]]):
         start, rule = match
         gone = [start + offset - 1 for offset, deleted in enumerate(rule.deleted) if deleted]
         for position in gone:
-            index = alive[position]
-            result[index] = replace(result[index], outcome="passing", rule=rule.line)
-        alive = [index for position, index in enumerate(alive) if position not in gone]
+            alive[position].outcome, alive[position].rule = "passing", rule.line
+        alive = [run for position, run in enumerate(alive) if position not in gone]
     for before, after in pairwise(alive):
-        if result[before].cell == result[after].cell:
-            result[before] = replace(result[before], outcome="rejoined")
-    return result
+        if before.cell == after.cell:
+            before.outcome = "rejoined"

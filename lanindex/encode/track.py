@@ -130,10 +130,11 @@ def _write(
     found = []
     for move in moves:
         cell = writer.in_force.cell
-        judged = achieve(runs(passed, move.first, move.last), cell, profile.achieved_within)
-        judged = rules.apply(judged, cell, profile.rules[part])
-        writer.add(move, judged)
-        found.append(judged)
+        seen = runs(passed, move.first, move.last)
+        achieve(seen, cell, profile.achieved_within)
+        rules.apply(seen, cell, profile.rules[part])
+        writer.add(move, seen)
+        found.append(seen)
     rows = to_source(writer.table(limbs.begin), limbs.known, limbs.rate, profile.rate)
     return Trace(
         part,

@@ -147,17 +147,16 @@ class TestAchieve:
         ]
 
     def test_far_runs_are_dropped_and_neighbours_joined(self) -> None:
-        found = achieve(
-            [run("right mid"), run("r_forward mid", 21), run("right mid", 3), run("left mid", 40)],
-            cell("place low"),
-            20,
-        )
+        names = ["right mid", "r_forward mid", "right mid", "left mid"]
+        found = [run(name, angle) for name, angle in zip(names, (0, 21, 3, 40), strict=True)]
+        achieve(found, cell("place low"), 20)
         outcomes = [one.outcome for one in found]
         assert outcomes == ["joined", "not achieved", "symbol", "symbol"]
         assert found[2].angle == 0
 
     def test_what_is_in_force_is_no_symbol(self) -> None:
-        found = achieve([run("place low"), run("right mid")], cell("place low"), 20)
+        found = [run("place low"), run("right mid")]
+        achieve(found, cell("place low"), 20)
         assert [one.outcome for one in found] == ["in force", "symbol"]
 
 
@@ -165,7 +164,8 @@ class TestRules:
     RULE = "#rule_start#\nL place low\nD right low\nL right mid\n#rule_end#\n"
 
     def outcomes(self, names: list[str], in_force: str, text: str) -> list[str]:
-        found = apply([run(name) for name in names], cell(in_force), Rules(ldd.parse(text)))
+        found = [run(name) for name in names]
+        apply(found, cell(in_force), Rules(ldd.parse(text)))
         return [one.outcome for one in found]
 
     def test_the_context_counts(self) -> None:
@@ -198,11 +198,8 @@ class TestRules:
             "#rule_start#\nD right low\nL right mid\n#rule_end#\n"
             "#rule_start#\nL right low\nD right mid\nL right high\n#rule_end#\n"
         )
-        found = apply(
-            [run("right low"), run("right mid"), run("right high")],
-            cell("place low"),
-            Rules(ldd.parse(text)),
-        )
+        found = [run("right low"), run("right mid"), run("right high")]
+        apply(found, cell("place low"), Rules(ldd.parse(text)))
         assert [one.rule for one in found] == [1, 0, 0]
 
 
