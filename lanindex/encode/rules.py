@@ -22,25 +22,22 @@ class Rules:
     """
 
     def __init__(self, rules: Sequence[Rule]) -> None:
-        self._by_cells: dict[tuple[int, ...], list[tuple[int, Rule]]] = {}
-        for order, rule in enumerate(rules):
+        self._by_opening: dict[tuple[int, ...], list[tuple[tuple[int, ...], Rule]]] = {}
+        for rule in rules:
             cells = tuple(direction * 3 + level for direction, level in rule.cells)
-            self._by_cells.setdefault(cells, []).append((order, rule))
-        self._sizes = sorted({len(rule.cells) for rule in rules})
+            self._by_opening.setdefault(cells[:2], []).append((cells, rule))
 
     def first_match(self, cells: Sequence[int]) -> tuple[int, Rule] | None:
         """Return where the first rule applies, and which; the ends are never deleted."""
-        for start in range(len(cells)):
-            found = [
-                (order, rule)
-                for size in self._sizes
-                if start + size <= len(cells)
-                for order, rule in self._by_cells.get(tuple(cells[start : start + size]), ())
-                if not (start == 0 and rule.deleted[0])
-                and not (start + size == len(cells) and rule.deleted[-1])
-            ]
-            if found:
-                return start, min(found, key=lambda one: one[0])[1]
+        for start, opening in enumerate(pairwise(cells)):
+            for wanted, rule in self._by_opening.get(opening, ()):
+                stop = start + len(wanted)
+                if (
+                    tuple(cells[start:stop]) == wanted
+                    and not (start == 0 and rule.deleted[0])
+                    and not (stop == len(cells) and rule.deleted[-1])
+                ):
+                    return start, rule
         return None
 
 
