@@ -5,13 +5,14 @@ Source: METHOD, stage 4; the paper, 4.5.3.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from lanindex.encode.direction import Course
+from lanindex.encode.segment import Segment
 
 
 @dataclass(slots=True)
@@ -48,29 +49,39 @@ class Run:
     rule: int = 0
 
 
-def runs(course: Course, first: int, last: int) -> list[Run]:
-    """Return the runs of a move, each with the frame that comes nearest to its reference.
+def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
+    """Return the runs of each move, each with the frame that comes nearest to its reference.
 
     Parameters
     ----------
     course : Course
         The cells of the whole stretch.
-    first, last : int
-        The move's frames, both included.
+    moves : sequence of Segment
+        In order of time.
 
     Returns
     -------
-    list of Run
-        In order of time; the last is achieved at the move's end.
+    list of list of Run
+        By move, in order of time; the last is achieved at the move's end.
     """
-    codes = course.cells[first : last + 1]
-    edges = (np.flatnonzero(codes[1:] != codes[:-1]) + first + 1).tolist()
+    cells, apart, angle = course.cells, course.apart, course.angle
+    changed = np.append(True, cells[1:] != cells[:-1])
+    borders = np.flatnonzero(changed).tolist()
+    changed[[move.first for move in moves]] = True
+    starts = np.flatnonzero(changed)
+    stops = np.append(starts[1:], len(cells))
+    least = np.minimum.reduceat(apart, starts).repeat(stops - starts)
+    nearest = np.flatnonzero(apart == least)
+    nearest = nearest[nearest.searchsorted(starts)]
+    fields = (cells[starts], starts, stops, nearest, angle[nearest], apart[nearest])
+    whole = {run.start: run for run in map(Run, *(field.tolist() for field in fields))}
     found = []
-    for start, stop in pairwise([first, *edges, last + 1]):
-        achieved = start + int(course.apart[start:stop].argmin()) if stop <= last else last
-        angle = float(course.angle[achieved])
-        apart = float(course.apart[achieved])
-        found.append(Run(int(course.cells[start]), start, stop, achieved, angle, apart))
+    for first, last, *_ in moves:
+        inner = borders[bisect_right(borders, first) : bisect_right(borders, last)]
+        passed = [whole[start] for start in (first, *inner)]
+        end = float(angle[last]), float(apart[last])
+        passed[-1] = Run(passed[-1].cell, passed[-1].start, last + 1, last, *end)
+        found.append(passed)
     return found
 
 

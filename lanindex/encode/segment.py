@@ -6,9 +6,9 @@ Source: METHOD, stages 2 and 2b; the paper, 4.3 and 4.4.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from math import dist
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,7 @@ LONG_HOLD = 6
 """Frames: the noise of a hold at least this long says when a move leaves it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Hold:
+class Hold(NamedTuple):
     """A stop: the limb stays near one point.
 
     Attributes
@@ -33,8 +32,7 @@ class Hold:
     last: int
 
 
-@dataclass(frozen=True, slots=True)
-class Segment:
+class Segment(NamedTuple):
     """A move between two stops.
 
     Attributes

@@ -127,14 +127,12 @@ def _write(
     grouped = holds(curve, stops, distance, profile.path_check * distance)
     moves = segments(speed, grouped, profile.onset, still)
     writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
-    found = []
-    for move in moves:
+    found = runs(passed, moves)
+    for move, seen in zip(moves, found, strict=True):
         cell = writer.in_force.cell
-        seen = runs(passed, move.first, move.last)
         achieve(seen, cell, profile.achieved_within)
         rules.apply(seen, cell, profile.rules[part])
         writer.add(move, seen)
-        found.append(seen)
     rows = to_source(writer.table(limbs.begin), limbs.known, limbs.rate, profile.rate)
     return Trace(
         part,

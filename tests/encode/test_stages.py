@@ -8,10 +8,10 @@ import pytest
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encode.achieve import Run, achieve, runs
 from lanindex.encode.body import resample, smooth, window
-from lanindex.encode.direction import course, margins, space
+from lanindex.encode.direction import Course, course, margins, space
 from lanindex.encode.profile import load
 from lanindex.encode.rules import Rules, apply
-from lanindex.encode.segment import Hold, candidates, holds, segments, speeds
+from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
 from lanindex.encode.timing import quantise, to_source
 from lanindex.model import SYMBOL, Meter, Span
 from lanindex.notation import ldd
@@ -139,12 +139,27 @@ class TestAchieve:
         around = space(RANGES, 500.0)
         angles = np.radians([10, 30, 46, 60, 80, 100])
         curve = 500 * np.stack([0 * angles, -np.cos(angles), np.sin(angles)], axis=1)
-        found = runs(course(curve, around), 0, 5)
+        (found,) = runs(course(curve, around), [Segment(0, 5, 0, 5)])
         assert [(one.cell, one.achieved) for one in found] == [
             (cell("place low"), 0),
             (cell("right low"), 2),
             (cell("right mid"), 5),
         ]
+
+    def test_moves_may_share_a_frame_and_begin_amid_a_run(self) -> None:
+        cells = np.array([3, 3, 3, 3, 3, 4, 4])
+        apart = np.array([0.1, 0.5, 0.4, 0.2, 0.3, 0.2, 0.1])
+        moves = [Segment(0, 2, 0, 2), Segment(2, 6, 2, 6)]
+        found = runs(Course(cells, apart, 10 * apart), moves)
+        assert [[(one.start, one.stop, one.achieved) for one in move] for move in found] == [
+            [(0, 3, 2)],
+            [(2, 5, 3), (5, 7, 6)],
+        ]
+
+    def test_the_first_of_equally_near_frames_counts(self) -> None:
+        apart = np.array([0.3, 0.2, 0.2, 0.2, 0.5])
+        found = runs(Course(np.array([3, 3, 3, 3, 4]), apart, apart), [Segment(0, 4, 0, 4)])
+        assert [one.achieved for one in found[0]] == [1, 4]
 
     def test_far_runs_are_dropped_and_neighbours_joined(self) -> None:
         names = ["right mid", "r_forward mid", "right mid", "left mid"]
