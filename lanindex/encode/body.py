@@ -6,10 +6,10 @@ Source: METHOD, stages 0 and 1; the paper, 2 and 4.2.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, PARTS
 from lanindex.encode.profile import Profile
+from lanindex.encode.segment import median
 from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]
@@ -70,17 +71,16 @@ def body(motion: Motion) -> Floats:
         (T, 20, 3) float64, mm, y up; NaN where a joint is unknown.
     """
     index = motion.skeleton.body
-    joints = np.asarray(motion.positions[:, index], dtype=np.float64)
+    # a coordinate's frames lie side by side in memory, here and in all that is made of it
+    joints = np.asarray(motion.positions[:, index], dtype=np.float64, order="F")
     joints[:, index < 0] = np.nan
     if index[JOINT_CODES["Pelvis"]] < 0:
         hips = [JOINT_CODES["LHip"], JOINT_CODES["RHip"]]
         joints[:, JOINT_CODES["Pelvis"]] = joints[:, hips].mean(axis=1)
     if 0 < motion.first < len(joints):
         joints[: motion.first] = joints[motion.first]
-    present = np.flatnonzero((index >= 0) | (np.arange(len(index)) == JOINT_CODES["Pelvis"]))
-    if np.isnan(joints[:, present]).any():
-        for joint in present:
-            _fill(joints[:, joint], math.floor(GAP * motion.rate))
+    for joint in np.flatnonzero(_unknown(joints).any(axis=0)):
+        _fill(joints[:, joint], math.floor(GAP * motion.rate))
     return joints
 
 
@@ -101,8 +101,8 @@ def _unknown(points: Floats) -> NDArray[np.bool_]:
 
 def _runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
     """Return start and stop of each stretch of True."""
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    edges = (np.flatnonzero(mask[1:] != mask[:-1]) + 1).tolist()
+    return [(a, b) for a, b in pairwise([0, *edges, len(mask)]) if a < b and mask[a]]
 
 
 def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tuple[int, Floats]:
@@ -133,20 +133,18 @@ def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tu
     frames = np.arange(begin, math.floor((start + len(points) - 1) / step) + 1)
     whole, rest = np.divmod(frames * step.numerator, step.denominator)
     index = np.minimum(whole - start, len(points) - 2)
-    share = (rest / step.denominator + (whole - start - index)).reshape(
-        -1, *[1] * (points.ndim - 1)
-    )
-    slope = np.gradient(points, axis=0)
-    here, there = points[index], points[index + 1]
+    share = rest / step.denominator + (whole - start - index)
+    slope = np.gradient(points, axis=0).T
+    here, there = points.T.take(index, axis=-1), points.T.take(index + 1, axis=-1)
     square, cube = share**2, share**3
     bend = 3 * square - 2 * cube
     values: Floats = (
         here * (1 - bend)
         + there * bend
-        + slope[index] * (cube - 2 * square + share)
-        + slope[index + 1] * (cube - square)
+        + slope.take(index, axis=-1) * (cube - 2 * square + share)
+        + slope.take(index + 1, axis=-1) * (cube - square)
     )
-    return begin, values
+    return begin, values.T
 
 
 def heading(joints: Floats, rate: Fraction, target: Fraction) -> Floats:
@@ -205,7 +203,7 @@ def smooth(curve: Floats, window: int) -> Floats:
     half = min(window // 2, curve.shape[1] - 1)
     if half < 1:
         return curve
-    total: Floats = curve.copy()
+    total: Floats = curve.copy(order="K")
     count = np.ones(curve.shape[1])
     for shift in range(1, half + 1):
         total[:, shift:] += curve[:, :-shift]
@@ -242,10 +240,9 @@ def lengths(joints: Floats, parts: Iterable[str]) -> Floats:
         chain = [JOINT_CODES[joint] for joint in PARTS[name].chain]
         inner = [code for code in chain[1:-1] if missing[code] < len(joints)]
         chain = [chain[0], *inner, chain[-1]]
-        bones = np.linalg.norm(np.diff(joints[:, chain], axis=1), axis=2).sum(axis=1)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
-            result.append(float(np.nanmedian(bones) if missing[chain].any() else np.median(bones)))
+        bones = sum(np.linalg.norm(joints[:, b] - joints[:, a], axis=1) for a, b in pairwise(chain))
+        known = bones[~np.isnan(bones)]
+        result.append(median(known) if len(known) else math.nan)
     return np.array(result)
 
 
@@ -303,16 +300,15 @@ def _stretch(
     )
     if not len(curve):
         return None
-    angle = turn[begin : begin + len(curve), None]
-    turned = np.empty((len(parts), len(curve), 3))
-    turned[..., 0] = (curve[..., 0] * np.cos(angle) - curve[..., 2] * np.sin(angle)).T
-    turned[..., 1] = curve[..., 1].T
-    turned[..., 2] = (curve[..., 0] * np.sin(angle) + curve[..., 2] * np.cos(angle)).T
+    angle = turn[begin : begin + len(curve)]
+    sine, cosine = np.sin(angle), np.cos(angle)
+    forward, up, right = curve.T
+    turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
     return Limbs(
         parts,
         known,
         rate,
         begin,
-        smooth(turned, window(profile.smoothing, profile.rate)),
+        smooth(turned.transpose(1, 2, 0), window(profile.smoothing, profile.rate)),
         size[kept],
     )

@@ -6,6 +6,7 @@ Source: METHOD, stages 3 and 4, "Margin"; the paper, 4.5.2.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from math import cos, pi, radians, sin
 
 import numpy as np
@@ -71,6 +72,11 @@ class Course:
 
 def space(ranges: Ranges, length: float) -> Space:
     """Divide the space around a joint for a limb of `length` mm."""
+    return Space(ranges, length, _references(ranges))
+
+
+@cache
+def _references(ranges: Ranges) -> Floats:
     references = np.zeros((CELLS, 3))
     for direction in range(PLACE):
         azimuth = radians(ranges.centre(direction))
@@ -82,22 +88,35 @@ def space(ranges: Ranges, length: float) -> Space:
             )
     references[PLACE * 3 + LOW, 1] = -1
     references[PLACE * 3 + HIGH, 1] = 1
-    return Space(ranges, length, references)
+    references.flags.writeable = False
+    return references
+
+
+def sizes(vectors: Floats) -> Floats:
+    """Return the sizes of vectors (..., 3)."""
+    size: Floats = np.sqrt(vectors[..., 0] ** 2 + vectors[..., 2] ** 2 + vectors[..., 1] ** 2)
+    return size
 
 
 def _polar(curve: Floats) -> tuple[Floats, Floats, Floats]:
     """Return horizontal distance, azimuth and elevation from straight down, in degrees."""
-    forward, up, right = curve[:, 0], curve[:, 1], curve[:, 2]
+    forward, up, right = curve.T
     away = np.hypot(forward, right)
-    azimuth = np.degrees(np.arctan2(forward, right)) % 360
+    azimuth = np.degrees(np.arctan2(forward, right))
+    azimuth += 360 * (azimuth < 0)
     nowhere = (away == 0) & (up == 0)  # at the joint itself, neither below nor above
     return away, azimuth, np.where(nowhere, 90.0, np.degrees(np.arctan2(away, -up)))
 
 
 def _sectors(azimuth: Floats, ranges: Ranges) -> NDArray[np.int64]:
+    order, borders = _borders(ranges)
+    return order[borders.searchsorted(azimuth, side="right") - 1]
+
+
+@cache
+def _borders(ranges: Ranges) -> tuple[NDArray[np.int64], Floats]:
     order = np.argsort(ranges.starts)
-    borders = np.array(ranges.starts)[order]
-    return order[np.searchsorted(borders, azimuth, side="right") - 1]
+    return order, np.array(ranges.starts)[order]
 
 
 def course(curve: Floats, around: Space) -> Course:
@@ -119,14 +138,12 @@ def course(curve: Floats, around: Space) -> Course:
     away, azimuth, elevation = _polar(curve)
     place = away <= ranges.radius(around.length)
     direction = np.where(place, PLACE, _sectors(azimuth, ranges))
-    level = np.searchsorted([ranges.mid, ranges.high], elevation, side="right")
+    level = np.add(elevation >= ranges.mid, elevation >= ranges.high, dtype=np.int64)
     code = direction * 3 + level
-    size = np.sqrt(np.einsum("ij,ij->i", curve, curve))
-    scale = np.where(place, around.length, np.maximum(size, 1e-9))
-    offset = curve / scale[:, None] - around.references[code]
-    apart = np.sqrt(np.einsum("ij,ij->i", offset, offset))
+    scale = np.where(place, around.length, np.maximum(sizes(curve), 1e-9))
+    apart = sizes((curve.T / scale - around.references.T.take(code, axis=1)).T)
     angle = np.degrees(2 * np.arcsin(np.minimum(apart / 2, 1)))
-    upright = np.select([level == LOW, level == HIGH], [elevation, 180 - elevation], 0.0)
+    upright = np.where(level == LOW, elevation, np.where(level == HIGH, 180 - elevation, 0.0))
     return Course(code, apart, np.where(place, upright, angle))
 
 
