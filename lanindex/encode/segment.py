@@ -91,39 +91,32 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
         (C,) int64, rising; always the first frame and the last.
     """
     level = np.maximum(speed, still)
-    edges = np.flatnonzero(level[1:] != level[:-1]) + 1
-    starts = np.concatenate(([0], edges))
-    stops = np.concatenate((edges, [len(level)])) - 1
+    borders = np.ones(len(level) + 1, bool)
+    borders[1:-1] = level[1:] != level[:-1]
+    edges = np.flatnonzero(borders)
+    starts, stops = edges[:-1], edges[1:] - 1
     heights = level[starts]
-    walls = np.concatenate(([np.inf], heights, [np.inf]))
-    lowest = np.flatnonzero((heights < walls[:-2]) & (heights < walls[2:]))
-    depth = _rims(heights, lowest) - heights[lowest]
-    deep = lowest[(heights[lowest] <= slow) & ((depth >= prominence) | (heights[lowest] <= still))]
-    return np.unique(np.concatenate(([0, len(speed) - 1], starts[deep], stops[deep])))
+    rises = np.arange(len(heights) + 1) > 0
+    rises[1:-1] = heights[1:] > heights[:-1]
+    lowest = np.flatnonzero((rises[1:] > rises[:-1]) & (heights <= slow))
+    deep = _deep(heights, lowest, prominence)
+    chosen = np.zeros(len(level), bool)
+    chosen[0] = chosen[-1] = chosen[starts[deep]] = chosen[stops[deep]] = True
+    return np.flatnonzero(chosen)
 
 
-def _rims(heights: Floats, lowest: NDArray[np.int64]) -> Floats:
-    """Return the lower rim of each minimum: outside the capture counts as infinitely high."""
-    if not len(lowest):
-        return np.zeros(0)
-    between = np.maximum.reduceat(heights, lowest)[:-1].tolist()
-    bottoms = heights[lowest].tolist()
-    left = _walls(bottoms, between)
-    right = _walls(bottoms[::-1], between[::-1])[::-1]
-    return np.minimum(left, right)
-
-
-def _walls(bottoms: list[float], between: list[float]) -> list[float]:
-    """Return the highest point between each minimum and the nearest lower one on its left."""
-    walls = []
-    open_bottoms: list[tuple[float, float]] = []
-    for index, bottom in enumerate(bottoms):
-        wall = between[index - 1] if index else np.inf
-        while open_bottoms and open_bottoms[-1][0] >= bottom:
-            wall = max(wall, open_bottoms.pop()[1])
-        walls.append(wall if open_bottoms else np.inf)
-        open_bottoms.append((bottom, wall))
-    return walls
+def _deep(heights: Floats, lowest: NDArray[np.int64], prominence: float) -> NDArray[np.int64]:
+    """Leave out minima, until between each and a lower neighbour there is a rim high enough."""
+    while True:
+        depths = heights[lowest]
+        rims = np.maximum.reduceat(heights, lowest)[:-1]
+        before, after = depths[:-1], depths[1:]
+        shallow = np.zeros(len(lowest), bool)
+        shallow[:-1] = (before > after) & (rims - before < prominence)
+        shallow[1:] |= (after > before) & (rims - after < prominence)
+        if not shallow.any():
+            return lowest
+        lowest = lowest[~shallow]
 
 
 def holds(
