@@ -142,19 +142,27 @@ def holds(
     """
     found: list[Hold] = []
     frames = stops.tolist()
-    points = dict(zip(frames, curve[stops].tolist(), strict=True))
-    first = last = frames[0]
-    for stop in frames[1:]:
-        near = dist(points[stop], points[first]) <= distance
-        if near and path_check:
-            strayed = curve[last : stop + 1] - curve[first]
-            near = np.einsum("ij,ij->i", strayed, strayed).max() <= path_check**2
+    points = list(map(tuple, curve[stops].tolist()))
+    limit = path_check or np.inf
+    reach = _reach(curve, stops) if path_check else [0.0] * len(frames)
+    within = min(distance, limit)
+    first = 0
+    for last, stop in pairwise(range(len(frames))):
+        near = dist(points[stop], points[first]) <= within
+        if near and dist(points[last], points[first]) + reach[last] > limit:
+            near = sizes(curve[frames[last] : frames[stop]] - curve[frames[first]]).max() <= limit
         if not near:
-            found.append(Hold(first, last))
+            found.append(Hold(frames[first], frames[last]))
             first = stop
-        last = stop
-    found.append(Hold(first, last))
+    found.append(Hold(frames[first], frames[-1]))
     return found
+
+
+def _reach(curve: Floats, stops: NDArray[np.int64]) -> list[float]:
+    """Return how far the limb strays from each candidate until the next."""
+    origins = curve[stops[:-1]].T.repeat(stops[1:] - stops[:-1], axis=1)
+    reach: list[float] = np.maximum.reduceat(sizes(curve[:-1] - origins.T), stops[:-1]).tolist()
+    return reach
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:

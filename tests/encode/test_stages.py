@@ -119,6 +119,16 @@ class TestSegment:
         assert holds(curve, np.array([0, 2]), 50.0, 0.0) == [Hold(0, 2)]
         assert holds(curve, np.array([0, 2]), 50.0, 100.0) == [Hold(0, 0), Hold(2, 2)]
 
+    def test_the_path_counts_from_the_first_of_a_hold(self) -> None:
+        # frame 2 lies 60 from the candidate before it, but 90 or 30 from the hold's first
+        for side, found in ((30.0, [Hold(0, 1), Hold(3, 3)]), (-30.0, [Hold(0, 3)])):
+            curve = np.array([[0.0, 0, 0], [side, 0, 0], [side + 60, 0, 0], [0, 0, 0]])
+            assert holds(curve, np.array([0, 1, 3]), 50.0, 80.0) == found
+
+    def test_a_path_check_below_the_distance_holds_for_candidates_too(self) -> None:
+        curve = np.array([[0.0, 0, 0], [10, 0, 0], [30, 0, 0]])
+        assert holds(curve, np.array([0, 1, 2]), 50.0, 20.0) == [Hold(0, 1), Hold(2, 2)]
+
     def test_a_move_begins_where_it_leaves_the_noise(self) -> None:
         speed = np.array([1.0, 1, 1, 1, 1, 1, 1, 1, 50, 100, 50, 1, 1, 1, 1, 1, 1, 1])
         (move,) = segments(speed, [Hold(0, 4), Hold(14, 17)], 0.03, 0.1)
