@@ -183,31 +183,32 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
     -------
     list of Segment
     """
+    if not onset:
+        return [Segment(a.last, b.first, a.last, b.first) for a, b in pairwise(stops)]
+    noise = [
+        max(still, median(speed[first : last + 1])) if last - first + 1 >= LONG_HOLD else still
+        for first, last in stops
+    ]
+    values = speed.tolist()
     found = []
-    backwards = speed[::-1]
-    last = len(speed) - 1
-    for before, after in pairwise(stops):
-        begin, end = before.last, after.first
-        if onset:
-            begin = _begin(speed, before.first, before.last, after.first, onset, still)
-            end = last - _begin(
-                backwards, last - after.last, last - after.first, last - before.last, onset, still
-            )
-        found.append(Segment(before.last, after.first, begin, max(begin, end)))
+    for (before, after), (quiet, calm) in zip(pairwise(stops), pairwise(noise), strict=True):
+        first, last = before.last, after.first
+        peak, move = max(values[first : last + 1]), range(first, last + 1)
+        begin = _begin(values, before.first, move, peak / 4, max(onset * peak, quiet))
+        end = _begin(values, after.last, move[::-1], peak / 4, max(onset * peak, calm))
+        found.append(Segment(first, last, begin, max(begin, end)))
     return found
 
 
-def _begin(speed: Floats, hold: int, first: int, last: int, onset: float, still: float) -> int:
-    """Return the frame at which the move [first, last] after the hold [hold, first] begins."""
-    move = speed[first : last + 1]
-    peak = float(move.max())
-    threshold = max(onset * peak, still)
-    if first - hold + 1 >= LONG_HOLD:
-        threshold = max(threshold, median(speed[hold : first + 1]))
-    fast = first + int((move >= peak / 4).argmax())
-    slow = speed[hold : fast + 1][::-1] <= threshold
-    back = int(slow.argmax())
-    return fast - back if slow[back] else hold
+def _begin(speed: list[float], hold: int, move: range, fast: float, slow: float) -> int:
+    """Return where the move begins: back from its first fast frame, but not beyond the hold."""
+    for start in move:
+        if speed[start] >= fast:
+            break
+    for frame in range(start, hold, -move.step):
+        if speed[frame] <= slow:
+            return frame
+    return hold
 
 
 def median(values: Floats) -> float:
