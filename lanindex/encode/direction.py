@@ -5,6 +5,7 @@ Source: METHOD, stages 3 and 4, "Margin"; the paper, 4.5.2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import cos, pi, radians, sin
@@ -98,9 +99,9 @@ def sizes(vectors: Floats) -> Floats:
     return size
 
 
-def _polar(curve: Floats) -> tuple[Floats, Floats, Floats]:
+def _polar(points: Floats) -> tuple[Floats, Floats, Floats]:
     """Return horizontal distance, azimuth and elevation from straight down, in degrees."""
-    forward, up, right = curve.T
+    forward, up, right = (points[..., axis] for axis in range(3))
     away = np.hypot(forward, right)
     azimuth = np.degrees(np.arctan2(forward, right))
     azimuth += 360 * (azimuth < 0)
@@ -109,57 +110,66 @@ def _polar(curve: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _sectors(azimuth: Floats, ranges: Ranges) -> NDArray[np.int64]:
-    order, borders = _borders(ranges)
+    order = np.argsort(ranges.starts)
+    borders = np.array(ranges.starts)[order]
     return order[borders.searchsorted(azimuth, side="right") - 1]
 
 
-@cache
-def _borders(ranges: Ranges) -> tuple[NDArray[np.int64], Floats]:
-    order = np.argsort(ranges.starts)
-    return order, np.array(ranges.starts)[order]
+def _numbers(around: Sequence[Space]) -> Floats:
+    """Return length, radius of place and the elevations of mid and high, each by limb."""
+    return np.array(
+        [
+            (one.length, one.ranges.radius(one.length), one.ranges.mid, one.ranges.high)
+            for one in around
+        ]
+    ).T
 
 
-def course(curve: Floats, around: Space) -> Course:
-    """Tell where each point of a curve lies.
+def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
+    """Tell where each point of each curve lies.
 
     Parameters
     ----------
-    curve : ndarray
-        (N, 3) float64, mm: child minus parent, forward +x, up +y, right +z.
-    around : Space
-        The division.
+    curves : ndarray
+        (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z.
+    around : sequence of Space
+        (P) divisions, one a limb.
 
     Returns
     -------
-    Course
-        (N) points.
+    list of Course
+        (P) of (N) points.
     """
-    ranges = around.ranges
-    away, azimuth, elevation = _polar(curve)
-    place = away <= ranges.radius(around.length)
-    direction = np.where(place, PLACE, _sectors(azimuth, ranges))
-    level = np.add(elevation >= ranges.mid, elevation >= ranges.high, dtype=np.int64)
-    code = direction * 3 + level
-    scale = np.where(place, around.length, np.maximum(sizes(curve), 1e-9))
-    apart = sizes((curve.T / scale - around.references.T.take(code, axis=1)).T)
+    length, radius, mid, high = _numbers(around)[..., None]
+    away, azimuth, elevation = _polar(curves)
+    place = away <= radius
+    sectors = [_sectors(turn, one.ranges) for turn, one in zip(azimuth, around, strict=True)]
+    level = np.add(elevation >= mid, elevation >= high, dtype=np.int64)
+    code = np.where(place, PLACE, sectors) * 3 + level
+    scale = np.where(place, length, np.maximum(sizes(curves), 1e-9))
+    middles = np.concatenate([one.references for one in around]).T
+    middle = middles.take(code + CELLS * np.arange(len(around))[:, None], axis=1)
+    apart = sizes((curves.transpose(2, 0, 1) / scale - middle).transpose(1, 2, 0))
     angle = np.degrees(2 * np.arcsin(np.minimum(apart / 2, 1)))
     upright = np.where(level == LOW, elevation, np.where(level == HIGH, 180 - elevation, 0.0))
-    return Course(code, apart, np.where(place, upright, angle))
+    return list(map(Course, code, apart, np.where(place, upright, angle)))
 
 
 def margins(
-    curve: Floats, code: NDArray[np.int64], around: Space
+    points: Floats, code: NDArray[np.int64], around: Sequence[Space], limb: NDArray[np.int64]
 ) -> tuple[Floats, NDArray[np.int64]]:
     """Return how clearly points lie in their cells, and the cell across the nearest border.
 
     Parameters
     ----------
-    curve : ndarray
+    points : ndarray
         (N, 3) float64, mm.
     code : ndarray
         (N,) int64, the cell of each.
-    around : Space
-        The division.
+    around : sequence of Space
+        (P) divisions, one a limb.
+    limb : ndarray
+        (N,) int64, which of them each point belongs to.
 
     Returns
     -------
@@ -168,28 +178,26 @@ def margins(
     runner_up : ndarray
         (N,) int64, the cell across the border that is nearest in this measure.
     """
-    ranges = around.ranges
-    starts, radius = np.array(ranges.starts), ranges.radius(around.length)
-    away, azimuth, elevation = _polar(curve)
+    _, radius, mid, high = _numbers(around)[:, limb]
+    away, azimuth, elevation = _polar(points)
     direction, level = np.divmod(code, 3)
     placed = direction == PLACE
-    own = np.where(placed, 0, direction)
-    before, after = (own - 1) % 8, (own + 1) % 8
-    borders = np.array([-np.inf, ranges.mid, ranges.high, np.inf])
+    before, after = (direction - 1) % 8, (direction + 1) % 8
+    behind = azimuth[:, None] - np.array([one.ranges.starts for one in around])[limb]
+    across = np.where(placed, (behind % 360).argmin(axis=1), PLACE)
+    rows = np.arange(len(code))
     never = 1e9
-    across = np.where(placed, _sectors(azimuth, ranges), PLACE)
-    choices = (
-        (np.where(placed, never, (azimuth - starts[own]) % 360 / FULL), before * 3 + level),
-        (np.where(placed, never, (starts[after] - azimuth) % 360 / FULL), after * 3 + level),
-        ((borders[level + 1] - elevation) / FULL, direction * 3 + level + 1),
-        ((elevation - borders[level]) / FULL, direction * 3 + level - 1),
+    measures = np.array(
         (
-            np.abs(away - radius) / radius if radius else np.full_like(away, never),
-            across * 3 + level,
-        ),
+            np.where(placed, never, behind[rows, direction % 8] % 360 / FULL),
+            np.where(placed, never, -behind[rows, after] % 360 / FULL),
+            (np.choose(level, (mid, high, np.inf)) - elevation) / FULL,
+            (elevation - np.choose(level, (-np.inf, mid, high))) / FULL,
+            np.divide(np.abs(away - radius), radius, np.full_like(away, never), where=radius > 0),
+        )
     )
-    measures = np.stack([measure for measure, _ in choices])
-    nearest = np.argmin(measures, axis=0)
-    rows = np.arange(len(curve))
-    runner_up = np.stack([cell for _, cell in choices])[nearest, rows]
-    return np.clip(measures[nearest, rows], 0.0, 1.0), runner_up
+    others = np.array(
+        (before * 3 + level, after * 3 + level, code + 1, code - 1, across * 3 + level)
+    )
+    nearest = measures.argmin(axis=0), rows
+    return np.clip(measures[nearest], 0.0, 1.0), others[nearest]

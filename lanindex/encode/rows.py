@@ -5,8 +5,10 @@ Source: METHOD, stages 2b, 4 and 5.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import dist
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,9 @@ from lanindex.encode.segment import Segment
 from lanindex.model import SYMBOL
 
 Floats = NDArray[np.float64]
+
+_SHOWN = ("symbol", "passing", "rejoined")
+_COPIED = ("start", "stop", "passing", "rule", "swings")
 
 
 @dataclass(slots=True)
@@ -68,14 +73,13 @@ class Writer:
         runs : list of Run
             What it passes, with the outcome of each.
         """
-        if not any(run.outcome == "symbol" for run in runs):
+        shown = [run for run in runs if run.outcome in _SHOWN]
+        if not shown:
             self._stay(move)
             return
-        cut = start = max(self._begin(move, runs), self.in_force.stop)
+        cut = start = max(self._begin(move, shown[0].cell), self.in_force.stop)
         end = max(move.end + 1, start)
-        for run in runs:
-            if run.outcome not in ("symbol", "passing", "rejoined"):
-                continue
+        for run in shown:
             stop = min(max(run.achieved + 1, cut), end)
             if run.outcome == "passing":
                 self.rows.append(Row(run.cell, cut, stop, run.achieved, run.rule, passing=True))
@@ -97,13 +101,12 @@ class Writer:
         else:
             self.idle.append(move)
 
-    def _begin(self, move: Segment, runs: list[Run]) -> int:
+    def _begin(self, move: Segment, cell: int) -> int:
         """Return where the first symbol begins: perhaps with moves before that had none."""
         begin = move.begin
-        first = next(run for run in runs if run.outcome in ("symbol", "passing", "rejoined"))
         for before in reversed(self.idle if self.lengthen else []):
             apart = dist(self.curve[before.last], self.curve[before.first])
-            if before.end + 1 < begin or self._gain(before, first.cell) < apart / 2:
+            if before.end + 1 < begin or self._gain(before, cell) < apart / 2:
                 break
             begin = before.begin
         return begin
@@ -114,29 +117,34 @@ class Writer:
         before, after = (dist(self.curve[frame], middle) for frame in (move.first, move.last))
         return before - after
 
-    def table(self, begin: int) -> NDArray[Any]:
-        """Return the rows with their margins.
 
-        Parameters
-        ----------
-        begin : int
-            Number of the stretch's first resampled frame.
+def tables(writers: Sequence[Writer], begin: int) -> list[NDArray[Any]]:
+    """Return the rows with their margins.
 
-        Returns
-        -------
-        ndarray
-            (S,) of `model.SYMBOL`, start and stop in resampled frames.
-        """
-        rows = self.rows
-        cells = np.array([row.cell for row in rows])
-        points = self.curve[[row.achieved for row in rows]]
-        clear, other = margins(points, cells, self.around)
-        table = np.zeros(len(rows), SYMBOL)
-        table["direction"], table["level"] = np.divmod(cells, 3)
-        for name in ("start", "stop", "passing", "rule", "swings"):
-            table[name] = [getattr(row, name) for row in rows]
-        table["start"] += begin
-        table["stop"] += begin
-        table["margin"] = clear
-        table["runner_direction"], table["runner_level"] = np.divmod(other, 3)
-        return table
+    Parameters
+    ----------
+    writers : sequence of Writer
+        (P) of parts that are known over one stretch.
+    begin : int
+        Number of the stretch's first resampled frame.
+
+    Returns
+    -------
+    list of ndarray
+        (P) of (S,) of `model.SYMBOL`, start and stop in resampled frames.
+    """
+    counts = [len(writer.rows) for writer in writers]
+    rows = [row for writer in writers for row in writer.rows]
+    cells, *copied = np.array(list(map(attrgetter("cell", *_COPIED), rows))).T
+    points = [writer.curve[[row.achieved for row in writer.rows]] for writer in writers]
+    limb = np.arange(len(writers)).repeat(counts)
+    clear, other = margins(np.concatenate(points), cells, [one.around for one in writers], limb)
+    table = np.zeros(len(rows), SYMBOL)
+    table["direction"], table["level"] = np.divmod(cells, 3)
+    for name, column in zip(_COPIED, copied, strict=True):
+        table[name] = column
+    table["start"] += begin
+    table["stop"] += begin
+    table["margin"] = clear
+    table["runner_direction"], table["runner_level"] = np.divmod(other, 3)
+    return np.split(table, np.cumsum(counts)[:-1])

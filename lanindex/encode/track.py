@@ -18,7 +18,7 @@ from lanindex.encode.achieve import Run, achieve, runs
 from lanindex.encode.body import Limbs
 from lanindex.encode.direction import Course, Space, course, space
 from lanindex.encode.profile import Profile
-from lanindex.encode.rows import Writer
+from lanindex.encode.rows import Writer, tables
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
 from lanindex.encode.timing import to_source
 from lanindex.model import Span
@@ -108,19 +108,27 @@ def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:
     Trace
         One a part.
     """
+    around = [
+        space(profile.ranges[part], length)
+        for part, length in zip(limbs.parts, limbs.lengths.tolist(), strict=True)
+    ]
     speed = speeds(limbs.curve, float(profile.rate))
-    for index, part in enumerate(limbs.parts):
-        around = space(profile.ranges[part], float(limbs.lengths[index]))
-        yield _write(part, limbs, limbs.curve[index], speed[index], around, profile)
+    passed = course(limbs.curve, around)
+    parts = list(zip(limbs.parts, limbs.curve, around, speed, passed, strict=True))
+    stages = [_follow(*part, profile) for part in parts]
+    written = tables([writer for *_, writer in stages], limbs.begin)
+    for part, stage, table in zip(parts, stages, written, strict=True):
+        rows = to_source(table, limbs.known, limbs.rate, profile.rate)
+        yield Trace(part[0], limbs.known, limbs.begin, *part[1:], *stage[:-1], rows)
 
 
-def _write(
-    part: str, limbs: Limbs, curve: Floats, speed: Floats, around: Space, profile: Profile
-) -> Trace:
+def _follow(
+    part: str, curve: Floats, around: Space, speed: Floats, passed: Course, profile: Profile
+) -> tuple[NDArray[np.int64], list[Hold], list[Segment], list[list[Run]], Writer]:
+    """Return the stages between the course of a part and its table."""
     length = around.length
     still = profile.still.of(length)
     distance = profile.distance.of(length)
-    passed = course(curve, around)
     stops = candidates(
         speed, profile.candidate_speed.of(length), profile.prominence.of(length), still
     )
@@ -133,18 +141,4 @@ def _write(
         achieve(seen, cell, profile.achieved_within)
         rules.apply(seen, cell, profile.rules[part])
         writer.add(move, seen)
-    rows = to_source(writer.table(limbs.begin), limbs.known, limbs.rate, profile.rate)
-    return Trace(
-        part,
-        limbs.known,
-        limbs.begin,
-        curve,
-        around,
-        speed,
-        passed,
-        stops,
-        grouped,
-        moves,
-        found,
-        rows,
-    )
+    return stops, grouped, moves, found, writer

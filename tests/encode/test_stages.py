@@ -1,5 +1,6 @@
 """Small hand-made cases of each stage; the twin and the laws test the whole."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encode.achieve import Run, achieve, runs
 from lanindex.encode.body import resample, smooth, window
-from lanindex.encode.direction import Course, course, margins, space
+from lanindex.encode.direction import Course, Space, course, margins, space
 from lanindex.encode.profile import load
 from lanindex.encode.rules import Rules, apply
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
@@ -22,6 +23,14 @@ RANGES = load("default").ranges["r_arm"]
 def cell(name: str) -> int:
     direction, level = name.split()
     return DIRECTION_CODES[direction] * 3 + LEVEL_CODES[level]
+
+
+def course_of(curve: np.ndarray, around: Space) -> Course:
+    return course(curve[None], [around])[0]
+
+
+def margins_of(curve: np.ndarray, codes: np.ndarray, around: Space) -> tuple[np.ndarray, ...]:
+    return margins(curve, codes, [around], np.zeros(len(codes), np.int64))
 
 
 class TestBody:
@@ -56,7 +65,7 @@ class TestDirection:
     @pytest.mark.parametrize("name", ["right mid", "l_back high", "forward low", "place low"])
     def test_references_lie_in_their_cells(self, name: str) -> None:
         around = space(RANGES, 500.0)
-        passed = course(around.reference(cell(name))[None], around)
+        passed = course_of(around.reference(cell(name))[None], around)
         assert passed.cells.tolist() == [cell(name)]
         assert passed.angle[0] == pytest.approx(0, abs=1e-6)
         assert passed.apart[0] == pytest.approx(0, abs=1e-9)
@@ -64,7 +73,7 @@ class TestDirection:
     def test_every_reference_is_its_cells_clearest_point(self) -> None:
         around = space(RANGES, 500.0)
         codes = np.array([code for code in range(24)])
-        clear, _ = margins(around.references[codes] * 500, codes, around)
+        clear, _ = margins_of(around.references[codes] * 500, codes, around)
         # low and high diagonals stand one radius of place less than 22.5 degrees deep
         assert (clear > 0.8).all()
 
@@ -72,22 +81,55 @@ class TestDirection:
         around = space(RANGES, 1.0)
         angles = np.radians([22.5, 22.499])
         flat = np.stack([np.sin(angles), 0 * angles, np.cos(angles)], axis=1)
-        assert course(flat, around).cells.tolist() == [cell("r_forward mid"), cell("right mid")]
+        assert course_of(flat, around).cells.tolist() == [cell("r_forward mid"), cell("right mid")]
 
     def test_hand_at_the_shoulder_is_place_mid(self) -> None:
         around = space(RANGES, 500.0)
-        assert course(np.array([[1.0, 0.0, 1.0]]), around).cells.tolist() == [cell("place mid")]
+        assert course_of(np.array([[1.0, 0.0, 1.0]]), around).cells.tolist() == [cell("place mid")]
 
     def test_at_the_joint_itself_is_place_mid(self) -> None:
         around = space(RANGES, 500.0)
-        assert course(np.zeros((1, 3)), around).cells.tolist() == [cell("place mid")]
+        assert course_of(np.zeros((1, 3)), around).cells.tolist() == [cell("place mid")]
 
     def test_runner_up_lies_across_the_nearest_border(self) -> None:
         around = space(RANGES, 500.0)
         point = np.array([[500 * np.sin(np.radians(20)), 0, 500 * np.cos(np.radians(20))]])
-        clear, other = margins(point, course(point, around).cells, around)
+        clear, other = margins_of(point, course_of(point, around).cells, around)
         assert clear[0] == pytest.approx(2.5 / 22.5)
         assert other.tolist() == [cell("r_forward mid")]
+
+    def test_each_limb_has_its_own_division(self) -> None:
+        odd = replace(RANGES, starts=tuple((start + 30) % 360 for start in RANGES.starts), mid=20.0)
+        curves = np.random.default_rng(2).normal(size=(2, 50, 3)) * 300
+        around = [space(RANGES, 500.0), space(odd, 700.0)]
+        together = course(curves, around)
+        for curve, one, passed in zip(curves, around, together, strict=True):
+            alone = course_of(curve, one)
+            for name in ("cells", "apart", "angle"):
+                assert np.array_equal(getattr(passed, name), getattr(alone, name))
+        assert (together[0].cells != course_of(curves[0], around[1]).cells).any()
+
+    def test_margins_come_from_the_limbs_own_division(self) -> None:
+        odd = replace(RANGES, starts=tuple((start + 30) % 360 for start in RANGES.starts), mid=20.0)
+        points = np.random.default_rng(3).normal(size=(50, 3)) * 300
+        around = [space(RANGES, 500.0), space(odd, 700.0)]
+        limb = np.arange(50) % 2
+        cells = np.choose(limb, [course_of(points, one).cells for one in around])
+        clear, other = margins(points, cells, around, limb)
+        for index, one in enumerate(around):
+            mine = limb == index
+            alone = margins_of(points[mine], cells[mine], one)
+            assert np.array_equal(clear[mine], alone[0])
+            assert np.array_equal(other[mine], alone[1])
+
+    def test_no_radius_of_place_is_no_border(self) -> None:
+        around = space(replace(RANGES, place=0.0), 500.0)
+        points = np.array([[0.0, -1.0, 0.0], [0.0, -1.0, 500.0]])
+        passed = course_of(points, around)
+        assert passed.cells.tolist() == [cell("place low"), cell("right mid")]
+        clear, other = margins_of(points, passed.cells, around)
+        assert clear.tolist() == pytest.approx([1.0, 1.0], abs=0.01)
+        assert other[0] == cell("place mid")
 
 
 class TestSegment:
@@ -149,7 +191,7 @@ class TestAchieve:
         around = space(RANGES, 500.0)
         angles = np.radians([10, 30, 46, 60, 80, 100])
         curve = 500 * np.stack([0 * angles, -np.cos(angles), np.sin(angles)], axis=1)
-        (found,) = runs(course(curve, around), [Segment(0, 5, 0, 5)])
+        (found,) = runs(course_of(curve, around), [Segment(0, 5, 0, 5)])
         assert [(one.cell, one.achieved) for one in found] == [
             (cell("place low"), 0),
             (cell("right low"), 2),
