@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from lanindex import capture
-from lanindex.errors import CaptureError, ExportError, UsageError
+from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError
 from lanindex.library.store import Library
 from lanindex.model import Capture, Score, Span
 from lanindex.notation import lnd
@@ -91,7 +91,8 @@ def export(
     Raises
     ------
     ExportError
-        Where a source has changed or is gone, a range lies outside it, or a file is there already.
+        Where a hit comes from another library, a source has changed or is gone, a range lies
+        outside it, or a file is there already.
     UsageError
         Where `format` or `pad` is not understood.
     """
@@ -101,9 +102,9 @@ def export(
 
     def files() -> Iterator[tuple[Path, bytes]]:
         taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
-        for source, group in groupby(wanted, key=lambda one: one.capture.id):
+        for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
             requests = list(group)
-            cutter = _Cutter(library, library.capture(source), format)
+            cutter = _Cutter(library, _held(library, requests[0].capture), format)
             for request in requests:
                 yield from _clip(cutter, request, folder, pad, taken, manifest)
         if not manifest:
@@ -114,6 +115,23 @@ def export(
 
     write_all(files(), force=force)
     return manifest
+
+
+def _identity(source: Capture) -> tuple[int, str, str]:
+    return source.id, source.location, source.sha256
+
+
+def _held(library: Library, source: Capture) -> Capture:
+    """Return a hit's capture as the library has it; numbers alone are alike in all libraries."""
+    remedy = "Search this library again."
+    try:
+        held = library.capture(source.id)
+    except LibraryError as error:
+        raise ExportError(error.found, place=source.path, remedy=remedy) from error
+    if _identity(held) != _identity(source):
+        found = f"is not what this library holds as number {source.id}"
+        raise ExportError(found, place=source.path, remedy=remedy)
+    return held
 
 
 class _Cutter:

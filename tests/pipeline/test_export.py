@@ -1,6 +1,7 @@
 import csv
 import io
 import json
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from lanindex.model import Span
 from lanindex.notation import lnd
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.export import export, pad_frames
-from lanindex.pipeline.wanted import Wanted, from_lines, from_range
+from lanindex.pipeline.wanted import Wanted, from_hits, from_lines, from_range
 
 
 @pytest.fixture
@@ -106,6 +107,28 @@ def test_a_changed_source_is_refused_and_nothing_written(tmp_path: Path, library
     with pytest.raises(ExportError, match=r"raise\.bvh: has changed since it was ingested"):
         export(library, wanted, tmp_path / "out")
     assert list((tmp_path / "out").glob("*")) == []
+
+
+def test_hits_of_another_library_are_refused(tmp_path: Path, library: Library) -> None:
+    hits = library.search("r_arm place high", within="raise.bvh")
+    number = hits[0].capture.id
+    said = f"raise.bvh: is not what this library holds as number {number}. Search this library"
+    with open_library(tmp_path / "other.db", create=True) as other:
+        with pytest.raises(ExportError, match=rf"raise\.bvh: there is no capture {number}"):
+            other.export(hits, tmp_path / "out")
+        other.ingest(dance(tmp_path / str(copy) / "bow.bvh", BOW) for copy in range(number))
+        own = Wanted(other.capture(number), Span(0, 9))
+        with pytest.raises(ExportError, match=re.escape(said)):
+            export(other, [own, *from_hits(hits, "")], tmp_path / "out")
+    assert list((tmp_path / "out").glob("*")) == []
+
+
+def test_a_number_given_anew_is_refused(tmp_path: Path, library: Library) -> None:
+    hits = library.search("r_arm place high", within="raise.bvh")
+    dance(tmp_path / "raise.bvh", BOW)
+    library.ingest(tmp_path / "raise.bvh")
+    with pytest.raises(ExportError, match="is not what this library holds"):
+        library.export(hits, tmp_path / "out")
 
 
 def test_a_source_that_is_gone_is_refused(tmp_path: Path, library: Library) -> None:
