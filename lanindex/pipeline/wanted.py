@@ -113,7 +113,7 @@ def _record(line: str, place: str) -> dict[str, Any]:
     wanted = "a line of lanindex search --json"
     try:
         record = json.loads(line)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise UsageError(f"{line.strip()[:40]!r}", place=place, wanted=wanted) from error
     if isinstance(record, dict) and isinstance(record.get("summary"), dict):
         return record

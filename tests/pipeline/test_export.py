@@ -190,6 +190,7 @@ def test_hits_as_json_lines_come_back(library: Library) -> None:
     [
         "raise.bvh\t1\t2",
         "[]",
+        "[" * 100_000,
         "{}",
         '{"capture": "bow.bvh", "start_frame": 1, "end_frame": "2"}',
         '{"capture": "bow.bvh", "start_frame": true, "end_frame": 2}',
@@ -197,6 +198,7 @@ def test_hits_as_json_lines_come_back(library: Library) -> None:
         '{"capture": "bow.bvh", "start_frame": 1, "end_frame": 2, "symbols": [{"part": 1}]}',
         '{"capture": "gone.bvh", "start_frame": 1, "end_frame": 2}',
     ],
+    ids=lambda line: line[:80],
 )
 def test_other_lines_are_refused(library: Library, line: str) -> None:
     with pytest.raises(UsageError, match="standard input:2"):
