@@ -41,15 +41,15 @@ def write_all(
         What to write where; folders are made. Taken one by one, so they may be many; an error on
         the way leaves no trace.
     force : bool
-        Whether files that are there already may be replaced.
+        Whether regular files that are there already may be replaced.
     source : Path, optional
         What they are made from: it is never replaced.
 
     Raises
     ------
     ExportError
-        Where a file exists or is the source, or one cannot be written; then none of them is
-        changed.
+        Where a file exists, is the source or no regular file, or one cannot be written; then none
+        of them is changed.
     """
     drafts: list[tuple[str, Path]] = []
     try:
@@ -67,8 +67,13 @@ def write_all(
 
 
 def _check(path: Path, force: bool, source: Path | None) -> None:
+    for folder in path.parents:
+        if folder.exists() and not folder.is_dir():
+            raise ExportError("is a file", place=str(folder), wanted="a folder")
     if path.is_dir():
         raise ExportError("is a folder", place=str(path), wanted="a file's name")
+    if path.exists() and not path.is_file():  # a device, a pipe or a socket
+        raise ExportError("is no regular file", place=str(path), wanted="another name")
     if source is not None and path.exists() and path.samefile(source):
         raise ExportError("is the file that is read", place=str(path), wanted="another file")
     if os.path.lexists(path) and not force:

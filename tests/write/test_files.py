@@ -1,4 +1,5 @@
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -62,8 +63,29 @@ def test_a_folder_in_the_way(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="is a folder"):
         write_all([(tmp_path / "a", b"")], force=True)
     (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(ExportError, match="cannot be written"):
-        write_all([(tmp_path / "file" / "x", b"")])
+    said = re.escape(f"{tmp_path / 'file'}: is a file, wanted a folder")
+    for below in ("x", "y/z/x"):
+        with pytest.raises(ExportError, match=said):
+            write_all([(tmp_path / "file" / below, b"")])
+
+
+@pytest.mark.parametrize("force", [True, False])
+def test_only_regular_files_are_replaced(tmp_path: Path, force: bool) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    os.symlink(tmp_path / "pipe", tmp_path / "link")
+    for name in ("pipe", "link"):
+        with pytest.raises(ExportError, match=f"{name}: is no regular file"):
+            write_all([(tmp_path / name, b"")], force=force)
+    assert (tmp_path / "pipe").is_fifo()
+    assert (tmp_path / "link").is_symlink()
+
+
+def test_a_link_to_a_file_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"old")
+    os.symlink(tmp_path / "file", tmp_path / "link")
+    write_all([(tmp_path / "link", b"new")], force=True)
+    assert (tmp_path / "link").read_bytes() == b"new"
+    assert (tmp_path / "file").read_bytes() == b"old"
 
 
 def test_a_source_is_never_replaced(tmp_path: Path) -> None:
