@@ -15,7 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from lanindex.alphabet import PARTS
+from lanindex.alphabet import GROUPS, PARTS
 from lanindex.encode.rules import Rules
 from lanindex.errors import NotationError
 from lanindex.model import Meter
@@ -100,8 +100,8 @@ def _text(value: Any) -> str:
 
 
 def _positive(value: Any) -> Fraction:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < 1e6:
-        raise ValueError("a number above 0")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= 1000:
+        raise ValueError("a number above 0, at most 1000")
     return Fraction(str(value))
 
 
@@ -197,6 +197,17 @@ def _of_part(folder: Path, part: str, suffix: str) -> Path:
     )
 
 
+def _check_names(folder: Path) -> None:
+    """Refuse a file that no part would ever read: a slip in its name."""
+    for path in sorted(folder.iterdir()):
+        if path.suffix in (".lpd", ".ldd") and path.stem not in {*PARTS, *GROUPS, "all"}:
+            raise NotationError(
+                f'no part is called "{path.stem}"',
+                place=str(path),
+                wanted=f"a part ({', '.join(PARTS)}), a group ({', '.join(GROUPS)}) or all",
+            )
+
+
 def _folder(name: str | Path) -> Path:
     for folder in (BUILT_IN / name, Path(name)):
         if (folder / "profile.toml").is_file():
@@ -226,6 +237,7 @@ def load(name: str | Path = "default") -> Profile:
         With the file, and the line where there is one.
     """
     folder = _folder(name)
+    _check_names(folder)
     values = _parameters(folder / "profile.toml")
     beats, beat = values.pop("rhythm")
     meter = Meter(values.pop("speed"), beats, beat, values.pop("division"))
