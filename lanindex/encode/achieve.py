@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from lanindex.encode.direction import Course
 from lanindex.encode.segment import Segment
 
 
-@dataclass(slots=True)
-class Run:
+class Run(NamedTuple):
     """Frames in a row that lie in one cell.
 
     Attributes
@@ -85,10 +84,8 @@ def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
     return found
 
 
-def achieve(found: Sequence[Run], in_force: int, within: float) -> None:
-    """Decide which runs of a move become symbols, and tell each its outcome.
-
-    A run that is joined with a later one hands it its nearest frame if that comes nearer.
+def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:
+    """Decide which runs of a move become symbols.
 
     Parameters
     ----------
@@ -98,18 +95,28 @@ def achieve(found: Sequence[Run], in_force: int, within: float) -> None:
         The cell of the last symbol before.
     within : float
         Degrees: runs but the last that come no nearer to their reference are dropped.
+
+    Returns
+    -------
+    list of Run
+        The same runs, with their outcome; a run that is joined with a later one hands it its
+        nearest frame if that comes nearer.
     """
-    kept: list[Run] = []
-    for run in found:
-        if run.angle > within and run is not found[-1]:
-            run.outcome = "not achieved"
-        elif kept and kept[-1].cell == run.cell:
-            before = kept[-1]
-            if before.apart <= run.apart and run is not found[-1]:
-                run.achieved, run.angle, run.apart = before.achieved, before.angle, before.apart
-            before.outcome = "joined"
-            kept[-1] = run
+    result, last = list(found), len(found) - 1
+    kept: list[int] = []
+    for index, run in enumerate(found):
+        if run.angle > within and index < last:
+            result[index] = run._replace(outcome="not achieved")
+        elif kept and found[kept[-1]].cell == run.cell:
+            before = result[kept[-1]]
+            if before.apart <= run.apart and index < last:
+                result[index] = run._replace(
+                    achieved=before.achieved, angle=before.angle, apart=before.apart
+                )
+            result[kept[-1]] = before._replace(outcome="joined")
+            kept[-1] = index
         else:
-            kept.append(run)
-    if kept and kept[0].cell == in_force:
-        kept[0].outcome = "in force"
+            kept.append(index)
+    if kept and found[kept[0]].cell == in_force:
+        result[kept[0]] = result[kept[0]]._replace(outcome="in force")
+    return result

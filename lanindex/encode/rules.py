@@ -41,26 +41,33 @@ class Rules:
         return None
 
 
-def apply(runs: Sequence[Run], in_force: int, rules: Rules) -> None:
+def apply(runs: Sequence[Run], in_force: int, rules: Rules) -> list[Run]:
     """Mark the symbols that the rules delete as passing, and join equal neighbours.
 
     Parameters
     ----------
     runs : sequence of Run
-        All of a move, as `achieve` leaves them; some become ``passing`` or ``rejoined``.
+        All of a move, as from `achieve`.
     in_force : int
         The cell of the last symbol before: the left context, never deleted.
     rules : Rules
         Left to right the first that matches is applied, then again from the left, until nothing
         matches.
+
+    Returns
+    -------
+    list of Run
+        The same runs, some of them ``passing`` or ``rejoined``.
     """
-    alive = [run for run in runs if run.outcome == "symbol"]
-    while match := rules.first_match([in_force, *[run.cell for run in alive]]):
+    result = list(runs)
+    alive = [index for index, run in enumerate(runs) if run.outcome == "symbol"]
+    while match := rules.first_match([in_force, *[runs[index].cell for index in alive]]):
         start, rule = match
-        gone = [start + offset - 1 for offset, deleted in enumerate(rule.deleted) if deleted]
-        for position in gone:
-            alive[position].outcome, alive[position].rule = "passing", rule.line
-        alive = [run for position, run in enumerate(alive) if position not in gone]
+        gone = [alive[start + place - 1] for place, deleted in enumerate(rule.deleted) if deleted]
+        for index in gone:
+            result[index] = runs[index]._replace(outcome="passing", rule=rule.line)
+        alive = [index for index in alive if index not in gone]
     for before, after in pairwise(alive):
-        if before.cell == after.cell:
-            before.outcome = "rejoined"
+        if runs[before].cell == runs[after].cell:
+            result[before] = runs[before]._replace(outcome="rejoined")
+    return result

@@ -135,10 +135,12 @@ def _follow(
     grouped = holds(curve, stops, distance, profile.path_check * distance)
     moves = segments(speed, grouped, profile.onset, still)
     writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
-    found = runs(passed, moves)
-    for move, seen in zip(moves, found, strict=True):
+    found = []
+    for move, seen in zip(moves, runs(passed, moves), strict=True):
         cell = writer.in_force.cell
-        achieve(seen, cell, profile.achieved_within)
-        rules.apply(seen, cell, profile.rules[part])
-        writer.add(move, seen)
+        judged = rules.apply(
+            achieve(seen, cell, profile.achieved_within), cell, profile.rules[part]
+        )
+        writer.add(move, judged)
+        found.append(judged)
     return stops, grouped, moves, found, writer

@@ -216,14 +216,14 @@ class TestAchieve:
     def test_far_runs_are_dropped_and_neighbours_joined(self) -> None:
         names = ["right mid", "r_forward mid", "right mid", "left mid"]
         found = [run(name, angle) for name, angle in zip(names, (0, 21, 3, 40), strict=True)]
-        achieve(found, cell("place low"), 20)
+        found = achieve(found, cell("place low"), 20)
         outcomes = [one.outcome for one in found]
         assert outcomes == ["joined", "not achieved", "symbol", "symbol"]
         assert found[2].angle == 0
 
     def test_what_is_in_force_is_no_symbol(self) -> None:
         found = [run("place low"), run("right mid")]
-        achieve(found, cell("place low"), 20)
+        found = achieve(found, cell("place low"), 20)
         assert [one.outcome for one in found] == ["in force", "symbol"]
 
 
@@ -232,7 +232,7 @@ class TestRules:
 
     def outcomes(self, names: list[str], in_force: str, text: str) -> list[str]:
         found = [run(name) for name in names]
-        apply(found, cell(in_force), Rules(ldd.parse(text)))
+        found = apply(found, cell(in_force), Rules(ldd.parse(text)))
         return [one.outcome for one in found]
 
     def test_the_context_counts(self) -> None:
@@ -266,7 +266,7 @@ class TestRules:
             "#rule_start#\nL right low\nD right mid\nL right high\n#rule_end#\n"
         )
         found = [run("right low"), run("right mid"), run("right high")]
-        apply(found, cell("place low"), Rules(ldd.parse(text)))
+        found = apply(found, cell("place low"), Rules(ldd.parse(text)))
         assert [one.rule for one in found] == [1, 0, 0]
 
 
