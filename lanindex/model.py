@@ -169,6 +169,7 @@ class Motion:
             )
         if self.rate <= 0:
             raise EncodeError(f"a rate of {self.rate} frames a second", wanted="more than 0")
+        object.__setattr__(self, "rate", Fraction(self.rate))
         object.__setattr__(self, "positions", _frozen(self.positions))
 
     def __len__(self) -> int:
@@ -233,8 +234,7 @@ class Track:
     Attributes
     ----------
     symbols : ndarray
-        (S,) of dtype `SYMBOL`, in order of time; each known stretch begins with a starting
-        position, a row with ``start == stop``.
+        (S,) of `SYMBOL`, by time; each known stretch begins with a starting position, of no length.
     known : tuple of Span
         The stretches in which the part was seen; between them lies a gap of the capture.
     """

@@ -60,6 +60,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     from lanindex.model import Score, Track
 
     chosen = _profile(profile)
+    if not len(motion):
+        raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
     joints = body.body(motion)
     turn = body.heading(joints, motion.rate, chosen.rate)
     traces: dict[str, list[Trace]] = {}

@@ -68,12 +68,13 @@ def body(motion: Motion) -> Floats:
     Returns
     -------
     ndarray
-        (T, 20, 3) float64, mm, y up; NaN where a joint is unknown.
+        (T, 20, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere.
     """
     index = motion.skeleton.body
     # a coordinate's frames lie side by side in memory, here and in all that is made of it
     joints = np.asarray(motion.positions[:, index], dtype=np.float64, order="F")
     joints[:, index < 0] = np.nan
+    joints[np.isinf(joints)] = np.nan
     if index[JOINT_CODES["Pelvis"]] < 0:
         hips = [JOINT_CODES["LHip"], JOINT_CODES["RHip"]]
         joints[:, JOINT_CODES["Pelvis"]] = joints[:, hips].mean(axis=1)
