@@ -47,7 +47,8 @@ class Library(store.Library):
         labels : path-like, optional
             A CSV file with columns ``file``, ``label`` and any others.
         jobs : int
-            Processes.
+            Processes. Several begin by importing the script that runs: what it does must stand
+            under ``if __name__ == "__main__":``.
         force : bool
             Read unchanged files again, too.
 
@@ -58,6 +59,8 @@ class Library(store.Library):
 
         Raises
         ------
+        CaptureError
+            Where one of several processes could not start, or died.
         LibraryError
             Where the library cannot be written.
         NotationError, UsageError

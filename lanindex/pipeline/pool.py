@@ -38,7 +38,7 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     UsageError
         Where `jobs` is less than one.
     CaptureError
-        Where a process died.
+        Where a process could not start, or died.
     """
     if jobs < 1:
         raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
@@ -51,6 +51,7 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     What is unchanged is told here: processes start with the first file that is not.
     """
     from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_settle)
@@ -64,9 +65,18 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
         for task in tasks:
             waiting.append((task, _unchanged(task) or begun(task)))
             if len(waiting) >= 4 * jobs:
-                yield _done(*waiting.popleft())
+                yield _done(waiting[0][1])
+                waiting.popleft()
         while waiting:
-            yield _done(*waiting.popleft())
+            yield _done(waiting[0][1])
+            waiting.popleft()
+    except BrokenProcessPool as error:
+        raise CaptureError(
+            "a process that read this or a later file could not start, or died (out of memory?)",
+            place=next((task.path for task, _ in waiting), ""),
+            remedy="Try again with one process; in a script, begin it under "
+            'if __name__ == "__main__".',
+        ) from error
     finally:
         pool.shutdown(cancel_futures=True)
 
@@ -78,19 +88,8 @@ def _unchanged(task: Task) -> Outcome | None:
     return None if outcome.status == "added" else outcome
 
 
-def _done(task: Task, result: Future[Outcome] | Outcome) -> Outcome:
-    from concurrent.futures.process import BrokenProcessPool
-
-    if isinstance(result, Outcome):
-        return result
-    try:
-        return result.result()
-    except BrokenProcessPool as error:
-        raise CaptureError(
-            "the process that read it died (out of memory?)",
-            place=task.path,
-            remedy="Try again with --jobs 1.",
-        ) from error
+def _done(result: Future[Outcome] | Outcome) -> Outcome:
+    return result if isinstance(result, Outcome) else result.result()
 
 
 @contextmanager

@@ -1,4 +1,6 @@
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -98,6 +100,26 @@ def test_a_bad_file_does_not_stop_the_others(library: Library, folder: Path, job
     assert "c.lnd:2" in str(failed["c.lnd"])
     assert "d.bvh: a link that leads nowhere" in str(failed["d.bvh"])
     assert len(library.captures()) == 3
+
+
+@pytest.mark.parametrize("copies", [1, 12])
+def test_a_script_without_a_guard_is_told(tmp_path: Path, folder: Path, copies: int) -> None:
+    for copy in range(copies):
+        (folder / f"{copy}.lnd").write_text(RAISE)
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import sys\n"
+        "from lanindex.errors import CaptureError\n"
+        "from lanindex.pipeline import open_library\n"
+        'with open_library(":memory:", create=True) as library:\n'
+        "    try: library.ingest(sys.argv[1], jobs=2)\n"
+        "    except CaptureError as error: print(error)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, script, folder], capture_output=True, text=True, check=True, timeout=120
+    )
+    assert "0.lnd: a process that read this or a later file could not start" in done.stdout
+    assert 'begin it under if __name__ == "__main__".' in done.stdout
 
 
 def test_dry_run_stores_nothing(library: Library, folder: Path) -> None:
