@@ -196,7 +196,7 @@ def read_clips(
     tasks = (Task(path, profile) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs), 1):
         label, metadata = labels[os.path.abspath(outcome.path)]
-        yield _clip(number, outcome, label, metadata)
+        yield _clip(number, outcome, label or "", metadata)
 
 
 def _clip(number: int, outcome: Outcome, label: str, metadata: Mapping[str, str]) -> Clip:

@@ -61,7 +61,7 @@ def ingest(
     profile: Profile,
     *,
     reading: Reading | None = None,
-    labels: Mapping[str, tuple[str, Mapping[str, str]]] | None = None,
+    labels: Mapping[str, tuple[str | None, Mapping[str, str]]] | None = None,
     jobs: int = 1,
     force: bool = False,
     dry_run: bool = False,
@@ -79,7 +79,7 @@ def ingest(
     reading : Reading, optional
         How to read them.
     labels : Mapping, optional
-        By absolute path: the label and other columns of a capture.
+        By absolute path: the label and other columns of a capture; what they do not tell stays.
     jobs : int
         Processes.
     force : bool
@@ -101,29 +101,35 @@ def ingest(
     known, told = {} if force else held, reading or Reading()
     tasks = (Task(path, profile, told, known.get(os.path.abspath(path))) for path in paths)
     for outcome in prepared(tasks, jobs):
+        outcome = replace(outcome, held=os.path.abspath(outcome.path) in held)
         done = outcome if dry_run else _store(library, outcome, labels or {})
-        yield replace(done, score=None, held=os.path.abspath(done.path) in held)
+        yield replace(done, score=None)
 
 
 def _store(
     library: Library | None,
     outcome: Outcome,
-    labels: Mapping[str, tuple[str, Mapping[str, str]]],
+    labels: Mapping[str, tuple[str | None, Mapping[str, str]]],
 ) -> Outcome:
-    label, metadata = labels.get(os.path.abspath(outcome.path), (None, None))
-    if library is not None and outcome.score is not None:
-        try:
-            library.add(
-                outcome.path,
-                outcome.score,
-                format=outcome.format,
-                sha256=outcome.sha256,
-                encoding=outcome.encoding,
-                label=label,
-                metadata=metadata,
-            )
-        except UsageError as error:
-            return Outcome(outcome.path, "failed", error=str(error))
-    elif library is not None and outcome.status == "unchanged" and label is not None:
-        library.label(outcome.path, label, metadata)
+    if library is None or outcome.status == "failed":
+        return outcome
+    place = os.path.abspath(outcome.path)
+    label, metadata = labels.get(place, (None, {}))
+    if metadata and outcome.held:
+        metadata = {**library.capture(place).metadata, **metadata}
+    if outcome.score is None:
+        told = label is not None or bool(metadata)
+        return replace(outcome, labelled=told and library.label(place, label, metadata or None))
+    try:
+        library.add(
+            outcome.path,
+            outcome.score,
+            format=outcome.format,
+            sha256=outcome.sha256,
+            encoding=outcome.encoding,
+            label=label,
+            metadata=metadata or None,
+        )
+    except UsageError as error:
+        return Outcome(outcome.path, "failed", error=str(error), held=outcome.held)
     return outcome

@@ -10,7 +10,8 @@ from pathlib import Path
 from lanindex.errors import UsageError
 from lanindex.notation.text import read_text
 
-Labels = dict[str, tuple[str, dict[str, str]]]
+Labels = dict[str, tuple[str | None, dict[str, str]]]
+"""By absolute path: the label, None where the table has none, and the other columns."""
 
 
 def read_labels(path: str | os.PathLike[str]) -> Labels:
@@ -24,8 +25,8 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
 
     Returns
     -------
-    dict of str to (str, dict of str to str)
-        By absolute path: label, and the other columns that are not empty.
+    dict of str to (str or None, dict of str to str)
+        By absolute path: label, None where there is none; the other columns that are not empty.
 
     Raises
     ------
@@ -45,7 +46,8 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
         _check_row(row, head, f"{place}:{line}")
         cells = dict(zip(head, row, strict=True))
         named = os.path.abspath(place.parent / cells.pop("file"))
-        entry = cells.pop("label", ""), {name: cell for name, cell in cells.items() if cell}
+        label = cells.pop("label", "") or None
+        entry = label, {name: cell for name, cell in cells.items() if cell}
         if labels.setdefault(named, entry) != entry:
             raise UsageError(
                 f"{named} stands twice", place=f"{place}:{line}", wanted="one line a file"

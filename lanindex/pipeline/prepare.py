@@ -87,6 +87,8 @@ class Outcome:
         Ticks in a unit of its score: more than the profile's where symbols found no room.
     held : bool
         Whether the library held it before.
+    labelled : bool
+        Whether it was unchanged and the user's words of it were not.
     """
 
     path: str
@@ -98,6 +100,7 @@ class Outcome:
     seconds: float = 0.0
     division: int = 0
     held: bool = False
+    labelled: bool = False
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""

@@ -125,6 +125,13 @@ class TestIngest:
         assert "other.csv: no row names a file that is ingested here" in done.stderr
         assert "no row" not in run("ingest", ".", "--labels", "labels.csv").stderr
 
+    def test_what_is_only_labelled_is_told(self, filled, place: Path) -> None:
+        (place / "labels.csv").write_text("file,style\nraise.bvh,quick\nbow.bvh,slow\n")
+        done = filled("ingest", ".", "--labels", "labels.csv")
+        assert "3 unchanged, 2 labelled anew;" in done.stderr
+        labels = [line["label"] for line in records(filled("list", "--json"))[:-1]]
+        assert sorted(labels) == ["", "", "raise"]
+
     def test_what_was_there_is_written_anew(self, filled, place: Path) -> None:
         dance(place / "new.bvh", BOW)
         words = ("ingest", "bow.bvh", "score.lnd", "new.bvh", "--profile", "paper")
@@ -376,6 +383,12 @@ class TestEvaluate:
         assert said.splitlines()[-1].endswith(", 3 patterns, 2 clips")
         (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["raise"]}\n')
         assert run(*words).stdout.endswith(", 1 pattern, 2 clips\n")
+
+    def test_a_table_without_labels(self, run, place: Path) -> None:
+        (place / "l.csv").write_text("file,style\nraise.bvh,slow\n")
+        (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["raise"]}\n')
+        done = run("evaluate", ".", "--labels", "l.csv", "--patterns", "p.toml")
+        refused(done, 'l.csv: no labels, wanted a column "label"')
 
     def test_bad_patterns(self, run, place: Path) -> None:
         words = ["evaluate", ".", "--labels", "labels.csv", "--patterns", "p.toml"]

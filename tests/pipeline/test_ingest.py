@@ -140,6 +140,24 @@ def test_labels_change_without_reading_again(library: Library, folder: Path) -> 
     assert library.capture(path).label == "bow"
 
 
+@pytest.mark.parametrize("force", [True, False])
+def test_what_a_table_does_not_tell_is_kept(library: Library, folder: Path, force: bool) -> None:
+    path = str(folder / "bow.BVH")
+    tables = [
+        {path: ("bow", {"style": "slow"})},
+        {path: (None, {"dataset": "d1"})},
+        {path: ("deep bow", {})},
+        {path: (None, {})},
+        {},
+    ]
+    outcomes = [take(library, folder, labels=table, force=force)[0] for table in tables]
+    capture = library.capture(path)
+    assert capture.label == "deep bow"
+    assert capture.metadata == {"style": "slow", "dataset": "d1"}
+    changed = [not force] * 2
+    assert [one.labelled for one in outcomes] == [False, *changed, False, False]
+
+
 def test_lists_of_paths_are_taken_as_they_come(library: Library, folder: Path) -> None:
     paths = [folder / "bow.BVH", str(folder / "score.lnd")]
     assert statuses(library.ingest(paths)) == ["added"] * 2

@@ -8,12 +8,18 @@ from lanindex.pipeline.labels import read_labels
 
 def test_columns_beside_the_label(tmp_path: Path) -> None:
     table = tmp_path / "labels.csv"
-    text = 'File,Label,dataset,,\na.bvh,"walk, slow",d1,,\n/x/b.bvh,run,\n\n'
+    text = 'File,Label,dataset,,\na.bvh,"walk, slow",d1,,\n/x/b.bvh,run,\nc.bvh,,d2\n\n'
     table.write_text(text, "utf-8-sig")
     assert read_labels(table) == {
         str(tmp_path / "a.bvh"): ("walk, slow", {"dataset": "d1"}),
         "/x/b.bvh": ("run", {}),
+        str(tmp_path / "c.bvh"): (None, {"dataset": "d2"}),
     }
+
+
+def test_no_column_of_labels(tmp_path: Path) -> None:
+    (tmp_path / "l.csv").write_text("file,style\na.bvh,slow\n")
+    assert read_labels(tmp_path / "l.csv") == {str(tmp_path / "a.bvh"): (None, {"style": "slow"})}
 
 
 @pytest.mark.parametrize(

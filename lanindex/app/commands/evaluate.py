@@ -44,6 +44,8 @@ def run(
     from lanindex.pipeline.labels import read_labels
 
     chosen, named = read_patterns(patterns), read_labels(labels)
+    if not any(label for label, _ in named.values()):
+        raise UsageError("no labels", place=labels, wanted='a column "label"')
     reader = read_clips(folder, named, load(profile), jobs=jobs or os.cpu_count() or 1)
     clips = list(screen.progress(reader, len(named), "clips"))
     if not clips:

@@ -107,6 +107,7 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally["milliseconds"] += round(1000 * outcome.seconds)
     tally["warnings"] += len(outcome.warnings)
     tally["anew"] += outcome.held and outcome.status == "added"
+    tally["labelled"] += outcome.labelled
     tally["finer"] += outcome.division > division
 
 
@@ -123,6 +124,7 @@ def _summary(
         f"{would}added": tally["added"] - tally["anew"],
         f"{would}written anew": tally["anew"],
         "unchanged": tally["unchanged"],
+        "labelled anew": tally["labelled"],
         "failed": tally["failed"],
     }
     said = ", ".join(f"{number} {word}" for word, number in counts.items() if number)
