@@ -14,6 +14,7 @@ from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
     from lanindex.evaluate import Miss, Result
+    from lanindex.pipeline.labels import Labels
 
 
 def run(
@@ -41,11 +42,8 @@ def run(
     from lanindex.app.present import counted
     from lanindex.encode.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
-    from lanindex.pipeline.labels import read_labels
 
-    chosen, named = read_patterns(patterns), read_labels(labels)
-    if not any(label for label, _ in named.values()):
-        raise UsageError("no labels", place=labels, wanted='a column "label"')
+    chosen, named = read_patterns(patterns), _labels(labels)
     reader = read_clips(folder, named, load(profile), jobs=jobs or os.cpu_count() or 1)
     clips = list(screen.progress(reader, len(named), "clips"))
     if not clips:
@@ -78,6 +76,15 @@ def run(
         screen.out(", ".join((figure, *counts)))
     if failed:
         raise typer.Exit(2)
+
+
+def _labels(table: str) -> Labels:
+    from lanindex.pipeline.labels import read_labels
+
+    named = read_labels(table)
+    if not any(label for label, _ in named.values()):
+        raise UsageError("no labels", place=table, wanted='a column "label"')
+    return named
 
 
 def _print(screen: Screen, results: list[Result]) -> None:
