@@ -284,9 +284,29 @@ class TestRemove:
         assert (nothing.returncode, records(nothing)) == (1, [{"summary": {"removed": 0}}])
 
     @pytest.mark.parametrize(
+        ("words", "gone"),
+        [
+            (["--in", "*.bvh"], [1, 2]),
+            (["--in", "./[rs]*"], [2, 3]),
+            (["score.lnd", "1", "--in", "*.bvh"], [1]),
+            (["--missing", "--in", "*.lnd"], [3]),
+            (["score.lnd", "--in", "*.bvh"], []),
+            (["--in", "*.c3d"], []),
+        ],
+    )
+    def test_by_glob(self, filled, place: Path, words: list[str], gone: list[int]) -> None:
+        for name in ("raise.bvh", "score.lnd"):
+            (place / name).unlink()
+        done = filled("remove", *words, "--json")
+        assert done.returncode == (0 if gone else 1), done.stderr
+        assert [line["capture_id"] for line in records(done)[:-1]] == gone
+        left = [line["capture_id"] for line in records(filled("list", "--json"))[:-1]]
+        assert sorted(left + gone) == [1, 2, 3]
+
+    @pytest.mark.parametrize(
         ("words", "said"),
         [
-            ([], "nothing to remove, wanted captures, or --missing"),
+            ([], "nothing to remove, wanted captures, --in or --missing"),
             (["1", "--missing"], "captures and --missing"),
             (["1", "rais.bvh"], "Did you mean"),
         ],

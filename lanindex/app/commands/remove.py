@@ -19,6 +19,7 @@ def run(
     missing: Annotated[
         bool, typer.Option("--missing", help="All whose file is no longer there.")
     ] = False,
+    within: options.In = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what would be removed; change nothing.")
     ] = False,
@@ -33,25 +34,27 @@ def run(
     Exits with 1 if there is nothing to remove.
     """
     screen = Screen(json, quiet, verbose, color)
-    if bool(captures) == missing:
-        raise UsageError(
-            "captures and --missing" if missing else "nothing to remove",
-            wanted="captures, or --missing",
-        )
+    if captures and missing:
+        raise UsageError("captures and --missing", wanted="one of them")
+    if not captures and not missing and within is None:
+        raise UsageError("nothing to remove", wanted="captures, --in or --missing")
     from lanindex.app.present import capture_line, counted
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=dry_run) as library:
         named = [library.capture(options.which(name)) for name in captures or []]
-        found = list({one.id: one for one in named or library.missing()}.values())
+        chosen = library.captures(within)
+        if captures or missing:
+            wanted = {one.id for one in (named if captures else library.missing())}
+            chosen = [one for one in chosen if one.id in wanted]
         if not dry_run:
-            library.remove(*(capture.id for capture in found))
+            library.remove(*(capture.id for capture in chosen))
     if json:
-        for capture in found:
+        for capture in chosen:
             screen.record(capture_line(capture))
-        screen.record({"summary": {"removed": len(found)}})
-    elif found:
-        screen.table(("id", "path"), [(capture.id, capture.path) for capture in found])
-    screen.note(f"{counted(len(found), 'capture')} {'would be ' if dry_run else ''}removed")
-    if not found:
+        screen.record({"summary": {"removed": len(chosen)}})
+    elif chosen:
+        screen.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
+    screen.note(f"{counted(len(chosen), 'capture')} {'would be ' if dry_run else ''}removed")
+    if not chosen:
         raise typer.Exit(1)
