@@ -8,6 +8,9 @@ the remedy::
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 
 class LanindexError(Exception):
     """The root of all errors that LanIndex raises on purpose.
@@ -88,6 +91,11 @@ class PatternError(LanindexError):
     def __init__(self, found: str, *, text: str, start: int, stop: int) -> None:
         super().__init__(found)
         self.text, self.start, self.stop = text, start, stop
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return how to make it again: an error may come from another process."""
+        made = partial(type(self), text=self.text, start=self.start, stop=self.stop)
+        return made, (self.found,)
 
     def __str__(self) -> str:
         """Return the line of the pattern, a caret below it, and the sentence."""
