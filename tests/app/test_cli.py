@@ -77,6 +77,10 @@ class TestHelp:
             assert done.returncode == 0
             assert "Usage: lanindex " + verb in done.stdout
 
+    @pytest.mark.parametrize(("verb", "word"), [("ingest", "PATH..."), ("remove", "CAPTURE...")])
+    def test_several_are_shown_as_several(self, run, verb: str, word: str) -> None:
+        assert word in run(verb, "--help").stdout.splitlines()[0]
+
     def test_version(self, run) -> None:
         assert run("--version").stdout.startswith("lanindex 0.")
 

@@ -14,7 +14,7 @@ from lanindex.errors import UsageError
 def run(
     captures: Annotated[
         list[str] | None,
-        typer.Argument(metavar="CAPTURE", help="Their numbers, paths or ends of paths."),
+        typer.Argument(metavar="CAPTURE...", help="Their numbers, paths or ends of paths."),
     ] = None,
     missing: Annotated[
         bool, typer.Option("--missing", help="All whose file is no longer there.")
