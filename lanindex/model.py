@@ -369,7 +369,7 @@ class Capture:
     rate: Fraction
     frames: int
     meter: Meter = field(default_factory=Meter)
-    metadata: Mapping[str, str] = field(default_factory=dict)
+    metadata: Mapping[str, str] = field(default_factory=dict, hash=False)
     location: str = ""
 
 

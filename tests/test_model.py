@@ -8,6 +8,7 @@ from sample import sample_score
 
 from lanindex.encode import encode
 from lanindex.errors import EncodeError, UsageError
+from lanindex.model import Capture, Hit, Span
 
 
 def test_symbols_of_a_part_that_a_score_lacks() -> None:
@@ -38,3 +39,11 @@ def test_what_is_nowhere_is_a_gap() -> None:
     assert found.tracks.keys() == wanted.tracks.keys() != set()
     for part, track in found.tracks.items():
         assert np.array_equal(track.symbols, wanted.tracks[part].symbols)
+
+
+def test_captures_and_hits_can_be_kept_in_a_set() -> None:
+    captures = [
+        Capture(1, "a", "bvh", "", "", Fraction(30), 9, metadata={"style": s}) for s in "xy"
+    ]
+    hits = {Hit(capture, Span(0, 5), 1.0, ()) for capture in [*captures, *captures]}
+    assert {hit.capture.metadata["style"] for hit in hits} == {"x", "y"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,6 +18,9 @@ Db = Annotated[
 ]
 DB = "lanindex.db"
 """The library that is used where none is named."""
+
+STDOUT = Path("-")
+"""An output file's name that means standard output."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON lines.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print results and errors only.")]

@@ -87,7 +87,10 @@ class Hits(Sequence[Hit]):
     def __repr__(self) -> str:
         """Return the first hits, a line each."""
         captures = len({hit.capture.id for hit in self._hits})
-        lines = [f"<{len(self)} hits in {captures} captures: {self.pattern}>"]
+        counts = (
+            f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
+        )
+        lines = [f"<{counts}: {self.pattern}>"]
         for hit in self._hits[:10]:
             begin, end = (seconds(hit.capture, frame) for frame in (hit.span.start, hit.span.stop))
             lines.append(

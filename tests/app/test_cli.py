@@ -353,7 +353,11 @@ class TestOthers:
         assert run("convert", "raise.bvh", "-o", "again.lnd").returncode == 0
         assert (place / "again.lnd").read_text() == text
         refused(run("convert", "raise.bvh", "-o", "again.lnd"), "exists already")
+        assert run("convert", "raise.bvh", "-o", "-").stdout == text
         assert run("animate", "again.lnd", "--fps", "60").returncode == 0
+        shown = run("animate", "again.lnd", "--fps", "60", "-o", "-").stdout
+        assert shown == (place / "again.bvh").read_text()
+        assert not (place / "-").exists()
         (seen,) = records(run("inspect", "again.bvh", "--json"))
         assert seen["rate"].startswith("60 Hz")
 

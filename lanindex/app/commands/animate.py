@@ -15,7 +15,12 @@ def run(
     score: Annotated[Path, typer.Argument(metavar="SCORE", readable=False, help="An .lnd file.")],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Where to; else beside the score."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Where to (-: standard output); else beside the score.",
+        ),
     ] = None,
     fps: Annotated[str, typer.Option("--fps", metavar="RATE", help="Frames a second.")] = "30",
     noise: Annotated[
@@ -37,7 +42,11 @@ def run(
     rate = options.rate(fps)
     motion = perform(lnd.read(score), rate=rate, noise=noise, seed=seed)
     target = output or score.with_suffix(".bvh")
-    write_all([(target, bvh.write(motion).encode())], force=force, source=score)
+    text = bvh.write(motion)
+    if target == options.STDOUT:
+        screen.out(text.removesuffix("\n"))
+    else:
+        write_all([(target, text.encode())], force=force, source=score)
     for warning in motion.warnings:
         screen.note(f"{score}: {warning}")
     screen.note(f"{target}: {len(motion)} frames at {float(rate):g} Hz, {motion.seconds:.2f} s")

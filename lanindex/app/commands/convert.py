@@ -14,9 +14,9 @@ from lanindex.app.screen import Screen
 def run(
     file: Annotated[Path, typer.Argument(metavar="FILE", readable=False, help="A capture.")],
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Where to; else standard output."),
-    ] = None,
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Where to; - is standard output."),
+    ] = options.STDOUT,
     profile: options.Profile = "default",
     unit: options.Unit = None,
     up: options.Up = None,
@@ -39,7 +39,7 @@ def run(
     text = lnd.write(encode(motion, profile))
     for warning in motion.warnings:
         screen.note(f"{file}: {warning}")
-    if output is None:
+    if output == options.STDOUT:
         screen.out(text.removesuffix("\n"))
     else:
         write_all([(output, text.encode())], force=force, source=file)
