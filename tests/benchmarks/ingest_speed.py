@@ -2,7 +2,7 @@
 
     python tests/benchmarks/ingest_speed.py [COUNT ...]
 
-Makes different captures of a minute each; ingests COUNT of them (32, 128 and 768: about a minute's
+Makes different captures of a minute each; ingests COUNT of them (32, 384 and 768: about a minute's
 work for one process) with one process and with two, each into a new library, and lets pybvh read
 the same bytes. The runs take turns; medians of three.
 """
@@ -91,4 +91,4 @@ def main(counts: list[int]) -> None:
 
 
 if __name__ == "__main__":
-    main([int(word) for word in sys.argv[1:]] or [32, 128, 768])
+    main([int(word) for word in sys.argv[1:]] or [32, 384, 768])
