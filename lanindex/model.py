@@ -38,8 +38,9 @@ SYMBOL = np.dtype(
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    (frozen := array.view()).flags.writeable = False
-    return frozen
+    array = array.view()
+    array.flags.writeable = False
+    return array
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -272,10 +273,8 @@ class Meter:
     ----------
     speed : Fraction
         Beats a minute.
-    beats : int
-        Beats in a unit (a bar).
-    beat : int
-        Which note is a beat: 4 for a quarter.
+    beats, beat : int
+        Beats in a unit (a bar), and which note is one: 4 for a quarter.
     division : int
         Ticks in a unit.
     """
@@ -337,8 +336,8 @@ class Score:
         """
         if part is not None and part not in self.tracks:
             raise UsageError(f'there is no part "{part}"', wanted=f"one of {' '.join(self.tracks)}")
-        tracks = self.tracks.values() if part is None else [self.tracks[part]]
-        return [symbol for track in tracks for symbol in track.listed()]
+        parts = self.tracks if part is None else (part,)
+        return [symbol for name in parts for symbol in self.tracks[name].listed()]
 
 
 @dataclass(frozen=True, slots=True)

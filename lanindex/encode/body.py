@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, PARTS
+from lanindex.encode.arithmetic import median
 from lanindex.encode.profile import Profile
-from lanindex.encode.segment import median
 from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]

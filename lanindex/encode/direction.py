@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, PLACE
+from lanindex.encode.arithmetic import sizes
 from lanindex.notation.lpd import Ranges
 
 Floats = NDArray[np.float64]
@@ -91,12 +92,6 @@ def _references(ranges: Ranges) -> Floats:
     references[PLACE * 3 + HIGH, 1] = 1
     references.flags.writeable = False
     return references
-
-
-def sizes(vectors: Floats) -> Floats:
-    """Return the sizes of vectors (..., 3)."""
-    size: Floats = np.sqrt(vectors[..., 0] ** 2 + vectors[..., 2] ** 2 + vectors[..., 1] ** 2)
-    return size
 
 
 def _polar(points: Floats) -> tuple[Floats, Floats, Floats]:

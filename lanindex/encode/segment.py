@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.direction import sizes
+from lanindex.encode.arithmetic import median, sizes
 
 Floats = NDArray[np.float64]
 
@@ -209,9 +209,3 @@ def _begin(speed: list[float], hold: int, move: range, fast: float, slow: float)
         if speed[frame] <= slow:
             return frame
     return hold
-
-
-def median(values: Floats) -> float:
-    """Return the middle value; a fifth of the time of numpy's, which checks for NaN."""
-    ordered = np.sort(values)
-    return float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
