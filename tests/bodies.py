@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from lanindex.alphabet import JOINTS
 
@@ -110,9 +111,9 @@ def still(text: str, frames: int = 3, root: Sequence[float] = (0, 92, 0)) -> str
     return text + motion([frame] * frames)
 
 
-def person(frames: int = 3, **options: object) -> bytes:
+def person(frames: int = 3, **options: Any) -> bytes:
     """Return the whole file of a person that stands still."""
-    return still(hierarchy(**options), frames).encode()  # type: ignore[arg-type]
+    return still(hierarchy(**options), frames).encode()
 
 
 SIDES = {

@@ -1,21 +1,17 @@
 """Print METHOD's laws on every real BVH: python tests/benchmarks/laws.py [FOLDER]."""
 
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS), str(TESTS.parent)]
+from places import CAPTURES, changed
 
-import changed_motion as changed  # noqa: E402
-
-from lanindex.capture import read  # noqa: E402
-from lanindex.encode import encode  # noqa: E402
-from lanindex.encode.profile import Profile, load  # noqa: E402
-from lanindex.errors import LanindexError  # noqa: E402
-from lanindex.model import Motion, Score  # noqa: E402
+from lanindex.capture import read
+from lanindex.encode import encode
+from lanindex.encode.profile import Profile, load
+from lanindex.errors import LanindexError
+from lanindex.model import Motion, Score
 
 Change = Callable[[Motion], Motion]
 
@@ -71,8 +67,7 @@ def near(name: str, motions: list[Motion], profile: Profile, change: Change) -> 
 
 
 def main() -> None:
-    default = os.environ.get("LANINDEX_CAPTURES", TESTS.parents[1] / "shared" / "captures")
-    motions = captures(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(default) / "bvh")
+    motions = captures(Path(sys.argv[1]) if len(sys.argv) > 1 else CAPTURES / "bvh")
     fast = [motion for motion in motions if 110 < motion.rate < 130 and len(motion) > 8]
     slow = [motion for motion in motions if 29 < motion.rate < 31]
     print(f"{len(motions)} captures; {len(fast)} of 120 and {len(slow)} of 30 frames a second")

@@ -5,7 +5,6 @@ are the medians in MB/s and the median of the ratios. Files that pybvh refuses a
 figure and of the ratio. The captures are those of LANINDEX_CAPTURES.
 """
 
-import os
 import statistics
 import sys
 import time
@@ -14,17 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pybvh
+from places import CAPTURES
 
 from lanindex import capture
 from lanindex.capture import bvh, floats, floats_fast, kinematics, kinematics_fast
 
 ROUNDS = 7
-REPOSITORY = Path(__file__).parents[2]
-
-
-def folder() -> Path:
-    named = os.environ.get("LANINDEX_CAPTURES")
-    return Path(named or REPOSITORY.parent / "shared" / "captures") / "bvh"
 
 
 def ours(path: Path) -> None:
@@ -82,7 +76,7 @@ def main() -> None:
     bvh._WORTH_COMPILING = 0
     print(f"{'family':16} {'files':>5} {'MB':>7} {'compiled':>9} {'plain':>7} {'pybvh':>7} ratio")
     wanted = sys.argv[1:]
-    for place in sorted(path for path in folder().iterdir() if path.is_dir()):
+    for place in sorted(path for path in (CAPTURES / "bvh").iterdir() if path.is_dir()):
         if not wanted or place.name in wanted:
             family(place.name, sorted(place.rglob("*.bvh")))
 

@@ -7,27 +7,21 @@ mirrored (labels too) or noisy: what is to be feared for performers who were not
 are those of LANINDEX_CAPTURES.
 """
 
-import os
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent), str(HERE.parents[1])]
+from places import CAPTURES, HERE, changed
 
-import changed_motion as changed  # noqa: E402 (found beside the tests)
-
-from lanindex.app.cli import app  # noqa: E402
-from lanindex.capture import read  # noqa: E402
-from lanindex.encode import encode  # noqa: E402
-from lanindex.evaluate import Clip, evaluate, read_patterns, summary  # noqa: E402
-from lanindex.model import Capture, Motion  # noqa: E402
-from lanindex.pipeline.labels import read_labels  # noqa: E402
+from lanindex.app.cli import app
+from lanindex.capture import read
+from lanindex.encode import encode
+from lanindex.evaluate import Clip, evaluate, read_patterns, summary
+from lanindex.model import Capture, Motion
+from lanindex.pipeline.labels import read_labels
 
 PATTERNS = HERE / "bandai2.toml"
-CAPTURES = Path(os.environ.get("LANINDEX_CAPTURES", HERE.parents[2] / "shared" / "captures"))
 SIDES = {"left": "right", "right": "left"}
 
 
@@ -36,8 +30,7 @@ def played(speed: Fraction) -> Callable[[Motion], Motion]:
 
 
 CHANGES: dict[str, Callable[[Motion], Motion]] = {
-    **{f"played at {float(speed):g}": played(speed) for speed in map(Fraction, ("0.8", "0.9"))},
-    **{f"played at {float(speed):g}": played(speed) for speed in map(Fraction, ("1.1", "1.25"))},
+    **{f"played at {speed}": played(Fraction(speed)) for speed in ("0.8", "0.9", "1.1", "1.25")},
     "mirrored": changed.mirrored,
     "noise of 3 mm": lambda motion: changed.noisy(motion, 3.0),
     "noise of 6 mm": lambda motion: changed.noisy(motion, 6.0),

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -158,8 +159,8 @@ def test_the_grid_is_as_fine_as_the_file_needs(rhythm: str, time: str, division:
         lambda text: text.replace(" ", "  \t").replace("#", "  # "),
     ],
 )
-def test_other_ways_of_writing_are_read(change: object) -> None:
-    changed = lnd.read(change(PAPER))  # type: ignore[operator]
+def test_other_ways_of_writing_are_read(change: Callable[[str], str]) -> None:
+    changed = lnd.read(change(PAPER))
     assert seconds(changed) == seconds(lnd.read(PAPER))
     assert changed.meter == lnd.read(PAPER).meter
 
