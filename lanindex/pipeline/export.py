@@ -113,7 +113,7 @@ def export(
         lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in manifest)
         yield folder / f"{MANIFEST}.jsonl", "".join(lines).encode()
 
-    write_all(files(), force=force)
+    write_all(files(), force=force, sources=[one.location for one in library.captures()])
     return manifest
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from pathlib import Path
 
 from lanindex.errors import ExportError
@@ -31,7 +31,10 @@ def safe_stem(path: str) -> str:
 
 
 def write_all(
-    files: Iterable[tuple[Path, bytes]], *, force: bool = False, source: Path | None = None
+    files: Iterable[tuple[Path, bytes]],
+    *,
+    force: bool = False,
+    sources: Iterable[str | os.PathLike[str]] = (),
 ) -> None:
     """Write several files, all or none.
 
@@ -42,19 +45,20 @@ def write_all(
         the way leaves no trace.
     force : bool
         Whether regular files that are there already may be replaced.
-    source : Path, optional
-        What they are made from: it is never replaced.
+    sources : iterable of path-like
+        What is read, or will be: never replaced.
 
     Raises
     ------
     ExportError
-        Where a file exists, is the source or no regular file, or one cannot be written; then none
+        Where a file exists, is a source or no regular file, or one cannot be written; then none
         of them is changed.
     """
     drafts: list[tuple[str, Path]] = []
+    kept = {identity for source in sources if (identity := _identity(source))}
     try:
         for path, content in files:
-            _check(path, force, source)
+            _check(path, force, kept)
             drafts.append((_draft(path, content), path))
         while drafts:
             os.replace(*drafts[0])
@@ -66,7 +70,16 @@ def write_all(
             Path(draft).unlink(missing_ok=True)
 
 
-def _check(path: Path, force: bool, source: Path | None) -> None:
+def _identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:
+    """Return what tells a file apart, however it is spelt or linked to; None: it is not there."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _check(path: Path, force: bool, kept: Container[tuple[int, int] | None]) -> None:
     for folder in path.parents:
         if folder.exists() and not folder.is_dir():
             raise ExportError("is a file", place=str(folder), wanted="a folder")
@@ -74,7 +87,7 @@ def _check(path: Path, force: bool, source: Path | None) -> None:
         raise ExportError("is a folder", place=str(path), wanted="a file's name")
     if path.exists() and not path.is_file():  # a device, a pipe or a socket
         raise ExportError("is no regular file", place=str(path), wanted="another name")
-    if source is not None and path.exists() and path.samefile(source):
+    if _identity(path) in kept:
         raise ExportError("is the file that is read", place=str(path), wanted="another file")
     if os.path.lexists(path) and not force:
         raise ExportError(

@@ -203,3 +203,14 @@ def test_hits_as_json_lines_come_back(library: Library) -> None:
 def test_other_lines_are_refused(library: Library, line: str) -> None:
     with pytest.raises(UsageError, match="standard input:2"):
         from_lines(library, ["", line])
+
+
+def test_no_clip_takes_the_place_of_a_capture(tmp_path: Path, library: Library) -> None:
+    hits = library.search("r_arm place high", within="*.bvh")
+    (row,) = library.export(hits, tmp_path / "clips")
+    clip = tmp_path / "clips" / row["clip"]
+    library.ingest(clip)
+    before = clip.read_bytes()
+    with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
+        library.export(hits, tmp_path / "clips", pad="0s", force=True)
+    assert clip.read_bytes() == before

@@ -101,10 +101,10 @@ def test_a_source_is_never_replaced(tmp_path: Path) -> None:
         tmp_path / "hard",
     ):
         with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
-            write_all([(path, b"new")], force=True, source=source)
+            write_all([(path, b"new")], force=True, sources=[source])
     assert source.read_bytes() == b"source"
     assert (tmp_path / "soft").is_symlink()
-    write_all([(tmp_path / "b.bvh", b"new")], source=source)
+    write_all([(tmp_path / "b.bvh", b"new")], sources=[source])
 
 
 def test_a_dead_link_is_not_followed(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def run(
     if target == options.STDOUT:
         screen.out(text.removesuffix("\n"))
     else:
-        write_all([(target, text.encode())], force=force, source=score)
+        write_all([(target, text.encode())], force=force, sources=[score])
     for warning in motion.warnings:
         screen.note(f"{score}: {warning}")
     screen.note(f"{target}: {len(motion)} frames at {float(rate):g} Hz, {motion.seconds:.2f} s")

@@ -42,5 +42,5 @@ def run(
     if output == options.STDOUT:
         screen.out(text.removesuffix("\n"))
     else:
-        write_all([(output, text.encode())], force=force, source=file)
+        write_all([(output, text.encode())], force=force, sources=[file])
         screen.note(str(output))
