@@ -6,9 +6,9 @@ Run it as ``python corpus/build.py [FOLDER]``; the motions go to this folder unl
 import sys
 from pathlib import Path
 
+from lanindex.formats import bvh
 from lanindex.notation import lnd
 from lanindex.perform import perform
-from lanindex.write import bvh
 
 HERE = Path(__file__).parent
 RATE = 30
@@ -20,7 +20,7 @@ def build(folder: Path) -> list[Path]:
     for path in sorted(HERE.glob("*.lnd")):
         motion = perform(lnd.read(path), rate=RATE)
         target = folder / f"{path.stem}.bvh"
-        target.write_text(bvh.write(motion), encoding="ascii", newline="\n")
+        target.write_bytes(bvh.write(motion))
         built.append(target)
     return built
 

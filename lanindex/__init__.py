@@ -19,11 +19,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lanindex.capture import read as read
     from lanindex.encode import encode as encode
     from lanindex.encode import trace as trace
     from lanindex.encode.profile import load as load_profile
     from lanindex.errors import LanindexError as LanindexError
+    from lanindex.formats import read as read
     from lanindex.model import Hit as Hit
     from lanindex.model import Motion as Motion
     from lanindex.model import Score as Score
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from lanindex.pipeline import open_library as open_library
 
 _PUBLIC = {
-    "read": ("lanindex.capture", "read"),
+    "read": ("lanindex.formats", "read"),
     "encode": ("lanindex.encode", "encode"),
     "trace": ("lanindex.encode", "trace"),
     "load_profile": ("lanindex.encode.profile", "load"),

@@ -62,6 +62,35 @@ JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 
 
 @dataclass(frozen=True, slots=True)
+class Kind:
+    """What the symbols of a track say.
+
+    Attributes
+    ----------
+    name : str
+        ``gesture``: a limb points somewhere. ``support``: it takes the weight.
+    words : tuple of str
+        Which words of the pattern language can be said of it, by their kind.
+    fields : tuple of str
+        Which of a symbol's direction, level and amount it has.
+    """
+
+    name: str
+    words: tuple[str, ...]
+    fields: tuple[str, ...]
+
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        Kind("gesture", ("direction", "level", "change"), ("direction", "level")),
+        Kind("support", ("direction", "level", "change"), ("direction", "level")),
+    )
+}
+"""Every kind of track, by name; a library stores its place in this table."""
+
+
+@dataclass(frozen=True, slots=True)
 class Part:
     """One part of the body that moves: a child joint seen from a parent joint.
 
@@ -124,3 +153,11 @@ GROUPS = (*_PAIRED, *_SINGLE)
 def mirrored_part(name: str) -> str:
     """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``."""
     return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]
+
+
+_KIND_OF_GROUP = {"support": "support"}
+
+
+def kind_of(part: str) -> str:
+    """Return of which kind a part's track is; of a part that nobody knows, a gesture."""
+    return _KIND_OF_GROUP.get(part[2:] if part[:2] in ("r_", "l_") else part, "gesture")

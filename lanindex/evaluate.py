@@ -21,7 +21,7 @@ from lanindex.pipeline.labels import Labels
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
-from lanindex.search.match import find
+from lanindex.search.plain import find
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile

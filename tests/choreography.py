@@ -6,7 +6,8 @@ from functools import cache
 import numpy as np
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model import Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 from lanindex.perform.reach import FOLDED, direction
 
 FRAMES = 60
@@ -32,7 +33,7 @@ def choreography(seed: int, parts: tuple[str, ...], moves: int = 8) -> Score:
     random = np.random.default_rng(seed)
     tracks: dict[str, np.ndarray] = {}
     for part in parts:
-        rows = np.zeros(moves + 1, SYMBOL)
+        rows = blank(moves + 1)
         cell = CELLS[random.integers(len(CELLS))]
         frame = 0
         for index, row in enumerate(rows):

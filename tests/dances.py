@@ -3,9 +3,9 @@
 from fractions import Fraction
 from pathlib import Path
 
+from lanindex.formats import bvh
 from lanindex.notation import lnd
 from lanindex.perform import perform
-from lanindex.write import bvh
 
 RAISE = """\
 #speed=60
@@ -37,5 +37,5 @@ direction r_arm place low 2.5 3.25
 def dance(path: Path, text: str = RAISE, rate: int = 30) -> Path:
     """Write a dance as a BVH file and return its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(bvh.write(perform(lnd.read(text.encode()), rate=Fraction(rate))))
+    path.write_bytes(bvh.write(perform(lnd.read(text.encode()), rate=Fraction(rate))))
     return path

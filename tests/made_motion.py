@@ -41,7 +41,7 @@ def motion_of(body: Floats, rate: Fraction, first: int = 0) -> Motion:
     seen = ~np.isnan(body).all(axis=(0, 2))
     index = np.where(seen, np.arange(len(JOINTS)), -1).astype(np.int16)
     skeleton = Skeleton(JOINTS, np.full(20, -1, np.int16), np.zeros((20, 3), np.float32), index)
-    source = Source("made", "made", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
+    source = Source("made", "made", "mm", 1.0, "y")
     return Motion(skeleton, rate, body.astype(np.float32), source, first)
 
 

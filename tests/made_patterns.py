@@ -2,11 +2,11 @@
 
 from fractions import Fraction
 
-import numpy as np
 from hypothesis import strategies as st
 
 from lanindex.alphabet import DIRECTION_CODES
-from lanindex.model import SYMBOL, Capture, Meter, Span, Track
+from lanindex.model import Capture, Meter, Span, Track
+from lanindex.model.symbol import blank
 
 FRAMES = 24
 PARTS = ("r_arm", "l_arm", "head")
@@ -41,7 +41,7 @@ def tracks(draw, part: str) -> Track:
         begin, gap = draw(st.integers(0, 2)), draw(st.integers(6, 14))
         known = [Span(begin, gap), Span(gap + 2, draw(st.integers(gap + 4, FRAMES)))]
     times = [row for span in known for row in draw(_row_times(span.start, span.stop))]
-    rows = np.zeros(len(times), SYMBOL)
+    rows = blank(len(times))
     for row, (start, stop, passing) in zip(rows, times, strict=True):
         row["start"], row["stop"], row["passing"] = start, stop, passing
         row["direction"] = DIRECTION_CODES[draw(st.sampled_from(DIRECTIONS))]

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from plain_things import Things
 
-from lanindex.search.pattern import NEXT, Bracket, Item, Line, Lines, Step
+from lanindex.search.language.query import NEXT, Bracket, Item, Line, Lines, Step
 
 
 @dataclass(frozen=True)

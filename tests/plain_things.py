@@ -5,8 +5,8 @@ from fractions import Fraction
 from itertools import product
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.search.pattern import meaning
-from lanindex.search.times import Clock
+from lanindex.search.language.query import meaning
+from lanindex.search.language.times import Clock
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-import numpy as np
-
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
-from lanindex.model import SYMBOL, Capture, Meter, Score, Span, Track
+from lanindex.model import Capture, Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
 
@@ -65,7 +64,7 @@ def cases(page: Path = PAGE) -> Iterator[Case]:
 
 def track(part: str, text: str, frames: int, known: tuple[Span, ...] = ()) -> Track:
     """Read ``place low 0 0, right mid 5 12``: by default one known stretch; all margins 1."""
-    rows = np.zeros(text.count(",") + 1, SYMBOL)
+    rows = blank(text.count(",") + 1)
     for row, symbol in zip(rows, text.split(","), strict=True):
         direction, level, start, stop = symbol.split()
         row["passing"] = level.endswith("*")

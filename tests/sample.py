@@ -7,7 +7,8 @@ from fractions import Fraction
 import numpy as np
 
 from lanindex.library.store import Encoding, Library
-from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model import Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 
 ENCODING = Encoding("default", "d" * 64, {"up": "z"})
 
@@ -21,7 +22,7 @@ def sql(path):
 
 def sample_score(seed: int = 0, parts=("r_arm", "l_arm", "head"), length: int = 6) -> Score:
     """Return a score of 10 frames a symbol; other seeds give other directions."""
-    rows = np.zeros(length, SYMBOL)
+    rows = blank(length)
     order = np.arange(length)
     rows["direction"], rows["level"] = (order + seed) % 9, (order + seed) % 3
     rows["start"], rows["stop"] = np.maximum(order * 10 - 9, 0), order * 10

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from lanindex.alphabet import PARTS
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 
 METERS = st.builds(
     Meter,
@@ -25,7 +26,7 @@ def tracks(draw: st.DrawFn, part: str, ticks: int) -> Track:
     stretches, rows = [0], []
 
     def symbol(start: int, stop: int) -> None:
-        row = np.zeros((), SYMBOL)
+        row = blank(())
         row["direction"] = draw(st.integers(0, 8))
         row["level"] = draw(st.integers(0, 2))
         row["start"] = row["tick"] = start

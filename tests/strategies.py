@@ -74,7 +74,7 @@ def tracks(draw, part, frames):
             direction, level, margin, runner, swings, rule = draw(_cells)
             span = (start, stop, start, stop - start)
             symbols.append(
-                (direction, level, *span, passing, rule * passing, swings, margin, *runner)
+                (direction, level, *span, passing, rule * passing, swings, margin, *runner, -1)
             )
     return Track(part, np.array(symbols, SYMBOL), known)
 
@@ -96,7 +96,7 @@ def scores(draw, only=parts, most_frames=400):
 
 _wild_rest = st.tuples(
     *(INT32, INT32, st.booleans(), INT32, INT32, st.floats(width=32)),
-    *(directions | st.just(-1), levels | st.just(-1)),
+    *(directions | st.just(-1), levels | st.just(-1), st.just(-1)),
 )
 """The fields of a row from its tick on."""
 

@@ -11,9 +11,9 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from made_motion import RATES, motion_of, swung
 
-from lanindex.capture import read
 from lanindex.encode import encode
 from lanindex.encode.profile import Profile, load
+from lanindex.formats import read
 from lanindex.model import Motion, Score
 
 FEW = (

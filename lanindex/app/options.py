@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lanindex.pipeline.prepare import Reading
+    from lanindex.model import Reading
 
 Db = Annotated[
     str,
@@ -84,6 +84,6 @@ def which(named: str) -> int | str:
 
 def reading(unit: str | None, up: str | None, fps: str | None, compose: str | None) -> Reading:
     """Return what the reader is told; it checks the words itself."""
-    from lanindex.pipeline.prepare import Reading
+    from lanindex.model import Reading
 
     return Reading(unit, up, None if fps is None else rate(fps), compose)

@@ -54,7 +54,7 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     """
     import numpy as np
 
-    from lanindex.encode import body
+    from lanindex.encode import limbs
     from lanindex.encode.timing import quantise
     from lanindex.encode.track import write_limbs
     from lanindex.model import Score, Track
@@ -62,11 +62,11 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
-    joints = body.body(motion)
-    turn = body.heading(joints, motion.rate, chosen.rate)
+    joints = limbs.body(motion)
+    turn = limbs.heading(joints, motion.rate, chosen.rate)
     traces: dict[str, list[Trace]] = {}
-    for limbs in body.limbs(joints, turn, motion.rate, chosen):
-        for found in write_limbs(limbs, chosen):
+    for group in limbs.limbs(joints, turn, motion.rate, chosen):
+        for found in write_limbs(group, chosen):
             traces.setdefault(found.part, []).append(found)
     if not traces:
         raise EncodeError(
@@ -116,17 +116,17 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     EncodeError
         Where the part is not known.
     """
-    from lanindex.encode import body
+    from lanindex.encode import limbs
     from lanindex.encode.track import write_limbs
 
     chosen = _profile(profile)
-    joints = body.body(motion)
-    turn = body.heading(joints, motion.rate, chosen.rate)
+    joints = limbs.body(motion)
+    turn = limbs.heading(joints, motion.rate, chosen.rate)
     found = [
         one
-        for limbs in body.limbs(joints, turn, motion.rate, chosen)
-        if part in limbs.parts
-        for one in write_limbs(limbs, chosen)
+        for group in limbs.limbs(joints, turn, motion.rate, chosen)
+        if part in group.parts
+        for one in write_limbs(group, chosen)
         if one.part == part
     ]
     if not found:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from lanindex.encode.achieve import Run
 from lanindex.encode.direction import Space, margins
 from lanindex.encode.segment import Segment
-from lanindex.model import SYMBOL
+from lanindex.model.symbol import blank
 
 Floats = NDArray[np.float64]
 
@@ -139,12 +139,12 @@ def tables(writers: Sequence[Writer], begin: int) -> list[NDArray[Any]]:
     points = [writer.curve[[row.achieved for row in writer.rows]] for writer in writers]
     limb = np.arange(len(writers)).repeat(counts)
     clear, other = margins(np.concatenate(points), cells, [one.around for one in writers], limb)
-    table = np.zeros(len(rows), SYMBOL)
+    table = blank(len(rows))
     table["direction"], table["level"] = np.divmod(cells, 3)
     for name, column in zip(_COPIED, copied, strict=True):
         table[name] = column
     table["start"] += begin
     table["stop"] += begin
-    table["margin"] = clear
+    table["margin"] = np.round(clear, 3)
     table["runner_direction"], table["runner_level"] = np.divmod(other, 3)
     return np.split(table, np.cumsum(counts)[:-1])

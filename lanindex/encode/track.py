@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.encode import rules
 from lanindex.encode.achieve import Run, achieve, runs
-from lanindex.encode.body import Limbs
 from lanindex.encode.direction import Course, Space, course, space
+from lanindex.encode.limbs import Limbs
 from lanindex.encode.profile import Profile
 from lanindex.encode.rows import Writer, tables
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds

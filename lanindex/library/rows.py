@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.errors import LibraryError, UsageError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 
 FIELDS: dict[str, tuple[str, tuple[str, ...] | None]] = {
     "direction": ("direction", DIRECTIONS),
@@ -126,7 +127,7 @@ def read_symbols(
     if not rows:
         return {}
     captures, parts, ordinals, *columns = zip(*rows, strict=True)
-    symbols = np.empty(len(rows), SYMBOL)
+    symbols = blank(len(rows))
     for field, column in zip(FIELDS, columns, strict=True):
         symbols[field] = _coded(field, column)
     borders = [*np.flatnonzero(np.array(ordinals) == 0).tolist(), len(rows)]

@@ -14,7 +14,8 @@ import numpy as np
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PARTS
 from lanindex.errors import NotationError
-from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model import Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 from lanindex.notation.exact import DECIMAL, fraction
 
 UNITS_PER_LINE = "#unit_per_line 4"
@@ -244,12 +245,11 @@ def _joined(symbols: Iterable[_Placed]) -> list[_Placed]:
 
 
 def _track(part: str, symbols: list[_Placed], frames: int) -> Track:
-    rows = np.zeros(len(symbols), SYMBOL)
+    rows = blank(len(symbols))
     for row, symbol in zip(rows, symbols, strict=True):
         row["direction"], row["level"] = symbol.cell
         row["start"] = row["tick"] = symbol.tick
         row["stop"], row["ticks"] = symbol.stop, symbol.stop - symbol.tick
-    rows["runner_direction"] = rows["runner_level"] = -1
     rows["margin"] = 1
     seen = [symbol.tick for symbol in symbols if symbol.tick == symbol.stop]
     edges = [*(seen if seen[:1] == [symbols[0].tick] else [0, *seen]), frames]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import HIGH, LOW, PARTS, PLACE
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Motion, Score, Source
-from lanindex.perform.body import Body, Limb, standard
+from lanindex.perform.figure import Body, Limb, standard
 from lanindex.perform.reach import FOLDED, UP, Cell, Reach, direction, great_circle, reaches
 
 Floats = NDArray[np.float64]
@@ -48,7 +48,7 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     joints = _joints(body, _bones(score, times, body))
     if noise:
         joints += _tremor(body, noise, seed, frames)
-    source = Source("", "score", "mm", 1.0, "y", np.zeros((0, 2), np.int64))
+    source = Source("", "score", "mm", 1.0, "y")
     return Motion(
         body.skeleton, rate, joints.astype(np.float32), source, warnings=_left_out(score, body)
     )

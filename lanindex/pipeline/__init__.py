@@ -17,9 +17,9 @@ from lanindex.search.hits import Hits
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from lanindex.model import Capture, Hit, Track
-    from lanindex.pipeline.prepare import Outcome, Reading
-    from lanindex.search.pattern import Query
+    from lanindex.model import Capture, Hit, Reading, Track
+    from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.language.query import Query
 
 
 class Library(store.Library):
@@ -111,7 +111,7 @@ class Library(store.Library):
         LibraryError
             Where the library cannot be read.
         """
-        from lanindex.search.match import find
+        from lanindex.search.plain import find
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
@@ -192,7 +192,7 @@ class Library(store.Library):
             is there already; then nothing is written.
         """
         from lanindex.pipeline.export import export
-        from lanindex.pipeline.wanted import from_hits
+        from lanindex.pipeline.requests import from_hits
 
         wanted = from_hits(hits, getattr(hits, "pattern", ""))
         return export(self, wanted, Path(folder), pad=pad, format=format, force=force)

@@ -14,15 +14,14 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
-from lanindex import capture
+from lanindex import formats, records
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError
 from lanindex.library.store import Library
 from lanindex.model import Capture, Score, Span
 from lanindex.notation import lnd
 from lanindex.notation.excerpt import excerpt
-from lanindex.pipeline.wanted import Wanted
-from lanindex.write import clip
-from lanindex.write.files import safe_stem, write_all
+from lanindex.pipeline.files import safe_stem, write_all
+from lanindex.pipeline.requests import Request
 
 FORMATS = ("native", "bvh", "lnd")
 MANIFEST = "manifest"
@@ -57,9 +56,14 @@ def pad_frames(text: str, rate: Fraction) -> int:
     return ceil(Fraction(match[1]) * scale)
 
 
+def padded(span: Span, frames: int, total: int) -> Span:
+    """Return a span with `frames` more on both sides, clamped to a file of `total` frames."""
+    return Span(max(0, span.start - frames), min(total, span.stop + frames))
+
+
 def export(
     library: Library,
-    wanted: Iterable[Wanted],
+    wanted: Iterable[Request],
     folder: Path,
     *,
     pad: str = "0",
@@ -72,7 +76,7 @@ def export(
     ----------
     library : Library
         Where the hits come from.
-    wanted : iterable of Wanted
+    wanted : iterable of Request
         What to cut.
     folder : Path
         Where to; it is made if need be.
@@ -142,7 +146,7 @@ class _Cutter:
         self.score: Score = library.score(source.id)
         form = source.format if format == "native" else format
         self.suffix = f".{form}"
-        self.data, self.lines = b"", None
+        self.cut: formats.Cutter | None = None
         if form == "lnd":
             return
         if form != source.format:
@@ -152,20 +156,19 @@ class _Cutter:
                 wanted=f"a {form} source",
                 remedy="Use --format native.",
             )
-        self.data = _unchanged(source)
-        self.lines = capture.scan(self.data, source.path)
+        self.cut = formats.cutter(_unchanged(source))
 
     def contents(self, span: Span) -> Iterator[tuple[str, bytes]]:
         """Yield the suffix and the bytes of each file of a clip, the clip itself first."""
-        if self.lines is not None:
-            yield self.suffix, clip.bvh(self.data, self.lines, span)
+        if self.cut is not None:
+            yield self.suffix, self.cut(span)
         yield ".lnd", lnd.write(excerpt(self.score, span)).encode()
 
 
-def _unchanged(source: Capture) -> bytes:
+def _unchanged(source: Capture) -> formats.File:
     location = source.location
     try:
-        data = capture.load(location)
+        data = formats.load(location)
     except CaptureError as error:
         raise ExportError(
             error.found,
@@ -180,12 +183,12 @@ def _unchanged(source: Capture) -> bytes:
             wanted=f"content with sha256 {source.sha256[:12]}...",
             remedy="Ingest it again, then search again.",
         )
-    return data
+    return formats.File(source.path, data)
 
 
 def _clip(
     cutter: _Cutter,
-    request: Wanted,
+    request: Request,
     folder: Path,
     pad: str,
     taken: set[str],
@@ -198,27 +201,20 @@ def _clip(
             place=source.path,
             wanted=f"a range inside 0 to {source.frames}, not empty",
         )
-    span = clip.padded(hit, pad_frames(pad, source.rate), source.frames)
+    span = padded(hit, pad_frames(pad, source.rate), source.frames)
     name = _free(f"{safe_stem(source.path)}_{span.start}-{span.stop}", taken)
     for suffix, content in cutter.contents(span):
         yield folder / (name + suffix), content
     manifest.append(
-        {
-            "clip": name + cutter.suffix,
-            "source": source.path,
-            "capture_id": source.id,
-            "label": source.label,
-            "fps": round(float(source.rate), 6),
-            "hit_start_frame": hit.start,
-            "hit_end_frame": hit.stop,
-            "clip_start_frame": span.start,
-            "clip_end_frame": span.stop,
-            "start": round(float(span.start / source.rate), 6),
-            "end": round(float(span.stop / source.rate), 6),
-            "fit": request.fit,
-            "pattern": request.pattern,
-            "symbols": list(request.symbols),
-        }
+        records.of_clip(
+            name + cutter.suffix,
+            source,
+            hit,
+            span,
+            fit=request.fit,
+            pattern=request.pattern,
+            symbols=request.symbols,
+        )
     )
 
 

@@ -8,16 +8,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lanindex import capture
+from lanindex import formats
 from lanindex.errors import UsageError
 from lanindex.library.store import Library
+from lanindex.model import Reading
 from lanindex.pipeline.pool import prepared
-from lanindex.pipeline.prepare import Outcome, Reading, Task
+from lanindex.pipeline.prepare import Outcome, Task
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
 
-SUFFIXES = {**capture.SUFFIXES, ".lnd": "lnd"}
+SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suffixes} | {
+    ".lnd": "lnd"
+}
 """Endings that a folder is searched for, with the format each stands for."""
 
 

@@ -4,40 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lanindex import capture
+from lanindex import formats
 from lanindex.errors import LanindexError
 from lanindex.library.store import Encoding
+from lanindex.model.reading import Reading
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Score
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """What a reader is told in place of what it would have found.
-
-    Attributes
-    ----------
-    unit, up, compose : str or None
-        As for `lanindex.read`.
-    rate : Fraction or None
-        Frames a second.
-    """
-
-    unit: str | None = None
-    up: str | None = None
-    rate: Fraction | None = None
-    compose: str | None = None
-
-    def told(self) -> dict[str, str]:
-        """Return what was told, as text."""
-        values = {"unit": self.unit, "up": self.up, "rate": self.rate, "compose": self.compose}
-        return {name: str(value) for name, value in values.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +37,7 @@ class Task:
 
     path: str
     profile: Profile
-    reading: Reading = Reading()
+    reading: Reading = field(default_factory=Reading)
     known: tuple[str, Encoding] | None = None
     only_look: bool = False
 
@@ -127,7 +104,7 @@ def prepare(task: Task) -> Outcome:
 
 
 def _prepare(task: Task) -> Outcome:
-    data = capture.load(task.path)
+    data = formats.load(task.path)
     sha256 = hashlib.sha256(data).hexdigest()
     notated = Path(task.path).suffix.lower() == ".lnd"
     encoding = Encoding()
@@ -162,13 +139,6 @@ def _notated(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
 def _written_down(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.encode import encode
 
-    told = task.reading
-    motion = capture.read(
-        task.path,
-        unit=told.unit,
-        up=told.up,
-        rate=told.rate,
-        compose=told.compose,
-        data=data,
-    )
+    file = formats.File(task.path, data)
+    motion = formats.known(file).does.read(file, task.reading)
     return encode(motion, task.profile), motion.source.format, motion.warnings

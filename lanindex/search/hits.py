@@ -5,54 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
-from lanindex.model import Capture, Hit, Symbol
+from lanindex import records
+from lanindex.model import Hit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-
-def symbol_record(symbol: Symbol) -> dict[str, Any]:
-    """Return the five keys that tell a symbol."""
-    return {
-        "part": symbol.part,
-        "direction": symbol.direction,
-        "level": symbol.level,
-        "start_frame": symbol.span.start,
-        "end_frame": symbol.span.stop,
-    }
-
-
-def seconds(capture: Capture, frame: int) -> float:
-    """Return where a frame lies in time, in seconds, to the microsecond."""
-    return round(float(frame / capture.rate), 6)
-
-
-def hit_record(hit: Hit) -> dict[str, Any]:
-    """Return a hit as a dictionary: one JSON line of a search.
-
-    Parameters
-    ----------
-    hit : Hit
-        Any.
-
-    Returns
-    -------
-    dict
-        Frames are of the source file, half-open; start and end in seconds.
-    """
-    capture = hit.capture
-    return {
-        "capture": capture.path,
-        "capture_id": capture.id,
-        "label": capture.label,
-        "fps": round(float(capture.rate), 6),
-        "start_frame": hit.span.start,
-        "end_frame": hit.span.stop,
-        "start": seconds(capture, hit.span.start),
-        "end": seconds(capture, hit.span.stop),
-        "fit": round(hit.fit, 3),
-        "symbols": [symbol_record(symbol) for symbol in hit.symbols],
-    }
 
 
 class Hits(Sequence[Hit]):
@@ -92,7 +49,9 @@ class Hits(Sequence[Hit]):
         )
         lines = [f"<{counts}: {self.pattern}>"]
         for hit in self._hits[:10]:
-            begin, end = (seconds(hit.capture, frame) for frame in (hit.span.start, hit.span.stop))
+            begin, end = (
+                records.seconds(hit.capture, frame) for frame in (hit.span.start, hit.span.stop)
+            )
             lines.append(
                 f"  {hit.capture.path}  [{hit.span.start}, {hit.span.stop})"
                 f"  {begin:.2f}-{end:.2f} s  fit {hit.fit:.2f}"
@@ -107,7 +66,7 @@ class Hits(Sequence[Hit]):
 
     def dicts(self) -> list[dict[str, Any]]:
         """Return the hits as dictionaries, as the command prints with ``--json``."""
-        return [hit_record(hit) for hit in self._hits]
+        return [records.of_hit(hit) for hit in self._hits]
 
     def numpy(self) -> NDArray[Any]:
         """Return the hits as an array.

@@ -45,7 +45,7 @@ def profile(paths: list[Path]) -> None:
     from lanindex.pipeline.ingest import ingest as run
 
     stages = {
-        "read": ("lanindex/capture/__init__.py", "read"),
+        "read": ("lanindex/formats/bvh/read.py", "read"),
         "encode": ("lanindex/encode/__init__.py", "encode"),
         "store": ("lanindex/library/store.py", "add"),
     }

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from places import CAPTURES, changed
 
-from lanindex.capture import read
 from lanindex.encode import encode
 from lanindex.encode.profile import Profile, load
 from lanindex.errors import LanindexError
+from lanindex.formats import read
 from lanindex.model import Motion, Score
 
 Change = Callable[[Motion], Motion]

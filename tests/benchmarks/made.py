@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.formats import bvh
 from lanindex.notation import lnd
 from lanindex.perform import perform
-from lanindex.write import bvh
 
 PARTS = ("r_arm", "l_arm", "r_leg", "l_leg", "r_forearm", "l_forearm")
 
@@ -44,6 +44,6 @@ def captures(folder: Path, count: int, seconds: int = 60, rate: int = 60) -> lis
         path = folder / f"dance{seed:03}.bvh"
         text = score(seed, seconds).encode()
         motion = perform(lnd.read(text), rate=Fraction(rate))
-        path.write_text(bvh.write(motion))
+        path.write_bytes(bvh.write(motion))
         paths.append(path)
     return paths

@@ -15,14 +15,19 @@ from pathlib import Path
 import pybvh
 from places import CAPTURES
 
-from lanindex import capture
-from lanindex.capture import bvh, floats, floats_fast, kinematics, kinematics_fast
+from lanindex import formats
+from lanindex.formats.bvh.compiled import PLAIN, Paths, compiled
 
 ROUNDS = 7
 
 
+def choose(chosen: Paths) -> None:
+    module = sys.modules["lanindex.formats.bvh.read"]
+    module.paths = lambda size: chosen
+
+
 def ours(path: Path) -> None:
-    capture.read(path)
+    formats.read(path)
 
 
 def theirs(path: Path) -> None:
@@ -50,13 +55,14 @@ def accepts(reader: Callable[[Path], None], path: Path) -> bool:
 
 def family(name: str, files: list[Path]) -> None:
     accepted = [path for path in files if accepts(theirs, path)]
+    fast = compiled() or PLAIN
     times: dict[str, list[float]] = {"compiled": [], "plain": [], "shared": [], "pybvh": []}
     for _ in range(ROUNDS + 1):
-        bvh._modules = lambda size: (floats_fast, kinematics_fast)
+        choose(fast)
         times["compiled"].append(taken(ours, files))
         times["shared"].append(taken(ours, accepted))
         times["pybvh"].append(taken(theirs, accepted))
-        bvh._modules = lambda size: (floats, kinematics)
+        choose(PLAIN)
         times["plain"].append(taken(ours, files))
     size = {True: 0.0, False: 0.0}
     for path in files:
@@ -73,7 +79,6 @@ def family(name: str, files: list[Path]) -> None:
 
 
 def main() -> None:
-    bvh._WORTH_COMPILING = 0
     print(f"{'family':16} {'files':>5} {'MB':>7} {'compiled':>9} {'plain':>7} {'pybvh':>7} ratio")
     wanted = sys.argv[1:]
     for place in sorted(path for path in (CAPTURES / "bvh").iterdir() if path.is_dir()):

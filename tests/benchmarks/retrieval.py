@@ -15,9 +15,9 @@ from pathlib import Path
 from places import CAPTURES, HERE, changed
 
 from lanindex.app.cli import app
-from lanindex.capture import read
 from lanindex.encode import encode
 from lanindex.evaluate import Clip, evaluate, read_patterns, summary
+from lanindex.formats import read
 from lanindex.model import Capture, Motion
 from lanindex.pipeline.labels import read_labels
 

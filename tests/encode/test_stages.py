@@ -8,13 +8,14 @@ import pytest
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encode.achieve import Run, achieve, runs
-from lanindex.encode.body import resample, smooth, window
 from lanindex.encode.direction import Course, Space, course, margins, space
+from lanindex.encode.limbs import resample, smooth, window
 from lanindex.encode.profile import load
 from lanindex.encode.rules import Rules, apply
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
 from lanindex.encode.timing import quantise, to_source
-from lanindex.model import SYMBOL, Meter, Span
+from lanindex.model import Meter, Span
+from lanindex.model.symbol import blank
 from lanindex.notation import ldd
 
 RANGES = load("default").ranges["r_arm"]
@@ -271,7 +272,7 @@ class TestRules:
 
 
 def rows(*spans: tuple[int, int], passing: tuple[int, ...] = ()) -> np.ndarray:
-    table = np.zeros(len(spans), SYMBOL)
+    table = blank(len(spans))
     table["start"], table["stop"] = zip(*spans, strict=True)
     table["passing"][list(passing)] = True
     return table

@@ -5,7 +5,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scores import scores
 
-from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model import Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 from lanindex.notation import lnd
 from lanindex.notation.excerpt import excerpt
 
@@ -59,10 +60,10 @@ def test_an_excerpt_of_lnd_is_lnd(score: Score, data: st.DataObject) -> None:
 def captures(draw: st.DrawFn) -> Score:
     """Draw the score of a capture: frames at 60 Hz, ticks rounded to eighths of a second."""
     lengths = draw(st.lists(st.integers(8, 40), min_size=1, max_size=8))
-    rows = np.zeros(len(lengths) + 1, SYMBOL)
+    rows = blank(len(lengths) + 1)
     rows["start"][1:] = np.cumsum([0, *lengths])[:-1]
     rows["stop"][1:] = np.cumsum(lengths)
-    rows["direction"] = np.arange(len(rows)) % 9
+    rows["direction"], rows["level"] = np.arange(len(rows)) % 9, 0
     rows["tick"] = np.round(rows["start"] * 8 / 60)
     rows["ticks"] = np.round(rows["stop"] * 8 / 60) - rows["tick"]
     frames = sum(lengths) + draw(st.integers(0, 9))
@@ -137,7 +138,7 @@ def test_all_of_it_is_itself() -> None:
 
 
 def test_a_part_not_seen_is_left_out() -> None:
-    rows = np.zeros(1, SYMBOL)
+    rows = blank(1)
     rows["start"] = rows["stop"] = rows["tick"] = 40
     tracks = {"r_arm": Track("r_arm", rows, (Span(40, 60),))}
     score = Score(Fraction(60), 60, Meter(), tracks)

@@ -4,14 +4,14 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scores import scores, seconds
 
 from lanindex.errors import NotationError
-from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model import Meter, Score, Span, Track
+from lanindex.model.symbol import blank
 from lanindex.notation import lnd
 
 PAPER = """\
@@ -167,10 +167,10 @@ def test_other_ways_of_writing_are_read(change: Callable[[str], str]) -> None:
 
 def test_ticks_that_ran_over_a_gap_stay_readable() -> None:
     """A stretch may begin in the tick in which the last symbol before the gap still lasts."""
-    rows = np.zeros(4, SYMBOL)
+    rows = blank(4)
     rows["start"], rows["stop"] = [0, 0, 12, 13], [0, 10, 12, 13]
     rows["tick"], rows["ticks"] = [0, 0, 2, 2], [0, 3, 0, 0]
-    rows["direction"] = [8, 0, 1, 2]
+    rows["direction"], rows["level"] = [8, 0, 1, 2], 0
     track = Track("r_arm", rows, (Span(0, 10), Span(12, 13), Span(13, 60)))
     text = lnd.write(Score(Fraction(60), 60, Meter(), {"r_arm": track}))
     assert shown(text) == [

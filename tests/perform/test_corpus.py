@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from choreography import neighbours, spoken
 
-from lanindex import capture
+from lanindex import formats
 from lanindex.encode import encode
 from lanindex.notation import lnd
 from lanindex.perform.reach import FOLDED
@@ -35,7 +35,7 @@ def test_one_command_rebuilds_it(tmp_path: Path) -> None:
         mine = CORPUS / path.name
         texts = [one.read_text("ascii").partition("Frame Time") for one in (mine, path)]
         assert texts[0][0] == texts[1][0]
-        motions = [capture.read(one) for one in (mine, path)]
+        motions = [formats.read(one) for one in (mine, path)]
         assert motions[0].rate == motions[1].rate
         assert np.abs(motions[0].positions - motions[1].positions).max() < 0.01
 
@@ -57,7 +57,7 @@ def test_every_file_has_a_label() -> None:
 def test_it_comes_back(path: Path) -> None:
     """Symbol for symbol where neighbours are near, else with what lies on the way between."""
     score = lnd.read(path)
-    heard = encode(capture.read(path.with_suffix(".bvh")))
+    heard = encode(formats.read(path.with_suffix(".bvh")))
     for part, track in score.tracks.items():
         wanted, found = spoken(score, part), spoken(heard, part)
         cells = [(int(row["direction"]), int(row["level"])) for row in track.symbols]

@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 from dances import BOW, RAISE, dance
 
-from lanindex.capture import read, scan
 from lanindex.errors import ExportError, UsageError
+from lanindex.formats import read
+from lanindex.formats.bvh.layout import scan
 from lanindex.model import Span
 from lanindex.notation import lnd
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.export import export, pad_frames
-from lanindex.pipeline.wanted import Wanted, from_hits, from_lines, from_range
+from lanindex.pipeline.requests import Request, from_hits, from_lines, from_range
 
 
 @pytest.fixture
@@ -43,7 +44,7 @@ def test_clips_are_the_sources_bytes(
     data = source.read_bytes()
     capture = library.capture(str(source))
     spans = [Span(0, 1), Span(7, 40), Span(200, capture.frames), Span(0, capture.frames)]
-    rows = export(library, [Wanted(capture, span) for span in spans], tmp_path / "out")
+    rows = export(library, [Request(capture, span) for span in spans], tmp_path / "out")
     for row, span in zip(rows, spans, strict=True):
         clip = (tmp_path / "out" / row["clip"]).read_bytes()
         count = b"Frames: " + str(len(span)).encode()
@@ -86,7 +87,7 @@ def test_scores_are_exported_as_scores(tmp_path: Path, library: Library) -> None
 
 def test_padding_is_clamped(tmp_path: Path, library: Library) -> None:
     capture = library.capture("bow.bvh")
-    (row,) = export(library, [Wanted(capture, Span(5, 20))], tmp_path / "out", pad="60s")
+    (row,) = export(library, [Request(capture, Span(5, 20))], tmp_path / "out", pad="60s")
     assert (row["clip_start_frame"], row["clip_end_frame"]) == (0, capture.frames)
 
 
@@ -117,7 +118,7 @@ def test_hits_of_another_library_are_refused(tmp_path: Path, library: Library) -
         with pytest.raises(ExportError, match=rf"raise\.bvh: there is no capture {number}"):
             other.export(hits, tmp_path / "out")
         other.ingest(dance(tmp_path / str(copy) / "bow.bvh", BOW) for copy in range(number))
-        own = Wanted(other.capture(number), Span(0, 9))
+        own = Request(other.capture(number), Span(0, 9))
         with pytest.raises(ExportError, match=re.escape(said)):
             export(other, [own, *from_hits(hits, "")], tmp_path / "out")
     assert list((tmp_path / "out").glob("*")) == []
@@ -151,7 +152,7 @@ def test_nothing_is_overwritten_without_force(tmp_path: Path, library: Library) 
 @pytest.mark.parametrize("span", [Span(5, 5), Span(-1, 4), Span(0, 10**6), Span(9, 3)])
 def test_ranges_outside_are_refused(tmp_path: Path, library: Library, span: Span) -> None:
     with pytest.raises(ExportError, match="wanted a range inside 0 to"):
-        export(library, [Wanted(library.capture("bow.bvh"), span)], tmp_path / "out")
+        export(library, [Request(library.capture("bow.bvh"), span)], tmp_path / "out")
 
 
 def test_other_formats_are_refused(tmp_path: Path, library: Library) -> None:

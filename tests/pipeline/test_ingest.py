@@ -7,9 +7,10 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.encode.profile import load
+from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.ingest import discover, ingest
-from lanindex.pipeline.prepare import Outcome, Reading
+from lanindex.pipeline.prepare import Outcome
 
 PROFILE = load("default")
 

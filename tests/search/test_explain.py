@@ -8,7 +8,7 @@ from query_cases import cases, recordings_of
 from lanindex.errors import PatternError
 from lanindex.search.explain import explanation, obstacle, order, sentence, step_counts
 from lanindex.search.language import parse
-from lanindex.search.match import find
+from lanindex.search.plain import find
 
 FOUND = [case for case in cases() if not case.error and not case.not_yet]
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from lanindex.errors import PatternError
 from lanindex.search.language import Query, parse
-from lanindex.search.words import LANGUAGE, VALUES, Vocabulary
+from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 
 # The text between « and » is what the caret points at.
 ERRORS = [

@@ -5,7 +5,7 @@ from query_cases import Case, cases
 
 from lanindex.errors import PatternError
 from lanindex.search.language import parse
-from lanindex.search.match import find
+from lanindex.search.plain import find
 
 CASES = list(cases())
 NOT_YET = [case for case in CASES if case.not_yet]

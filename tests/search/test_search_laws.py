@@ -13,8 +13,8 @@ from lanindex.alphabet import MIRRORED, mirrored_part
 from lanindex.errors import PatternError
 from lanindex.model import Track
 from lanindex.search.language import Query, parse
-from lanindex.search.match import find
-from lanindex.search.pattern import Bracket, mirrored
+from lanindex.search.language.query import Bracket, mirrored
+from lanindex.search.plain import find
 
 LINES = made_patterns.lines(depth=1)
 PATTERNS = made_patterns.patterns(depth=1, most=2)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 
 
 def run(
@@ -33,20 +33,20 @@ def run(
     color: options.Color = "auto",
 ) -> None:
     """Let a standard body carry out a score, as a BVH file."""
-    screen = Screen(False, quiet, verbose, color)
+    out = Output(False, quiet, verbose, color)
+    from lanindex.formats import bvh
     from lanindex.notation import lnd
     from lanindex.perform import perform
-    from lanindex.write import bvh
-    from lanindex.write.files import write_all
+    from lanindex.pipeline.files import write_all
 
     rate = options.rate(fps)
     motion = perform(lnd.read(score), rate=rate, noise=noise, seed=seed)
     target = output or score.with_suffix(".bvh")
-    text = bvh.write(motion)
+    content = bvh.write(motion)
     if target == options.STDOUT:
-        screen.out(text.removesuffix("\n"))
+        out.line(content.decode().removesuffix("\n"))
     else:
-        write_all([(target, text.encode())], force=force, sources=[score])
+        write_all([(target, content)], force=force, sources=[score])
     for warning in motion.warnings:
-        screen.note(f"{score}: {warning}")
-    screen.note(f"{target}: {len(motion)} frames at {float(rate):g} Hz, {motion.seconds:.2f} s")
+        out.note(f"{score}: {warning}")
+    out.note(f"{target}: {len(motion)} frames at {float(rate):g} Hz, {motion.seconds:.2f} s")

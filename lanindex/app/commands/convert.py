@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 
 
 def run(
@@ -28,19 +28,19 @@ def run(
     color: options.Color = "auto",
 ) -> None:
     """Write a capture down as LND, without a library."""
-    screen = Screen(False, quiet, verbose, color)
-    from lanindex.capture import read
+    out = Output(False, quiet, verbose, color)
     from lanindex.encode import encode
+    from lanindex.formats import read
     from lanindex.notation import lnd
-    from lanindex.write.files import write_all
+    from lanindex.pipeline.files import write_all
 
     told = options.reading(unit, up, fps, compose)
     motion = read(file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose)
     text = lnd.write(encode(motion, profile))
     for warning in motion.warnings:
-        screen.note(f"{file}: {warning}")
+        out.note(f"{file}: {warning}")
     if output == options.STDOUT:
-        screen.out(text.removesuffix("\n"))
+        out.line(text.removesuffix("\n"))
     else:
         write_all([(output, text.encode())], force=force, sources=[file])
-        screen.note(str(output))
+        out.note(str(output))

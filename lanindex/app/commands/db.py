@@ -8,7 +8,7 @@ import typer
 
 from lanindex.app import options
 from lanindex.app.cli import SETTINGS
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 
 if TYPE_CHECKING:
     from lanindex.library.migrate import Status
@@ -27,7 +27,7 @@ def status(
     from lanindex.library import migrate
 
     found = migrate.status(db)
-    _say(Screen(json, quiet, color=color), found)
+    _say(Output(json, quiet, color=color), found)
     if found.state != "current":
         raise typer.Exit(1)
 
@@ -42,7 +42,7 @@ def upgrade(
     """Bring the library to this program's revision; its content stays."""
     from lanindex.library import migrate
 
-    _say(Screen(json, quiet, color=color), migrate.upgrade(db))
+    _say(Output(json, quiet, color=color), migrate.upgrade(db))
 
 
 @app.command()
@@ -53,25 +53,25 @@ def check(
     color: options.Color = "auto",
 ) -> None:
     """Look for damage; exits with 1 if there is any."""
-    screen = Screen(json, quiet, color=color)
+    out = Output(json, quiet, color=color)
     from lanindex.library import migrate
 
     found = migrate.check(db)
     for sentence in found:
         if json:
-            screen.record({"damage": sentence})
+            out.record({"damage": sentence})
         else:
-            screen.out(sentence)
+            out.line(sentence)
     if json:
-        screen.record({"summary": {"damages": len(found)}})
-    screen.note(f"{db}: {len(found) or 'no'} damage{'s' if len(found) > 1 else ''} found")
+        out.record({"summary": {"damages": len(found)}})
+    out.note(f"{db}: {len(found) or 'no'} damage{'s' if len(found) > 1 else ''} found")
     if found:
         raise typer.Exit(1)
 
 
-def _say(screen: Screen, found: Status) -> None:
-    if screen.json:
-        screen.record(
+def _say(out: Output, found: Status) -> None:
+    if out.json:
+        out.record(
             {
                 "library": found.place,
                 "revision": found.found,
@@ -80,4 +80,4 @@ def _say(screen: Screen, found: Status) -> None:
             }
         )
     else:
-        screen.out(f"{found.place}: revision {found.found}, {found.state}")
+        out.line(f"{found.place}: revision {found.found}, {found.state}")

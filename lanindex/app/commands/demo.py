@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 from lanindex.errors import LanindexError
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ def run(
 
     Ingests them into a library of its own, searches three times and exports clips.
     """
-    screen = Screen(color=color)
-    from lanindex.app import present
+    out = Output(color=color)
+    from lanindex.app import formatting
     from lanindex.pipeline import open_library
 
     begun = time.monotonic()
@@ -46,38 +46,37 @@ def run(
     with open_library(db, create=True) as library:
         done = library.ingest(*sorted(source.glob("*.bvh")), labels=source / "labels.csv")
         stats = library.stats()
-        screen.out(
-            f"Read {len(done)} choreographies ({present.duration(stats.seconds)} of movement) and "
-            f"wrote them down: {stats.symbols:,} symbols."
+        out.line(
+            f"Read {len(done)} choreographies ({formatting.duration(stats.seconds)} of movement) "
+            f"and wrote them down: {stats.symbols:,} symbols."
         )
         for pattern, meaning in SEARCHES:
-            _search(screen, library, pattern, meaning)
+            _search(out, library, pattern, meaning)
         pattern = SEARCHES[0][0]
         clips = library.export(library.search(pattern), place / "clips", pad="0.5s", force=True)
-    screen.out()
-    screen.out(
-        f'Exported {present.counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:'
+    out.line()
+    out.line(
+        f'Exported {formatting.counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:'
     )
     for clip in clips[:3]:
-        screen.out(
-            f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})"
-        )
-    screen.out(f"All in {time.monotonic() - begun:.1f} s. Now type:")
-    screen.out(f'  lanindex search "r_arm rising x2" --db {db}')
-    screen.out(f"  lanindex show 1 --db {db}")
-    screen.out("  lanindex ingest YOUR_FOLDER    # then search without --db")
+        out.line(f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})")
+    out.line(f"All in {time.monotonic() - begun:.1f} s. Now type:")
+    out.line(f'  lanindex search "r_arm rising x2" --db {db}')
+    out.line(f"  lanindex show 1 --db {db}")
+    out.line("  lanindex ingest YOUR_FOLDER    # then search without --db")
 
 
-def _search(screen: Screen, library: Library, pattern: str, meaning: str) -> None:
-    from lanindex.app import present
+def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
+    from lanindex.app import formatting
+    from lanindex.app.formatting import counted
 
     found = library.search(pattern)
     captures = len({hit.capture.id for hit in found})
-    screen.out()
-    screen.out(screen.paint(f'$ lanindex search "{pattern}"', "match"))
-    screen.out(screen.paint(f"# {meaning}", "dim"))
-    present.hits(screen, found[:3])
-    screen.out(f"{present.counted(len(found), 'hit')} in {present.counted(captures, 'capture')}")
+    out.line()
+    out.line(out.paint(f'$ lanindex search "{pattern}"', "match"))
+    out.line(out.paint(f"# {meaning}", "dim"))
+    formatting.hits(out, found[:3])
+    out.line(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}")
 
 
 def corpus() -> Path:

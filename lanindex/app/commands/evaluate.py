@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -38,14 +38,14 @@ def run(
     A clip is found if a pattern has at least one hit in it. Files both in FOLDER and in the CSV
     count. PATTERNS: name = {pattern = "r_arm high", positives = ["label", ...]}.
     """
-    screen = Screen(json, quiet, verbose, color)
-    from lanindex.app.present import counted
+    out = Output(json, quiet, verbose, color)
+    from lanindex.app.formatting import counted
     from lanindex.encode.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
 
     chosen, named = read_patterns(patterns), _labels(labels)
     reader = read_clips(folder, named, load(profile), jobs=jobs or os.cpu_count() or 1)
-    clips = list(screen.progress(reader, len(named), "clips"))
+    clips = list(out.progress(reader, len(named), "clips"))
     if not clips:
         raise UsageError(
             "no file of the CSV is in the folder",
@@ -55,25 +55,25 @@ def run(
         )
     failed = [clip for clip in clips if clip.error]
     for clip in failed:
-        screen.note(f"{clip.error}; it counts as not found")
+        out.note(f"{clip.error}; it counts as not found")
     seen = {clip.capture.label for clip in clips}
     for pattern in chosen:
         if unseen := sorted(pattern.positives - seen):
-            screen.note(f"{pattern.name}: no clip has the label {', '.join(unseen)}")
+            out.note(f"{pattern.name}: no clip has the label {', '.join(unseen)}")
     results = evaluate(clips, chosen)
-    _print(screen, results)
+    _print(out, results)
     if misses:
         for result in results:
             for miss in result.misses:
-                _miss(screen, result, miss)
+                _miss(out, result, miss)
     total = summary(results)
     if json:
-        screen.record({"summary": total})
+        out.record({"summary": total})
     else:
         mean, error = total["mean_f1"], total["standard_error"]
         figure = "no pattern has positives" if mean is None else f"mean F1 {mean:.3f} ± {error:.3f}"
         counts = (counted(total[f"{noun}s"], noun) for noun in ("pattern", "clip"))
-        screen.out(", ".join((figure, *counts)))
+        out.line(", ".join((figure, *counts)))
     if failed:
         raise typer.Exit(2)
 
@@ -87,11 +87,11 @@ def _labels(table: str) -> Labels:
     return named
 
 
-def _print(screen: Screen, results: list[Result]) -> None:
+def _print(out: Output, results: list[Result]) -> None:
     records = [result.record() for result in results]
-    if screen.json:
+    if out.json:
         for record in records:
-            screen.record(record)
+            out.record(record)
         return
     figures = ("precision", "recall", "f1")
     counts = ("found_rightly", "found_wrongly", "missed")
@@ -104,26 +104,26 @@ def _print(screen: Screen, results: list[Result]) -> None:
         )
         for record in records
     ]
-    screen.table(head, rows)
+    out.table(head, rows)
 
 
-def _miss(screen: Screen, result: Result, miss: Miss) -> None:
-    from lanindex.app.present import words
+def _miss(out: Output, result: Result, miss: Miss) -> None:
+    from lanindex import records
+    from lanindex.app.formatting import words
     from lanindex.search.explain import obstacle
-    from lanindex.search.hits import hit_record
 
     name, query = result.pattern.name, result.pattern.query
     why = "" if miss.hit else obstacle(query, miss.capture, miss.tracks)
-    if screen.json:
+    if out.json:
         record = {"miss": name, "capture": miss.capture.path, "label": miss.capture.label}
         if miss.hit:
-            screen.record({**record, "kind": "wrong", "hit": hit_record(miss.hit)})
+            out.record({**record, "kind": "wrong", "hit": records.of_hit(miss.hit)})
         else:
-            screen.record({**record, "kind": "missed", "obstacle": why})
+            out.record({**record, "kind": "missed", "obstacle": why})
     elif miss.hit:
         span = miss.hit.span
-        screen.out(f"{name}: wrongly {miss.capture.path} ({miss.capture.label})")
-        screen.out(f"    frames {span.start}-{span.stop}: {words(miss.hit.symbols)}")
+        out.line(f"{name}: wrongly {miss.capture.path} ({miss.capture.label})")
+        out.line(f"    frames {span.start}-{span.stop}: {words(miss.hit.symbols)}")
     else:
-        screen.out(f"{name}: missed {miss.capture.path} ({miss.capture.label})")
-        screen.out(f"    {why}")
+        out.line(f"{name}: missed {miss.capture.path} ({miss.capture.label})")
+        out.line(f"    {why}")

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
-    from lanindex.pipeline.wanted import Wanted
+    from lanindex.pipeline.requests import Request
 
 
 def run(
@@ -55,7 +55,7 @@ def run(
     A clip's hierarchy and frame lines are the source's, byte for byte; beside each stands its
     score (.lnd), and a manifest lists them all.
     """
-    screen = Screen(json, quiet, verbose, color)
+    out = Output(json, quiet, verbose, color)
     if (what is None) == (capture is None):
         raise UsageError(
             "nothing to export" if what is None else "two things to export",
@@ -63,14 +63,14 @@ def run(
         )
     if capture is None and not (begin is None and end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
-    from lanindex.app.present import counted
+    from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
     from lanindex.pipeline.export import export
-    from lanindex.pipeline.wanted import from_hits, from_lines, from_range
+    from lanindex.pipeline.requests import from_hits, from_lines, from_range
 
     with open_library(db, readonly=True) as library:
         if capture is not None:
-            wanted: Iterable[Wanted] = [from_range(library, options.which(capture), begin, end)]
+            wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
             wanted = from_lines(library, sys.stdin)
         else:
@@ -80,11 +80,11 @@ def run(
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
     for row in manifest:
         if json:
-            screen.record(row)
+            out.record(row)
         else:
-            screen.out(str(output / row["clip"]))
+            out.line(str(output / row["clip"]))
     if json:
-        screen.record({"summary": {"clips": len(manifest), "folder": str(output)}})
-    screen.note(f"{counted(len(manifest), 'clip')} in {output}")
+        out.record({"summary": {"clips": len(manifest), "folder": str(output)}})
+    out.note(f"{counted(len(manifest), 'clip')} in {output}")
     if not manifest:
         raise typer.Exit(1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 
 if TYPE_CHECKING:
     from lanindex.pipeline.labels import Labels
@@ -52,7 +52,7 @@ def run(
     Folders are searched through; what is unchanged is skipped. A file that cannot be read is
     reported, the others go in, and the exit code is 2.
     """
-    screen = Screen(json, quiet, verbose, color)
+    out = Output(json, quiet, verbose, color)
     from contextlib import nullcontext
 
     from lanindex.encode.profile import load
@@ -63,9 +63,9 @@ def run(
     told = options.reading(unit, up, fps, compose)
     files = list(discover(paths))
     if not files:
-        screen.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}")
+        out.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}")
         raise typer.Exit(1)
-    named = _labels(screen, labels, files)
+    named = _labels(out, labels, files)
     processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     tally: Counter[str] = Counter()
     begun = time.monotonic()
@@ -81,21 +81,21 @@ def run(
             force=force,
             dry_run=dry_run,
         )
-        for outcome in screen.progress(done, len(files), "files"):
+        for outcome in out.progress(done, len(files), "files"):
             _count(tally, outcome, chosen.meter.division)
-            _report(screen, outcome)
-    _summary(screen, tally, len(files), time.monotonic() - begun, dry_run)
-    _doubts(screen, tally, chosen.meter.division)
+            _report(out, outcome)
+    _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
+    _doubts(out, tally, chosen.meter.division)
     if tally["failed"]:
         raise typer.Exit(2)
 
 
-def _labels(screen: Screen, table: str | None, files: list[str]) -> Labels:
+def _labels(out: Output, table: str | None, files: list[str]) -> Labels:
     from lanindex.pipeline.labels import read_labels
 
     named = {} if table is None else read_labels(table)
     if table is not None and named.keys().isdisjoint(map(os.path.abspath, files)):
-        screen.note(
+        out.note(
             f"{table}: no row names a file that is ingested here; a relative path counts from the "
             "table's folder"
         )
@@ -111,14 +111,12 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally["finer"] += outcome.division > division
 
 
-def _summary(
-    screen: Screen, tally: Counter[str], files: int, elapsed: float, dry_run: bool
-) -> None:
-    from lanindex.app.present import counted, duration
+def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
+    from lanindex.app.formatting import counted, duration
 
-    if screen.json:
+    if out.json:
         keys = ("added", "unchanged", "failed", "frames", "symbols", "warnings")
-        screen.record({"summary": {key: tally[key] for key in keys}})
+        out.record({"summary": {key: tally[key] for key in keys}})
     would = "would be " if dry_run else ""
     counts = {
         f"{would}added": tally["added"] - tally["anew"],
@@ -128,25 +126,25 @@ def _summary(
         "failed": tally["failed"],
     }
     said = ", ".join(f"{number} {word}" for word, number in counts.items() if number)
-    screen.note(
+    out.note(
         f"{counted(files, 'file')}: {said or 'nothing to do'}; "
         f"{duration(tally['milliseconds'] / 1000)} of movement, "
         f"{counted(tally['symbols'], 'symbol')}, in {elapsed:.1f} s"
     )
 
 
-def _doubts(screen: Screen, tally: Counter[str], division: int) -> None:
-    from lanindex.app.present import counted
+def _doubts(out: Output, tally: Counter[str], division: int) -> None:
+    from lanindex.app.formatting import counted
 
-    if tally["warnings"] and not (screen.verbose or screen.json):
-        screen.note(f"{counted(tally['warnings'], 'warning')}: --force -v shows them")
+    if tally["warnings"] and not (out.verbose or out.json):
+        out.note(f"{counted(tally['warnings'], 'warning')}: --force -v shows them")
     if tally["finer"]:
         finer = counted(tally["finer"], "score")
-        screen.detail(f"grid finer than 1/{division} of a unit: {finer}")
+        out.detail(f"grid finer than 1/{division} of a unit: {finer}")
 
 
-def _report(screen: Screen, outcome: Outcome) -> None:
-    if screen.json:
+def _report(out: Output, outcome: Outcome) -> None:
+    if out.json:
         record: dict[str, Any] = {
             "path": outcome.path,
             "status": outcome.status,
@@ -155,10 +153,10 @@ def _report(screen: Screen, outcome: Outcome) -> None:
             "warnings": list(outcome.warnings),
             "error": outcome.error,
         }
-        screen.record(record)
+        out.record(record)
     if outcome.error:
         from lanindex.app.cli import say_error
 
         say_error(outcome.error)
     for warning in outcome.warnings:
-        screen.detail(f"{outcome.path}: {warning}")
+        out.detail(f"{outcome.path}: {warning}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 
 if TYPE_CHECKING:
     from lanindex.model import Motion
@@ -29,33 +29,33 @@ def run(
 
     Joints and the body they map to, rate, unit, up axis, facing, and what is doubtful.
     """
-    screen = Screen(json, quiet, verbose, color)
-    from lanindex.capture import read
+    out = Output(json, quiet, verbose, color)
+    from lanindex.formats import read
 
     told = options.reading(unit, up, fps, compose)
     motion = read(file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose)
     seen = _seen(motion)
     if json:
-        screen.record(seen)
+        out.record(seen)
         return
     body = seen.pop("body")
     warnings = seen.pop("warnings")
     joints = seen.pop("joints")
     for key, value in seen.items():
-        screen.out(f"{key:12} {value}")
-    screen.out(f"{'joints':12} {len(joints)}: {' '.join(joints)}")
-    screen.out("body")
+        out.line(f"{key:12} {value}")
+    out.line(f"{'joints':12} {len(joints)}: {' '.join(joints)}")
+    out.line("body")
     for joint, name in body.items():
-        screen.out(f"  {joint:10} {name or '(absent)'}")
+        out.line(f"  {joint:10} {name or '(absent)'}")
     for warning in warnings:
-        screen.out(screen.paint(f"warning      {warning}", "warn"))
+        out.line(out.paint(f"warning      {warning}", "warn"))
 
 
 def _seen(motion: Motion) -> dict[str, Any]:
     import numpy as np
 
     from lanindex.alphabet import JOINTS
-    from lanindex.encode.body import body, heading, lengths
+    from lanindex.encode.limbs import body, heading, lengths
 
     joints = body(motion)
     turn = float(np.degrees(heading(joints, motion.rate, motion.rate)[motion.first]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 
 
 def run(
@@ -17,8 +17,9 @@ def run(
     color: options.Color = "auto",
 ) -> None:
     """List the captures of the library."""
-    screen = Screen(json, quiet, verbose, color)
-    from lanindex.app.present import capture_line, counted, duration
+    out = Output(json, quiet, verbose, color)
+    from lanindex import records
+    from lanindex.app.formatting import counted, duration
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
@@ -26,10 +27,10 @@ def run(
     length = sum(float(capture.frames / capture.rate) for capture in found)
     if json:
         for capture in found:
-            screen.record(capture_line(capture))
-        screen.record({"summary": {"captures": len(found), "seconds": round(length, 3)}})
+            out.record(records.of_capture(capture))
+        out.record({"summary": {"captures": len(found), "seconds": round(length, 3)}})
     elif found:
-        screen.table(
+        out.table(
             ("id", "path", "label", "fps", "frames", "seconds"),
             [
                 (
@@ -43,6 +44,6 @@ def run(
                 for capture in found
             ],
         )
-    screen.note(f"{counted(len(found), 'capture')}, {duration(length)}")
+    out.note(f"{counted(len(found), 'capture')}, {duration(length)}")
     if not found:
         raise typer.Exit(1)

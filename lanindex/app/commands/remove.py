@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
 
@@ -33,12 +33,13 @@ def run(
 
     Exits with 1 if there is nothing to remove.
     """
-    screen = Screen(json, quiet, verbose, color)
+    out = Output(json, quiet, verbose, color)
     if captures and missing:
         raise UsageError("captures and --missing", wanted="one of them")
     if not captures and not missing and within is None:
         raise UsageError("nothing to remove", wanted="captures, --in or --missing")
-    from lanindex.app.present import capture_line, counted
+    from lanindex import records
+    from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=dry_run) as library:
@@ -51,10 +52,10 @@ def run(
             library.remove(*(capture.id for capture in chosen))
     if json:
         for capture in chosen:
-            screen.record(capture_line(capture))
-        screen.record({"summary": {"removed": len(chosen)}})
+            out.record(records.of_capture(capture))
+        out.record({"summary": {"removed": len(chosen)}})
     elif chosen:
-        screen.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
-    screen.note(f"{counted(len(chosen), 'capture')} {'would be ' if dry_run else ''}removed")
+        out.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
+    out.note(f"{counted(len(chosen), 'capture')} {'would be ' if dry_run else ''}removed")
     if not chosen:
         raise typer.Exit(1)

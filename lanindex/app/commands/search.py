@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen, one_of
+from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
     from lanindex.search.hits import Hits
@@ -46,7 +46,7 @@ def run(
     Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
     "arms place high 1s+", "r_arm high with l_arm low". Exits with 1 if nothing is found.
     """
-    screen = Screen(json, quiet, verbose, color)
+    out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
     from lanindex.pipeline import open_library
@@ -55,44 +55,44 @@ def run(
         if explain:
             text = library.explain(pattern, within=within)
             if json:
-                screen.record({"explain": text})
+                out.record({"explain": text})
             else:
-                screen.out(text)
+                out.line(text)
             return
         found = library.search(pattern, tolerance=tolerance, overlaps=overlaps, within=within)
     if count:
-        _count(screen, found)
+        _count(out, found)
     else:
-        _show(screen, found.by_fit() if sort == "fit" else found, limit)
+        _show(out, found.by_fit() if sort == "fit" else found, limit)
     if not found:
         raise typer.Exit(1)
 
 
-def _count(screen: Screen, found: Hits) -> None:
+def _count(out: Output, found: Hits) -> None:
     counts = Counter(hit.capture.id for hit in found)
     for capture in {hit.capture.id: hit.capture for hit in found}.values():
         number = counts[capture.id]
-        if screen.json:
-            screen.record({"capture": capture.path, "capture_id": capture.id, "count": number})
+        if out.json:
+            out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
         else:
-            screen.row([capture.path, number])
-    _summary(screen, found, len(found))
+            out.row([capture.path, number])
+    _summary(out, found, len(found))
 
 
-def _show(screen: Screen, found: Hits, limit: int | None) -> None:
-    from lanindex.app import present
+def _show(out: Output, found: Hits, limit: int | None) -> None:
+    from lanindex.app import formatting
 
-    most = limit or (ON_A_TERMINAL if screen.terminal else len(found))
-    present.hits(screen, found[:most])
-    _summary(screen, found, min(most, len(found)))
+    most = limit or (ON_A_TERMINAL if out.terminal else len(found))
+    formatting.hits(out, found[:most])
+    _summary(out, found, min(most, len(found)))
 
 
-def _summary(screen: Screen, found: Hits, shown: int) -> None:
-    from lanindex.app.present import counted
+def _summary(out: Output, found: Hits, shown: int) -> None:
+    from lanindex.app.formatting import counted
 
     captures = len({hit.capture.id for hit in found})
-    if screen.json:
+    if out.json:
         summary = {"hits": len(found), "shown": shown, "captures": captures}
-        screen.record({"summary": {**summary, "pattern": found.pattern}})
+        out.record({"summary": {**summary, "pattern": found.pattern}})
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    screen.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")
+    out.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")

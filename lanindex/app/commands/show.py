@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def run(
 
     A star marks what is only passed on the way; it stands in no score.
     """
-    screen = Screen(json, quiet, verbose, color)
+    out = Output(json, quiet, verbose, color)
     if (capture is None) != everything:
         raise UsageError("no capture" if capture is None else "a capture and --all", wanted="one")
     from lanindex.pipeline import open_library
@@ -44,10 +44,10 @@ def run(
         _check_parts(part, library.parts())
         symbols = 0
         for found, tracks in library.tracks(numbers, part):
-            _show(screen, found, tracks)
+            _show(out, found, tracks)
             symbols += sum(len(track) for track in tracks.values())
     if json:
-        screen.record({"summary": {"symbols": symbols}})
+        out.record({"summary": {"symbols": symbols}})
     if not symbols:
         raise typer.Exit(1)
 
@@ -58,24 +58,24 @@ def _check_parts(wanted: list[str] | None, parts: list[str]) -> None:
             raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(parts))
 
 
-def _show(screen: Screen, capture: Capture, tracks: dict[str, Track]) -> None:
-    from lanindex.app.present import symbol_line
+def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
+    from lanindex import records
 
-    if not screen.json:
-        screen.out(screen.paint(capture.path, "path"))
+    if not out.json:
+        out.line(out.paint(capture.path, "path"))
         head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else")
     rows = []
     for track in tracks.values():
         for symbol in track.listed():
-            line = symbol_line(capture, symbol)
-            if screen.json:
-                screen.record(line)
+            line = records.of_row(capture, symbol)
+            if out.json:
+                out.record(line)
                 continue
             star = "*" if symbol.passing else ""
             rows.append(
                 (
                     symbol.part,
-                    f"{symbol.direction} {symbol.level}{star}",
+                    f"{symbol.words}{star}",
                     f"{symbol.span.start}-{symbol.span.stop}",
                     f"{line['start']:.2f}-{line['end']:.2f}",
                     f"{symbol.margin:.2f}",
@@ -83,5 +83,5 @@ def _show(screen: Screen, capture: Capture, tracks: dict[str, Track]) -> None:
                     line["runner_up"] or "",
                 )
             )
-    if not screen.json:
-        screen.table(head, rows)
+    if not out.json:
+        out.table(head, rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from lanindex.app import options
-from lanindex.app.screen import Screen
+from lanindex.app.output import Output
 
 
 def run(
@@ -16,14 +16,14 @@ def run(
     color: options.Color = "auto",
 ) -> None:
     """Say what the library holds."""
-    screen = Screen(json, quiet, verbose, color)
-    from lanindex.app.present import duration
+    out = Output(json, quiet, verbose, color)
+    from lanindex.app.formatting import duration
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
         found = library.stats()
     if json:
-        screen.record(asdict(found))
+        out.record(asdict(found))
         return
     rows = [
         ("captures", f"{found.captures}"),
@@ -38,4 +38,4 @@ def run(
         ("part", found.parts),
     ):
         rows += [(f"{name} {key or '(none)'}", f"{number}") for key, number in counts.items()]
-    screen.table(("what", "how much"), rows)
+    out.table(("what", "how much"), rows)

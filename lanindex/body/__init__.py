@@ -1,0 +1,8 @@
+"""The joints of any file → the body of 20 joints: names, shape, unit, up axis, calibration.
+
+`understand` is the one function that a format calls; names and exporters are data in `names.toml`.
+"""
+
+from lanindex.body.understand import Understanding, sampled, understand
+
+__all__ = ["Understanding", "sampled", "understand"]

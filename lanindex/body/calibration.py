@@ -1,0 +1,195 @@
+"""What a file does not state and the body tells: unit, vertical axis, calibration pose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES
+from lanindex.errors import UsageError
+
+UNITS: Mapping[str, float] = {
+    "mm": 1.0,
+    "cm": 10.0,
+    "m": 1000.0,
+    "inch": 25.4,
+    "inch/0.45": 25.4 / 0.45,
+}
+"""Millimetres in one unit; the last is the CMU captures'."""
+
+_OTHER_NAMES = {"in": "inch", "inches": "inch", "cmu": "inch/0.45", "metre": "m", "meter": "m"}
+
+AXES: Mapping[str, tuple[tuple[int, int], ...]] = {
+    "y": ((0, 1), (1, 1), (2, 1)),
+    "z": ((0, 1), (2, 1), (1, -1)),
+    "x": ((1, -1), (0, 1), (2, 1)),
+    "-y": ((0, 1), (1, -1), (2, -1)),
+    "-z": ((0, 1), (2, -1), (1, 1)),
+    "-x": ((1, 1), (0, -1), (2, 1)),
+}
+"""By vertical axis: the file's axis and sign for each of x, y, z; all are turns, no mirrors."""
+
+_LENGTHS = (  # mm, of a person of 1.70 m
+    (("Hip", "Knee", "Ankle"), 820.0),
+    (("Shoulder", "Elbow", "Wrist"), 510.0),
+)
+_CHAINS = np.array(
+    [[[JOINT_CODES[side + joint] for joint in limb] for side in "RL"] for limb, _ in _LENGTHS]
+)
+_TOPS, _BOTTOMS = (
+    tuple([JOINT_CODES[joint] for joint in group.split()] for group in groups)
+    for groups in (
+        ("Neck", "RShoulder LShoulder", "Head", "Chest"),
+        ("RAnkle LAnkle", "RKnee LKnee", "RHip LHip"),
+    )
+)
+_FACING = tuple(
+    tuple([JOINT_CODES[joint] for joint in group.split()] for group in groups)
+    for groups in (("RHip", "LHip"), ("RToe LToe", "RAnkle LAnkle"))
+)
+_BACKWARDS = 0.9  # of the poses
+_SIZES = (0.7, 1.4)
+_UPRIGHT = 0.7
+_CALIBRATION_SPEED = 25_000.0  # mm/s
+
+
+def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float, tuple[str, ...]]:
+    """Return the unit.
+
+    Parameters
+    ----------
+    lengths : mapping
+        Median distances in units of the file: ``Hip Knee Ankle`` → the leg, and the arm, as far
+        as they are there.
+    unit : str or None
+        What the user says.
+
+    Returns
+    -------
+    tuple of str, float and tuple of str
+        Name, millimetres in one, warnings.
+    """
+    if unit is not None:
+        name = _OTHER_NAMES.get(unit.lower(), unit.lower())
+        if name not in UNITS:
+            raise UsageError(f"unit {unit!r}", wanted=f"one of {', '.join(UNITS)}")
+        return name, UNITS[name], ()
+    known = [
+        (limb, length, typical)
+        for limb, typical in _LENGTHS
+        if (length := lengths.get(" ".join(limb), 0.0)) > 0
+    ]
+    if not known:
+        return "cm (assumed)", UNITS["cm"], ("no length tells the unit: cm assumed",)
+    limb, length, typical = known[0]
+    name = min(UNITS, key=lambda unit: abs(UNITS[unit] * length - typical))
+    size = UNITS[name] * length
+    if _SIZES[0] <= size / typical <= _SIZES[1]:
+        return f"{name} (detected)", UNITS[name], ()
+    part = "leg" if limb[0] == "Hip" else "arm"
+    warning = f"in no known unit the body has a usual size: in {name} its {part} is {size:.0f} mm"
+    return f"{name} (detected)", UNITS[name], (f"{warning}. If that is wrong, give --unit",)
+
+
+def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
+    """Return the lengths of leg and arm in poses, of the longer side: a camera may lose one.
+
+    Parameters
+    ----------
+    body : ndarray
+        (S, 20, 3) float64, any unit, NaN where absent.
+
+    Returns
+    -------
+    dict
+        For `unit_of`.
+    """
+    chains = body[:, _CHAINS]
+    bones = chains[..., 1:, :] - chains[..., :-1, :]
+    lengths = np.sqrt((bones * bones).sum(axis=-1)).sum(axis=-1)
+    middle = np.sort(lengths, axis=0)[len(lengths) // 2].tolist()  # NaN comes last
+    return {
+        " ".join(limb): max(known)
+        for (limb, _), sides in zip(_LENGTHS, middle, strict=True)
+        if (known := [length for length in sides if not math.isnan(length)])
+    }
+
+
+def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ...]]:
+    """Return the vertical axis: where the body points, from the ankles to the neck.
+
+    Parameters
+    ----------
+    body : ndarray
+        (S, 20, 3) float64, any unit, NaN where absent.
+    up : str or None
+        What the user says.
+
+    Returns
+    -------
+    tuple of str and tuple of str
+        A key of `AXES`, and warnings.
+    """
+    if up is not None:
+        if up.lower() not in AXES:
+            raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
+        return up.lower(), ()
+    spine = _middle(body, _TOPS) - _middle(body, _BOTTOMS)
+    length = math.sqrt(float((spine * spine).sum()) / len(spine))
+    mean = (spine.sum(axis=0) / len(spine)).tolist()
+    axis = max((1, 2, 0), key=lambda k: abs(mean[k]))
+    upright = abs(mean[axis]) >= _UPRIGHT * length
+    if axis == 0 or not upright or math.isnan(length):
+        doubt = "the body is not upright: y taken as up. If that is wrong, give --up"
+        return "y", () if math.isnan(length) else (doubt,)
+    return ("-" if mean[axis] < 0 else "") + "xyz"[axis], ()
+
+
+def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArray[np.float64]:
+    """Return the first of these joints that is there, (S, 3); the middle of a pair."""
+    for choice in choices:
+        if not math.isnan(body[0, choice, 0].sum()):
+            break
+    place: NDArray[np.float64] = body[:, choice].sum(axis=1)
+    return place / len(choice)
+
+
+def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
+    """Return a warning where the feet point backwards: left and right are mirrored.
+
+    Parameters
+    ----------
+    body : ndarray
+        (S, 20, 3) float64, any unit, axes of the file, NaN where absent.
+    up : str
+        The vertical axis.
+    """
+    vertical = "xyz".index(up[-1])
+    one, other = (vertical + 1) % 3, (vertical + 2) % 3
+    across, feet = (body[:, toes] - body[:, heels] for toes, heels in _FACING)
+    feet = feet.sum(axis=1)
+    forward = across[:, 0, one] * feet[:, other] - across[:, 0, other] * feet[:, one]
+    backwards = np.count_nonzero(forward > 0 if up[0] == "-" else forward < 0)
+    if backwards < _BACKWARDS * len(body):
+        return ()
+    return ("the feet point backwards: left and right may be exchanged",)
+
+
+def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> int:
+    """Return the first frame that is movement: 1 behind a calibration pose, else 0.
+
+    Parameters
+    ----------
+    wrists : sequence
+        (2, W, 3) mm: the wrists that are there, in the first two frames.
+    rate : Fraction
+        Hz.
+    """
+    if len(wrists) < 2:
+        return 0
+    fastest = max(map(math.dist, *wrists), default=0.0) * float(rate)
+    return int(fastest > _CALIBRATION_SPEED)

@@ -1,0 +1,109 @@
+"""A skeleton in a few of its poses, and what can be measured on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+_NEAR_PELVIS = 0.35  # of a thigh, from the middle of the hips
+_NOTHING = 0.003  # of the body's extent: two joints in one place
+
+
+class Rig:
+    """A skeleton in a few of its poses.
+
+    Parameters
+    ----------
+    names : tuple of str
+        (J) as in the file.
+    parents : sequence of int or None
+        (J) parents before children, -1 for a root; None where there is no hierarchy: joints then
+        lie beyond each other by their distance alone.
+    poses : ndarray
+        (S, J, 3) float64, any unit.
+
+    Attributes
+    ----------
+    bones : list of float
+        (J) mean distance of each joint from its parent; 0 at a root.
+    below : list of list of int
+        (J) children.
+    reach : list of float
+        (J) length of the bone to each joint and of the longest branch beyond it.
+    nothing : float
+        Below this distance two joints are in one place.
+    """
+
+    def __init__(
+        self, names: tuple[str, ...], parents: Sequence[int] | None, poses: NDArray[np.float64]
+    ) -> None:
+        self.joined = parents is not None
+        parents = (-1,) * len(names) if parents is None else parents
+        self.names, self.parents, self.poses = names, parents, poses
+        above = [joint if parent < 0 else parent for joint, parent in enumerate(parents)]
+        self.bones: list[float] = mean_length(poses - poses[:, above]).tolist()
+        self.below: list[list[int]] = [[] for _ in parents]
+        for joint, parent in enumerate(parents):
+            if parent >= 0:
+                self.below[parent].append(joint)
+        self.reach = list(self.bones)
+        beyond = [0.0] * len(parents)
+        for joint in range(len(parents) - 1, -1, -1):
+            self.reach[joint] += beyond[joint]
+            beyond[above[joint]] = max(beyond[above[joint]], self.reach[joint])
+        middle = poses[len(poses) // 2]
+        self.nothing = _NOTHING * float((middle.max(axis=0) - middle.min(axis=0)).max())
+
+    def distance(self, one: int, other: int) -> float:
+        """Return the mean distance of two joints."""
+        return float(mean_length(self.poses[:, one] - self.poses[:, other]))
+
+    def above(self, joint: int) -> list[int]:
+        """Return a joint, its parent, and so on up to the root."""
+        chain = []
+        while joint >= 0:
+            chain.append(joint)
+            joint = self.parents[joint]
+        return chain
+
+    def beyond(self, joint: int, ancestor: int) -> float:
+        """Return the length of the bones from an ancestor to a joint, -1 where it is none."""
+        if not self.joined:
+            return self.distance(joint, ancestor)
+        length = 0.0
+        while joint != ancestor and joint >= 0:
+            length += self.bones[joint]
+            joint = self.parents[joint]
+        return length if joint == ancestor else -1.0
+
+    def longest_branch(self, joint: int) -> int | None:
+        """Return the first joint away from `joint` on the branch that reaches farthest, if any."""
+        length = 0.0
+        while self.below[joint]:
+            joint = max(self.below[joint], key=self.reach.__getitem__)
+            length += self.bones[joint]
+            if length > self.nothing:
+                return joint
+        return None
+
+    def meeting(self, one: int, other: int) -> int | None:
+        """Return the joint where two branches part."""
+        above = set(self.above(one))
+        return next((joint for joint in self.above(other) if joint in above), None)
+
+
+def mean_length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the length of (S, ..., 3) vectors, mean over the first axis."""
+    lengths = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
+    mean: NDArray[np.float64] = lengths.sum(axis=0) / len(lengths)
+    return mean
+
+
+def near_hips(rig: Rig, index: int, body: dict[str, int]) -> bool:
+    """Tell whether a joint lies about where the hips are."""
+    middle = (rig.poses[:, body["RHip"]] + rig.poses[:, body["LHip"]]) / 2
+    apart = float(mean_length(rig.poses[:, index] - middle))
+    thigh = rig.distance(body["RHip"], body["RKnee"])
+    return apart < _NEAR_PELVIS * thigh and index not in (body["RHip"], body["LHip"])

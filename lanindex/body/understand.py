@@ -1,0 +1,211 @@
+"""From named joints to a body: who plays what, in which unit, which way up.
+
+Names first (`by_name`), then, for what names do not tell, the shape of the skeleton (`by_shape`).
+
+A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
+down to the ankles or both arms from shoulder to wrist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.body import calibration
+from lanindex.body.by_name import LIMBS, by_name
+from lanindex.body.names import keys, tables
+from lanindex.body.rig import Rig
+from lanindex.errors import BodyError
+from lanindex.model import Reading
+
+Floats = NDArray[np.float64]
+
+POSES = 32
+"""How many poses of a capture are looked at."""
+
+NEEDED = tuple(side + joint for side in "RL" for limb in LIMBS for joint in limb)
+_LIKE = 75  # of 100: how much a misspelt name has to be like the right one
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Understanding:
+    """How the joints of a file are to be read as a body.
+
+    Attributes
+    ----------
+    body : ndarray
+        (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent.
+    unit : str
+        Name of the unit, with ``(detected)`` where the file does not state it.
+    scale : float
+        Millimetres in one unit of the file.
+    up : str
+        The file's vertical axis.
+    first : int
+        The first frame that is movement: 1 behind a calibration pose, else 0.
+    doubts : tuple of str
+        What a person should look at.
+    """
+
+    body: NDArray[np.int16]
+    unit: str
+    scale: float
+    up: str
+    first: int
+    doubts: tuple[str, ...]
+
+    def oriented(
+        self, places: Floats, out: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float32]:
+        """Turn places to y up and scale them to millimetres.
+
+        Parameters
+        ----------
+        places : ndarray
+            (..., 3) float64, units and axes of the file.
+        out : ndarray, optional
+            (..., 3) float32: where to.
+
+        Returns
+        -------
+        ndarray
+            (..., 3) float32, mm, y up.
+        """
+        result = np.empty(places.shape, np.float32) if out is None else out
+        for axis, (source, sign) in enumerate(calibration.AXES[self.up]):
+            factor = sign * self.scale
+            np.multiply(places[..., source], factor, out=result[..., axis], casting="same_kind")
+        return result
+
+
+def sampled(frames: int) -> NDArray[np.int64]:
+    """Return the frames whose poses tell the body: spread over the capture, at most `POSES`."""
+    return np.linspace(0, frames - 1, min(frames, POSES)).astype(np.int64)
+
+
+def understand(
+    names: tuple[str, ...],
+    parents: Sequence[int] | None,
+    poses: Floats,
+    beginning: Floats,
+    rate: Fraction,
+    told: Reading,
+    path: str = "",
+) -> Understanding:
+    """Find the body among named joints.
+
+    Parameters
+    ----------
+    names : tuple of str
+        (J) as in the file.
+    parents : sequence of int or None
+        (J) parents before children, -1 for a root; None where the file has no hierarchy.
+    poses : ndarray
+        (S, J, 3) float64, units and axes of the file: some frames, as `sampled` chooses them.
+    beginning : ndarray
+        (2, J, 3) float64: the first two frames (or fewer), which tell a calibration pose.
+    rate : Fraction
+        Frames a second.
+    told : Reading
+        Unit and vertical axis, where the user knows them.
+    path : str
+        The file, for errors.
+
+    Returns
+    -------
+    Understanding
+
+    Raises
+    ------
+    BodyError
+        This is no human skeleton; names the joints that are missing.
+    UsageError
+        Unit or axis are not known.
+    """
+    body, doubts = find_body(Rig(names, parents, poses), path)
+    seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)
+    unit, scale, unit_doubts = calibration.unit_of(calibration.body_lengths(seen), told.unit)
+    up, up_doubts = calibration.up_of(seen, told.up)
+    facing_doubts = calibration.facing_doubt(seen, up)
+    found = Understanding(body, unit, scale, up, 0, ())
+    wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
+    ways = found.oriented(beginning[:, [index for index in wrists if index >= 0]])
+    first = calibration.first_frame(ways.tolist(), rate)
+    posed = ("frame 0 is a calibration pose: frame 1 stands in for it",) if first else ()
+    doubts = (*doubts, *unit_doubts, *up_doubts, *facing_doubts, *posed)
+    return Understanding(body, unit, scale, up, first, doubts)
+
+
+def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, ...]]:
+    """Find the body.
+
+    Parameters
+    ----------
+    rig : Rig
+        The skeleton.
+    path : str
+        The file, for errors.
+
+    Returns
+    -------
+    tuple of ndarray and tuple of str
+        (20,) int16, the joint that plays each of ``alphabet.JOINTS``, -1: absent; and warnings.
+
+    Raises
+    ------
+    BodyError
+        This is no human skeleton; names the joints that are missing.
+    """
+    body = by_name(rig)
+    warnings: tuple[str, ...] = ()
+    if not all(joint in body for joint in NEEDED):
+        from lanindex.body.by_shape import by_shape
+
+        shaped, doubts = by_shape(rig)
+        if all(shaped.get(joint, index) == index for joint, index in body.items()):
+            found = [joint for joint in JOINTS if joint in shaped and joint not in body]
+            body |= {joint: shaped[joint] for joint in found}
+            if found:
+                warnings = (f"recognised by shape, not by name: {', '.join(found)}", *doubts)
+    if not is_human(body):
+        raise _no_human(rig, body, path)
+    result = np.full(len(JOINTS), -1, np.int16)
+    for joint, index in body.items():
+        result[JOINT_CODES[joint]] = index
+    return result, warnings
+
+
+def is_human(body: dict[str, int]) -> bool:
+    """Tell whether enough of a body is there to encode it."""
+    limbs = [all(side + joint in body for side in "RL" for joint in limb) for limb in LIMBS]
+    return any(limbs) and "RHip" in body and "LHip" in body
+
+
+def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
+    missing = [joint for joint in NEEDED if joint not in body]
+    return BodyError(
+        f"no human skeleton: among {len(rig.names)} joints there is no "
+        f"{', '.join(missing)}{_guess(rig, body, missing)}",
+        place=path,
+        wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
+    )
+
+
+def _guess(rig: Rig, body: dict[str, int], missing: list[str]) -> str:
+    """Return a near miss among the names, if there is one."""
+    from rapidfuzz import fuzz, process
+
+    taken = set(body.values())
+    for joint in missing:
+        aliases = tables()["limbs"][joint[1:]]
+        for index, (side, name) in enumerate(keys(rig.names)):
+            if side == joint[0] and index not in taken:
+                best = process.extractOne(name, aliases, scorer=fuzz.ratio)
+                if best is not None and best[1] >= _LIKE:
+                    return f" (is {rig.names[index]!r} the {joint}?)"
+    return ""

@@ -1,0 +1,164 @@
+"""Capture files ↔ Motion: a table of formats, each known by a file's content.
+
+A format is a module (or a folder) with
+
+- ``read(file, told) -> Motion``,
+- ``cutter(file) -> Cutter``, if clips can be cut out of its bytes,
+- ``write(motion) -> bytes``, if motions can be written in it,
+
+and a line in `FORMATS`. Nothing else knows one format from another.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from lanindex.errors import CaptureError
+from lanindex.formats.file import File, load, opened
+
+if TYPE_CHECKING:
+    from lanindex.model import Motion, Span
+
+__all__ = ["FORMATS", "Cutter", "File", "Format", "cutter", "known", "load", "opened", "read"]
+
+Cutter = Callable[["Span"], bytes]
+"""Gives the bytes of a clip: a stretch of one file, in its own format."""
+
+_HEAD = 4096
+
+
+def _is_bvh(head: bytes) -> bool:
+    return head.removeprefix(b"\xef\xbb\xbf").lstrip()[:9].upper() == b"HIERARCHY"
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One kind of capture file.
+
+    Attributes
+    ----------
+    name : str
+        As the library and ``--format`` say it.
+    title : str
+        As people say it, and how its files begin.
+    suffixes : tuple of str
+        Endings by which a folder is searched, in small letters.
+    sniff : Callable
+        Whether a file's first bytes are of this format.
+    module : str
+        Where it is read, cut and written; imported when needed.
+    """
+
+    name: str
+    title: str
+    suffixes: tuple[str, ...]
+    sniff: Callable[[bytes], bool]
+    module: str
+
+    @property
+    def does(self) -> Any:
+        """The module, imported."""
+        return importlib.import_module(self.module)
+
+
+FORMATS: tuple[Format, ...] = (
+    Format(
+        "bvh",
+        "BVH, which begins with the word HIERARCHY",
+        (".bvh",),
+        _is_bvh,
+        "lanindex.formats.bvh",
+    ),
+)
+"""All formats that are read."""
+
+
+def known(file: File) -> Format:
+    """Return the format that a file's content is of.
+
+    Raises
+    ------
+    CaptureError
+        None; says how it begins.
+    """
+    head = file.content[:_HEAD]
+    for form in FORMATS:
+        if form.sniff(head):
+            return form
+    titles = " or ".join(form.title for form in FORMATS)
+    raise CaptureError(_beginning(head), place=file.name, wanted=titles)
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    unit: str | None = None,
+    up: str | None = None,
+    rate: Fraction | float | str | None = None,
+    compose: str | None = None,
+    data: bytes | None = None,
+) -> Motion:
+    """Read a capture.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    unit : str, optional
+        ``mm``, ``cm``, ``m``, ``inch``, ``inch/0.45``; else told from the size of the body.
+    up : str, optional
+        The vertical axis, ``y``, ``z``, ``x``, ``-y``, ``-z``, ``-x``; else told from the body.
+    rate : Fraction, float or str, optional
+        Frames a second, instead of what the file says.
+    compose : str, optional
+        ``parent``: a joint's turn follows its parent's, as BVH has it. ``child``: it precedes it,
+        as one exporter has it. Else told from the names of the joints.
+    data : bytes, optional
+        The file's content, where it is at hand.
+
+    Returns
+    -------
+    Motion
+        Millimetres, y up.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read; says where and why.
+    BodyError
+        It holds no human skeleton.
+    """
+    from lanindex.model import Reading
+
+    file = opened(path) if data is None else File(os.fspath(path), data)
+    motion: Motion = known(file).does.read(file, Reading(unit, up, rate, compose))
+    return motion
+
+
+def cutter(file: File) -> Cutter:
+    """Return what cuts clips out of a file, its bytes looked through once.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read.
+    """
+    cut: Cutter = known(file).does.cutter(file)
+    return cut
+
+
+def _beginning(head: bytes) -> str:
+    """Describe the first bytes of a file that no reader knows."""
+    if not head:
+        return "the file is empty"
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "begins as UTF-16 text: save it as UTF-8"
+    if b"\0" in head:
+        return f"binary data that begins with {head[:8].hex(' ')}"
+    line = head.lstrip().split(b"\n")[0].strip()[:40].decode("utf-8", "replace")
+    return f"begins with {line!r}" if line else "holds nothing but blanks"

@@ -1,0 +1,155 @@
+"""BVH: hierarchy and channels → Motion, a block of frames at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body import sampled, understand
+from lanindex.body.kinematics import Plan, plan
+from lanindex.body.names import exporter_of
+from lanindex.errors import CaptureError, UsageError
+from lanindex.formats.bvh import floats
+from lanindex.formats.bvh.compiled import Paths, paths
+from lanindex.formats.bvh.hierarchy import line_of
+from lanindex.formats.bvh.layout import Layout, scan
+from lanindex.formats.file import File
+from lanindex.formats.rates import rate_doubt, rate_of
+from lanindex.model import Motion, Reading, Skeleton, Source
+
+COMPOSE = ("parent", "child")
+
+BLOCK = 4096
+"""Frames whose numbers are held at a time."""
+
+Floats = NDArray[np.float64]
+
+
+def read(file: File, told: Reading) -> Motion:
+    """Read a BVH file.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        See `lanindex.formats.read`.
+
+    Returns
+    -------
+    Motion
+        Every joint and End Site.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged; names the line.
+    BodyError
+        It holds no human skeleton.
+    """
+    if told.compose not in (None, *COMPOSE):
+        raise UsageError(f"compose {told.compose!r}", wanted="parent or child")
+    path, layout = file.name, scan(file.content, file.name)
+    place = f"{path}:{line_of(file.content, layout.time_line[0])}"
+    rate = rate_of(layout.time, place, told.rate)
+    joints = layout.hierarchy
+    order, reason = _order(told.compose, joints.names)
+    work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
+    frames = _Frames(file, layout, work, paths(len(file.content)))
+    found = understand(joints.names, joints.parents, *frames.looked_at(), rate, told, path)
+    positions = np.empty((len(layout.frames), len(joints.names), 3), np.float32)
+    for start, places in frames.blocks():
+        found.oriented(places, positions[start : start + len(places)])
+    offsets = found.oriented(np.array(joints.offsets, np.float64))
+    skeleton = Skeleton(joints.names, np.array(joints.parents, np.int16), offsets, found.body)
+    source = Source(
+        path, "bvh", found.unit, found.scale, found.up, compose=f"{order} first ({reason})"
+    )
+    doubts = (*_count_doubt(layout), *rate_doubt(rate), *found.doubts)
+    return Motion(skeleton, rate, positions, source, found.first, doubts)
+
+
+def _order(told: str | None, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return whose turn stands first, a joint's parent's or its own, and who says so."""
+    if told:
+        return told, "as told"
+    exporter = exporter_of(names)
+    if "compose" in exporter:
+        return exporter["compose"], f"its joints are named as {exporter['name']} names them"
+    return "parent", "as BVH has it"
+
+
+@dataclass(slots=True)
+class _Frames:
+    """The numbers of a file as places of its joints, block by block.
+
+    Attributes
+    ----------
+    file : File
+        The file.
+    layout : Layout
+        Where its frames lie.
+    work : Plan
+        What leads from channels to places.
+    paths : Paths
+        What reads the numbers and carries the plan out.
+    kept : ndarray or None
+        (T, J, 3) float64: of a short file everything, read once.
+    """
+
+    file: File
+    layout: Layout
+    work: Plan
+    paths: Paths
+    kept: Floats | None = None
+
+    def looked_at(self) -> tuple[Floats, Floats]:
+        """Return the poses that tell the body, (S, J, 3), and the first two frames."""
+        count = len(self.layout.frames)
+        if count <= BLOCK:
+            self.kept = self._places(0, count)
+            return self.kept[sampled(count)], self.kept[:2]
+        chosen = np.unique(np.append(sampled(count), [0, 1]))
+        values, bad = self.paths.parse(
+            self.file.content, self.layout.frames[chosen], self.layout.hierarchy.width
+        )
+        if bad is not None:
+            for _ in self.blocks():  # says which frame is the first that is damaged
+                pass
+        places = self.paths.positions(self.work, values)
+        return places[np.searchsorted(chosen, sampled(count))], places[:2]
+
+    def blocks(self) -> Iterator[tuple[int, Floats]]:
+        """Yield the first frame of each block and its places, (T, J, 3) in units of the file."""
+        if self.kept is not None:
+            yield 0, self.kept
+            return
+        for start in range(0, len(self.layout.frames), BLOCK):
+            yield start, self._places(start, start + BLOCK)
+
+    def _places(self, start: int, stop: int) -> Floats:
+        """Read some frames, or say which of them is damaged and how."""
+        data, lines = self.file.content, self.layout.frames[start:stop]
+        width = self.layout.hierarchy.width
+        values, bad = self.paths.parse(data, lines, width)
+        if bad is None:
+            return self.paths.positions(self.work, values)
+        first, last = lines[bad].tolist()
+        found, wanted = floats.fault(data[first:last], width)
+        cut = start + bad == len(self.layout.frames) - 1 and bool(data[first:last].strip())
+        short = len(data[first:last].split()) <= width
+        raise CaptureError(
+            f"frame {start + bad} {found}",
+            place=f"{self.file.name}:{line_of(data, first)}",
+            wanted=wanted,
+            remedy="It is the last line: the file may be cut short." if cut and short else "",
+        )
+
+
+def _count_doubt(layout: Layout) -> tuple[str, ...]:
+    if layout.declared == len(layout.frames):
+        return ()
+    return (f"Frames: says {layout.declared}, the file has {len(layout.frames)}",)

@@ -1,0 +1,149 @@
+"""A capture as positions of joints over time, and where they come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINTS
+from lanindex.errors import EncodeError
+from lanindex.model.arrays import frozen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Skeleton:
+    """The joints of a capture, as its file names them.
+
+    Attributes
+    ----------
+    names : tuple of str
+        (J) names, parents before children.
+    parents : ndarray
+        (J,) int16, index of each joint's parent, -1 for a root.
+    offsets : ndarray
+        (J, 3) float32, mm, y up: from the parent, at rest.
+    body : ndarray
+        (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent.
+    """
+
+    names: tuple[str, ...]
+    parents: NDArray[np.int16]
+    offsets: NDArray[np.float32]
+    body: NDArray[np.int16]
+
+    def __post_init__(self) -> None:
+        """Check the shapes and freeze the arrays."""
+        joints = len(self.names)
+        for name, shape in (("parents", (joints,)), ("offsets", (joints, 3)), ("body", (20,))):
+            array = getattr(self, name)
+            if array.shape != shape:
+                raise EncodeError(f"{name} has shape {array.shape}", wanted=str(shape))
+            object.__setattr__(self, name, frozen(array))
+
+    def played(self) -> dict[str, str]:
+        """Return the joints of the body model that are present, with the file's names."""
+        return {
+            joint: self.names[index]
+            for joint, index in zip(JOINTS, self.body, strict=True)
+            if index >= 0
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """Where a motion comes from, and how its file was understood.
+
+    Attributes
+    ----------
+    path : str
+        As given.
+    format : str
+        ``bvh``, ...
+    unit : str
+        Name of the unit, with ``(detected)`` where the file does not state it.
+    scale : float
+        Millimetres in one unit of the file.
+    up : str
+        The file's vertical axis: ``y``, ``z``, ``-y`` ...
+    compose : str
+        Whether a joint's turn follows its parent's (``parent``) or precedes it (``child``), and
+        who said so; empty where the format leaves no choice.
+    """
+
+    path: str
+    format: str
+    unit: str
+    scale: float
+    up: str
+    compose: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A capture: positions of joints over time.
+
+    Attributes
+    ----------
+    skeleton : Skeleton
+        Names and hierarchy.
+    rate : Fraction
+        Frames a second.
+    positions : ndarray
+        (T, J, 3) float32, mm, y up, right-handed; NaN where unknown.
+    source : Source
+        The file.
+    first : int
+        The first frame that is movement: 1 where frame 0 is a calibration pose, else 0.
+    warnings : tuple of str
+        What the reader found doubtful.
+    rotations : ndarray or None
+        (T, J, 4) float32, unit quaternions (w, x, y, z) from each joint's rest to the world, in
+        the axes of `positions`; NaN where unknown. None where the source has none: a twist cannot
+        be told from positions.
+    """
+
+    skeleton: Skeleton
+    rate: Fraction
+    positions: NDArray[np.float32]
+    source: Source
+    first: int = 0
+    warnings: tuple[str, ...] = ()
+    rotations: NDArray[np.float32] | None = None
+
+    def __post_init__(self) -> None:
+        """Check shapes and rate and freeze the arrays."""
+        if self.positions.ndim != 3 or self.positions.shape[1:] != (len(self.skeleton.names), 3):
+            raise EncodeError(
+                f"positions have shape {self.positions.shape}",
+                wanted=f"(T, {len(self.skeleton.names)}, 3)",
+            )
+        if self.rate <= 0:
+            raise EncodeError(f"a rate of {self.rate} frames a second", wanted="more than 0")
+        object.__setattr__(self, "rate", Fraction(self.rate))
+        object.__setattr__(self, "positions", frozen(self.positions))
+        if self.rotations is not None:
+            wanted = (*self.positions.shape[:2], 4)
+            if self.rotations.shape != wanted:
+                raise EncodeError(
+                    f"rotations have shape {self.rotations.shape}", wanted=str(wanted)
+                )
+            object.__setattr__(self, "rotations", frozen(self.rotations))
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return int(self.positions.shape[0])
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return float(len(self) / self.rate)
+
+    def __repr__(self) -> str:
+        """Return one line that tells the file, its size and its rate."""
+        return (
+            f"<Motion {self.source.path}: {len(self)} frames at {float(self.rate):g} Hz, "
+            f"{self.seconds:.2f} s, {len(self.skeleton.names)} joints>"
+        )

@@ -1,0 +1,129 @@
+"""A capture written down: tracks of symbols, and how time is counted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import KINDS, kind_of
+from lanindex.errors import EncodeError, UsageError
+from lanindex.model.arrays import frozen
+from lanindex.model.span import Span
+from lanindex.model.symbol import SYMBOL, Symbol, listed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """What one part of the body does, from the first frame to the last.
+
+    Attributes
+    ----------
+    symbols : ndarray
+        (S,) of `SYMBOL`, by time; each known stretch begins with a starting position, of no length.
+    known : tuple of Span
+        The stretches in which the part was seen; between them lies a gap of the capture.
+    kind : str
+        What its symbols say: one of ``alphabet.KINDS``; by default the part's.
+    """
+
+    part: str
+    symbols: NDArray[Any]
+    known: tuple[Span, ...]
+    kind: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the dtype and the kind, and freeze the array."""
+        object.__setattr__(self, "kind", self.kind or kind_of(self.part))
+        if self.kind not in KINDS:
+            raise EncodeError(f'the kind "{self.kind}"', wanted=f"one of {', '.join(KINDS)}")
+        if self.symbols.dtype != SYMBOL:
+            raise EncodeError(f"symbols have dtype {self.symbols.dtype}", wanted="model.SYMBOL")
+        object.__setattr__(self, "symbols", frozen(self.symbols))
+
+    def __len__(self) -> int:
+        """Return the number of rows, starting positions and passing ones included."""
+        return len(self.symbols)
+
+    def listed(self) -> list[Symbol]:
+        """Return the rows as objects."""
+        return listed(self.part, self.symbols)
+
+
+@dataclass(frozen=True, slots=True)
+class Meter:
+    """How time is counted: tempo, rhythm and the grid that symbols are rounded to.
+
+    Attributes
+    ----------
+    speed : Fraction
+        Beats a minute.
+    beats, beat : int
+        Beats in a unit (a bar), and which note is one: 4 for a quarter.
+    division : int
+        Ticks in a unit.
+    """
+
+    speed: Fraction = Fraction(60)
+    beats: int = 4
+    beat: int = 4
+    division: int = 32
+
+    @property
+    def tick_rate(self) -> Fraction:
+        """Ticks a second."""
+        return self.speed / 60 * self.division / self.beats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Score:
+    """A capture written down.
+
+    Attributes
+    ----------
+    rate : Fraction
+        Frames a second of the source.
+    frames : int
+        Frames of the source.
+    meter : Meter
+        Tempo, rhythm and grid.
+    tracks : Mapping of str to Track
+        By part.
+    heading : ndarray
+        (N,) float32, degrees: where the body faces, at 60 frames a second; may be empty.
+    other : tuple of str
+        Lines of an LND file that were not understood, kept for the way back.
+    """
+
+    rate: Fraction
+    frames: int
+    meter: Meter
+    tracks: Mapping[str, Track]
+    heading: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
+    other: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Freeze the array."""
+        object.__setattr__(self, "heading", frozen(self.heading))
+
+    def __repr__(self) -> str:
+        """Return one line that tells the length and the number of symbols."""
+        count = f"{len(self.tracks)} parts, {sum(map(len, self.tracks.values()))} symbols"
+        return f"<Score {count}, {self.frames} frames at {float(self.rate):g} Hz>"
+
+    def symbols(self, part: str | None = None) -> list[Symbol]:
+        """Return the symbols of one part, or of all, as objects.
+
+        Raises
+        ------
+        UsageError
+            Where the score has no such part.
+        """
+        if part is not None and part not in self.tracks:
+            raise UsageError(f'there is no part "{part}"', wanted=f"one of {' '.join(self.tracks)}")
+        parts = self.tracks if part is None else (part,)
+        return [symbol for name in parts for symbol in self.tracks[name].listed()]

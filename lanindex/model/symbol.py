@@ -1,0 +1,177 @@
+"""A symbol, and the one table of its fields.
+
+Each field is a line of `Symbol`: what it is called and what it holds as an object, as a column of
+an array, in the library and in JSON. `SYMBOL` (the dtype of a track's rows), the library's columns,
+its view in words, its checks and the records all come from these lines; a new field is a new line
+and a migration.
+
+In the library small numbers share a column, each with bits of its own: `Field.column` and
+`Field.shift` say where.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.model.span import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """How a field of a symbol is kept.
+
+    Attributes
+    ----------
+    type : str
+        Of its column in a track's rows, as numpy writes it.
+    column : str
+        Of the library, which it may share.
+    shift, bits : int
+        Where in the column it lies, and how many bits it may take.
+    least : int
+        Its smallest value, stored as 0; -1 stands for nothing.
+    scale : int
+        What it is multiplied by before it is stored as a whole number.
+    since : str
+        The field that it is stored as the distance from, if any.
+    words : tuple of str
+        What its codes stand for; empty: it is a number.
+    shown : str
+        What it is called in the library's view and in JSON; empty: as the field itself.
+    """
+
+    type: str
+    column: str
+    shift: int = 0
+    bits: int = 31
+    least: int = 0
+    scale: int = 1
+    since: str = ""
+    words: tuple[str, ...] = ()
+    shown: str = ""
+
+    @property
+    def most(self) -> int:
+        """The largest value, as stored before `least` is taken off."""
+        room = self.least + (1 << self.bits) - 1
+        return min(room, len(self.words) - 1) if self.words else room
+
+    def said(self, codes: Sequence[Any]) -> Sequence[Any]:
+        """Return what an object holds: words for codes, None for nothing."""
+        if self.words:
+            known = (*self.words, None)
+            return [known[code] for code in codes]
+        return [None if code < 0 else code for code in codes] if self.least < 0 else codes
+
+
+def kept(type: str, column: str, **how: Any) -> Any:
+    """Return a dataclass field that is kept as a `Field` says."""
+    return field(metadata={"kept": Field(type, column, **how)})
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """One movement: a part arrives at a direction and a level.
+
+    Attributes
+    ----------
+    part : str
+        As in LND.
+    ordinal : int
+        Index of the row in its track.
+    direction, level : str or None
+        As in LND; None where the kind of symbol has none.
+    start, stop : int
+        Frames of the source, half-open; a starting position has no length.
+    tick, ticks : int
+        Start and length on the score's grid.
+    passing : bool
+        On the way: in no score, its frames lie inside the next row's.
+    rule : int
+        Line of the LDD rule that made it passing, else 0.
+    swings : int
+        Moves out and back within the direction's cell.
+    margin : float
+        0 at a border of the cell, 1 at the middle; in thousandths.
+    runner_direction, runner_level : str or None
+        The cell across the nearest border; None: none known.
+    amount : int or None
+        Degrees of a turn, or of a bend; None where the kind of symbol has none.
+    """
+
+    part: str
+    ordinal: int
+    direction: str | None = kept("i1", "sign", bits=4, least=-1, words=DIRECTIONS)
+    level: str | None = kept("i1", "sign", shift=4, bits=2, least=-1, words=LEVELS)
+    start: int = kept("i4", "start", shown="start_frame")
+    stop: int = kept("i4", "length", since="start", shown="end_frame")
+    tick: int = kept("i4", "tick")
+    ticks: int = kept("i4", "ticks")
+    passing: bool = kept("?", "sign", shift=12, bits=1)
+    rule: int = kept("i4", "notes", shift=24, bits=16)
+    swings: int = kept("i4", "notes", bits=24)
+    margin: float = kept("f4", "sign", shift=13, bits=10, scale=1000)
+    runner_direction: str | None = kept("i1", "sign", shift=6, bits=4, least=-1, words=DIRECTIONS)
+    runner_level: str | None = kept("i1", "sign", shift=10, bits=2, least=-1, words=LEVELS)
+    amount: int | None = kept("i2", "notes", shift=40, bits=15, least=-1)
+
+    @property
+    def span(self) -> Span:
+        """Frames of the source; a starting position has no length."""
+        return Span(self.start, self.stop)
+
+    @property
+    def runner_up(self) -> tuple[str, str] | None:
+        """Direction and level of the cell across the nearest border."""
+        if self.runner_direction is None or self.runner_level is None:
+            return None
+        return self.runner_direction, self.runner_level
+
+    @property
+    def words(self) -> str:
+        """What it says, without the part: ``right mid``."""
+        said = (self.direction, self.level, self.amount)
+        return " ".join(str(word) for word in said if word is not None)
+
+    def __str__(self) -> str:
+        """Return the symbol as a person would write it."""
+        mark = "*" if self.passing else ""
+        return f"{self.part} {self.words}{mark} [{self.start}, {self.stop})"
+
+
+FIELDS: dict[str, Field] = {
+    one.name: one.metadata["kept"] for one in fields(Symbol) if "kept" in one.metadata
+}
+"""By name, how each field of a symbol is kept."""
+
+SYMBOL = np.dtype([(name, how.type) for name, how in FIELDS.items()])
+"""One row of a track: codes, frames and numbers; -1 stands for nothing."""
+
+
+def listed(part: str, rows: NDArray[Any]) -> list[Symbol]:
+    """Return rows as objects.
+
+    Parameters
+    ----------
+    part : str
+        Whose.
+    rows : ndarray
+        (S,) of `SYMBOL`.
+    """
+    columns = [how.said(rows[name].tolist()) for name, how in FIELDS.items()]
+    return [Symbol(part, row, *said) for row, said in enumerate(zip(*columns, strict=True))]
+
+
+def blank(count: int | tuple[int, ...]) -> NDArray[Any]:
+    """Return rows that say nothing yet: (count,) of `SYMBOL`, -1 where a field may be absent."""
+    rows = np.zeros(count, SYMBOL)
+    for name, how in FIELDS.items():
+        if how.least < 0:
+            rows[name] = how.least
+    return rows

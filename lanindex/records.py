@@ -1,0 +1,135 @@
+"""Captures, symbols, hits and clips as JSON: the one contract with other programs.
+
+Every verb's ``--json`` and every ``dicts()`` is made here, so that the same thing has the same key
+everywhere. Frames are of the source file, half-open; times are in seconds, to the microsecond.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lanindex.model import Capture, Hit, Span, Symbol
+from lanindex.model.symbol import FIELDS
+
+_BRIEF = ("direction", "level", "start", "stop")
+_MORE = ("passing", "swings", "margin")
+
+
+def seconds(capture: Capture, frame: int) -> float:
+    """Return where a frame lies in time, in seconds."""
+    return round(float(frame / capture.rate), 6)
+
+
+def _rate(capture: Capture) -> float:
+    return round(float(capture.rate), 6)
+
+
+def _said(symbol: Symbol, fields: tuple[str, ...]) -> dict[str, Any]:
+    return {FIELDS[name].shown or name: getattr(symbol, name) for name in fields}
+
+
+def of_symbol(symbol: Symbol) -> dict[str, Any]:
+    """Return the five keys that tell a symbol, and its amount where it has one."""
+    amount = {} if symbol.amount is None else {"amount": symbol.amount}
+    return {"part": symbol.part, **_said(symbol, _BRIEF), **amount}
+
+
+def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
+    """Return all that a capture says of a symbol: a line of ``show``."""
+    more = _said(symbol, _MORE)
+    return {
+        "capture": capture.path,
+        "capture_id": capture.id,
+        "fps": _rate(capture),
+        "frames": capture.frames,
+        **of_symbol(symbol),
+        "start": seconds(capture, symbol.start),
+        "end": seconds(capture, symbol.stop),
+        **more,
+        "margin": round(symbol.margin, 3),
+        "runner_up": " ".join(symbol.runner_up) if symbol.runner_up else None,
+    }
+
+
+def of_capture(capture: Capture) -> dict[str, Any]:
+    """Return a capture: a line of ``list`` or ``remove``."""
+    return {
+        "capture": capture.path,
+        "capture_id": capture.id,
+        "label": capture.label,
+        "format": capture.format,
+        "fps": _rate(capture),
+        "frames": capture.frames,
+        "seconds": seconds(capture, capture.frames),
+        "sha256": capture.sha256,
+        "metadata": dict(capture.metadata),
+    }
+
+
+def of_hit(hit: Hit) -> dict[str, Any]:
+    """Return a hit: a line of ``search``.
+
+    Parameters
+    ----------
+    hit : Hit
+        Any.
+
+    Returns
+    -------
+    dict
+        Capture, frames, seconds, fit and the symbols that matched.
+    """
+    capture = hit.capture
+    return {
+        "capture": capture.path,
+        "capture_id": capture.id,
+        "label": capture.label,
+        "fps": _rate(capture),
+        "start_frame": hit.span.start,
+        "end_frame": hit.span.stop,
+        "start": seconds(capture, hit.span.start),
+        "end": seconds(capture, hit.span.stop),
+        "fit": round(hit.fit, 3),
+        "symbols": [of_symbol(symbol) for symbol in hit.symbols],
+    }
+
+
+def of_clip(
+    name: str,
+    capture: Capture,
+    hit: Span,
+    cut: Span,
+    *,
+    fit: float | None,
+    pattern: str,
+    symbols: tuple[dict[str, Any], ...],
+) -> dict[str, Any]:
+    """Return a clip: a line of a manifest.
+
+    Parameters
+    ----------
+    name : str
+        Of the clip's file.
+    capture : Capture
+        What it was cut from.
+    hit, cut : Span
+        Frames of the source that matched, and those in the clip.
+    fit, pattern, symbols
+        Of the hit, as far as they are known.
+    """
+    return {
+        "clip": name,
+        "capture": capture.path,
+        "capture_id": capture.id,
+        "label": capture.label,
+        "fps": _rate(capture),
+        "hit_start_frame": hit.start,
+        "hit_end_frame": hit.stop,
+        "clip_start_frame": cut.start,
+        "clip_end_frame": cut.stop,
+        "start": seconds(capture, cut.start),
+        "end": seconds(capture, cut.stop),
+        "fit": fit,
+        "pattern": pattern,
+        "symbols": list(symbols),
+    }

@@ -1,0 +1,337 @@
+"""Query → programs: each line of a pattern as places that a match walks through.
+
+A place is one step of the line, with repeats written out; edges tell which place may come next,
+over which arrow, and which brackets end and begin on the way. The places are the states of a
+finite automaton (Glushkov's), so that a search never tries the same state twice, however often
+a pattern repeats. Nothing here knows a capture.
+
+A line that says ``arm`` becomes two programs, one a side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.search.language.query import (
+    NEXT,
+    Arrow,
+    Bracket,
+    Item,
+    Line,
+    Lines,
+    Pattern,
+    Query,
+    Step,
+    meaning,
+)
+from lanindex.search.language.times import Length
+from lanindex.search.language.words import ANY
+
+SIDES = ("r_", "l_")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A step as one state of a program.
+
+    Attributes
+    ----------
+    number : int
+        Index in the program.
+    members : tuple of str
+        The part that moves, or the two that move together.
+    manner : str
+        ``move``, ``at`` or ``hold``.
+    cells : tuple of frozenset of tuple of int
+        For each member, the (direction, level) codes that fit.
+    changes : frozenset of str
+        Of ``rising``, ``sinking`` and ``neither``, which fit.
+    names_passing : bool
+        Whether it says enough to match a passing symbol.
+    length : Length or None
+        How long it may last.
+    """
+
+    number: int
+    members: tuple[str, ...]
+    manner: str
+    cells: tuple[frozenset[tuple[int, int]], ...]
+    changes: frozenset[str]
+    names_passing: bool
+    length: Length | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Companion:
+    """A line beside the leading one: the relation, and its programs, one a side."""
+
+    relation: str
+    programs: tuple[Program, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """What must hold of a stretch of a line once it is complete: of a bracket, or of all of it."""
+
+    length: Length | None = None
+    companions: tuple[Companion, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A way into a place: the groups that open, and the arrows from the clip's start."""
+
+    place: int
+    opens: tuple[Group, ...] = ()
+    from_start: tuple[Arrow, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Exit:
+    """A way out of a place: the groups that close, inner ones first, and arrows to the end."""
+
+    place: int
+    closes: tuple[Group, ...] = ()
+    to_end: tuple[Arrow, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edge:
+    """From one place to the next; `same`: of the same parts."""
+
+    exit: Exit
+    arrow: Arrow
+    entry: Entry
+    same: bool
+
+    @property
+    def open(self) -> bool:
+        """Whether it leads to all that is later, without a limit."""
+        return self.arrow.later and not (self.arrow.length or self.arrow.skips)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Program:
+    """One line, of one side, ready to be matched.
+
+    Attributes
+    ----------
+    places : tuple of Place
+        Its steps, repeats written out.
+    entries : tuple of Entry
+        Where it may begin.
+    edges : tuple of tuple of Edge
+        By place: where it may go on.
+    exits : tuple of tuple of Exit
+        By place: how it may end there.
+    whole : Group
+        What must hold of all of it.
+    brackets : tuple of Group
+        Those that may open in it.
+    open_ended : bool
+        Whether it can go on where it could end: it then runs on as long as it can.
+    """
+
+    places: tuple[Place, ...]
+    entries: tuple[Entry, ...]
+    edges: tuple[tuple[Edge, ...], ...]
+    exits: tuple[tuple[Exit, ...], ...]
+    whole: Group
+    brackets: tuple[Group, ...]
+    open_ended: bool
+
+
+def plan(query: Query) -> tuple[Program, ...]:
+    """Return the programs of the leading lines; any one of them answers the query."""
+    planner = _Planner()
+    return tuple(
+        program
+        for pattern in query.patterns
+        for lines in pattern.alternatives
+        for program in planner.leading(lines)
+    )
+
+
+def places_of(item: Item) -> tuple[Place, ...]:
+    """Return what one step alone asks for, as places of their own: one a side."""
+    if isinstance(item.unit, Bracket):
+        return ()
+    sides = SIDES if item.unit.mover.form == "either" else SIDES[:1]
+    return tuple(_place(0, item.unit, item.length, side) for side in sides)
+
+
+class _Planner:
+    """Plans lines, each of them once."""
+
+    def __init__(self) -> None:
+        self._planned: dict[Line, tuple[Program, ...]] = {}
+
+    def leading(self, lines: Lines) -> tuple[Program, ...]:
+        group = Group(None, self.companions(lines))
+        return tuple(_program(self, lines.first, side, group) for side in _sides(lines.first))
+
+    def companions(self, lines: Lines) -> tuple[Companion, ...]:
+        return tuple(Companion(it.relation, self.free(it.line)) for it in lines.others)
+
+    def free(self, line: Line) -> tuple[Program, ...]:
+        if line not in self._planned:
+            sides = _sides(line)
+            self._planned[line] = tuple(_program(self, line, side, Group()) for side in sides)
+        return self._planned[line]
+
+
+def _leading_steps(line: Line) -> Iterator[Step]:
+    for item in line.items:
+        if isinstance(item.unit, Step):
+            yield item.unit
+        else:
+            for lines in item.unit.pattern.alternatives:
+                yield from _leading_steps(lines.first)
+
+
+def _sides(line: Line) -> tuple[str, ...]:
+    unsided = any(step.mover.form == "either" for step in _leading_steps(line))
+    return SIDES if unsided else SIDES[:1]
+
+
+def _program(planner: _Planner, line: Line, side: str, group: Group) -> Program:
+    builder = _Builder(planner, side)
+    inner = builder.line(line)
+    if group.companions:
+        inner = inner.inside(group)
+    edges: list[list[Edge]] = [[] for _ in builder.places]
+    for edge in builder.edges:
+        edges[edge.exit.place].append(edge)
+    exits: list[list[Exit]] = [[] for _ in builder.places]
+    for leaving in inner.exits:
+        exits[leaving.place].append(leaving)
+    return Program(
+        tuple(builder.places),
+        tuple(inner.entries),
+        tuple(map(tuple, edges)),
+        tuple(map(tuple, exits)),
+        group,
+        tuple(builder.groups),
+        any(ends and goes_on for ends, goes_on in zip(exits, edges, strict=True)),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A piece of a program: the ways in and out, and whether it may be left out."""
+
+    entries: list[Entry] = field(default_factory=list)
+    exits: list[Exit] = field(default_factory=list)
+    optional: bool = False
+
+    def inside(self, group: Group) -> _Piece:
+        """Return the piece as a group of its own."""
+        return _Piece(
+            [Entry(it.place, (group, *it.opens), it.from_start) for it in self.entries],
+            [Exit(it.place, (*it.closes, group), it.to_end) for it in self.exits],
+        )
+
+
+@dataclass(slots=True)
+class _Builder:
+    """Builds the program of one line, for one side."""
+
+    planner: _Planner
+    side: str
+    groups: list[Group] = field(default_factory=list)
+    places: list[Place] = field(default_factory=list)
+    edges: list[Edge] = field(default_factory=list)
+
+    def line(self, line: Line) -> _Piece:
+        pieces = [self.item(item) for item in line.items]
+        for last, piece in enumerate(pieces):
+            for first in reversed(range(last)):
+                self.join(pieces[first], line.arrows[last - 1], piece)
+                if not pieces[first].optional:
+                    break
+        return _Piece(self.beginnings(pieces, line), self.endings(pieces, line))
+
+    def join(self, before: _Piece, arrow: Arrow, after: _Piece) -> None:
+        for leaving in before.exits:
+            members = self.places[leaving.place].members
+            for entry in after.entries:
+                same = members == self.places[entry.place].members
+                self.edges.append(Edge(leaving, arrow, entry, same))
+
+    def beginnings(self, pieces: list[_Piece], line: Line) -> list[Entry]:
+        """Return the ways in: a step that is left out takes the arrow before it along."""
+        entries = []
+        for piece, before in zip(pieces, (line.start, *line.arrows), strict=True):
+            arrow = (before,) if line.start and before else ()
+            entries += [Entry(it.place, it.opens, (*it.from_start, *arrow)) for it in piece.entries]
+            if not piece.optional:
+                break
+        return entries
+
+    def endings(self, pieces: list[_Piece], line: Line) -> list[Exit]:
+        arrow = (line.end,) if line.end else ()
+        exits = []
+        for piece in reversed(pieces):
+            exits += [Exit(it.place, it.closes, (*it.to_end, *arrow)) for it in piece.exits]
+            if not piece.optional:
+                break
+        return exits
+
+    def item(self, item: Item) -> _Piece:
+        repeat = item.repeat
+        copies = [self.unit(item) for _ in range(repeat.copies)]
+        for before, after in pairwise(copies):
+            self.join(before, NEXT, after)
+        if repeat.most is None:
+            self.join(copies[-1], NEXT, copies[-1])
+        ends = copies[max(repeat.least, 1) - 1 :]
+        return _Piece(copies[0].entries, [it for copy in ends for it in copy.exits], item.optional)
+
+    def unit(self, item: Item) -> _Piece:
+        if isinstance(item.unit, Bracket):
+            return self.bracket(item.unit.pattern, item.length)
+        place = _place(len(self.places), item.unit, item.length, self.side)
+        self.places.append(place)
+        return _Piece([Entry(place.number)], [Exit(place.number)])
+
+    def bracket(self, pattern: Pattern, length: Length | None) -> _Piece:
+        whole = _Piece()
+        for lines in pattern.alternatives:
+            inner = self.line(lines.first)
+            if length or lines.others:
+                group = Group(length, self.planner.companions(lines))
+                self.groups.append(group)
+                inner = inner.inside(group)
+            whole.entries.extend(inner.entries)
+            whole.exits.extend(inner.exits)
+        return whole
+
+
+def _place(number: int, step: Step, length: Length | None, side: str) -> Place:
+    members = step.mover.members
+    if step.mover.form == "either":
+        members = tuple(member for member in members if member.startswith(side))
+    positive = [word for word in step.words if not word.negated and word.values != (ANY,)]
+    changing = any(word.kind == "change" for word in step.words)
+    return Place(
+        number,
+        members,
+        step.manner,
+        tuple(_cells(step, member) for member in members),
+        meaning(step.words, "change", members[0]),
+        step.manner == "move" and bool(positive) and not changing,
+        length,
+    )
+
+
+def _cells(step: Step, part: str) -> frozenset[tuple[int, int]]:
+    directions = meaning(step.words, "direction", part)
+    levels = meaning(step.words, "level", part)
+    return frozenset(
+        (DIRECTIONS.index(direction), LEVELS.index(level))
+        for direction in directions
+        for level in levels
+    )

@@ -1,0 +1,191 @@
+"""A query in plain English."""
+
+from __future__ import annotations
+
+from lanindex.search.language.query import (
+    ONCE,
+    Arrow,
+    Beside,
+    Bracket,
+    Item,
+    Line,
+    Lines,
+    Pattern,
+    Query,
+    Repeat,
+    Skips,
+    Step,
+    Word,
+)
+from lanindex.search.language.times import Length, Time
+from lanindex.search.language.words import Mover
+
+_VALUES = {
+    "right": "to the right",
+    "r_forward": "to the front right",
+    "forward": "forward",
+    "l_forward": "to the front left",
+    "left": "to the left",
+    "l_back": "to the back left",
+    "back": "back",
+    "r_back": "to the back right",
+    "place": "in place",
+    "any": "anywhere",
+    "side": "to its own side",
+    "side_forward": "forward on its own side",
+    "side_back": "back on its own side",
+    "across": "across the body",
+    "across_forward": "forward across the body",
+    "across_back": "back across the body",
+    "low": "low",
+    "mid": "at middle height",
+    "high": "high",
+    "rising": "to a higher level than before",
+    "sinking": "to a lower level than before",
+}
+_PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
+_MANNERS = {
+    "move": (("moves", "anywhere"), ("move", "anywhere")),
+    "at": (("is", "anywhere"), ("are", "anywhere")),
+    "hold": (("stays", "where it is"), ("stay", "where they are")),
+}
+"""By manner, for one and for two: the verb, and where if no words tell."""
+_UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}
+_LENGTHS = {
+    "<": "less than {}",
+    "<=": "at most {}",
+    ">": "more than {}",
+    ">=": "at least {}",
+    "+": "at least {}",
+    "~": "about {} (a fifth more or less)",
+}
+_SKIPS = {"": "{}", "<": "fewer than {}", "<=": "at most {}", ">": "more than {}"}
+_RELATIONS = {
+    "with": "and in the meantime, sharing a frame at least, {}",
+    "during": "and all of it while {}",
+    "starting with": "and beginning at the same time, {}",
+    "ending with": "and ending at the same time, {}",
+    "exactly with": "and at exactly the same time, {}",
+    "without": "and in the meantime never: {}",
+}
+
+
+def sentence(query: Query) -> str:
+    """Return what a query asks for, as one English sentence or two."""
+    said = _pattern(query.pattern)
+    first = len(said) - len(said.lstrip("("))
+    mirror = " Or the mirror image of all this." if query.either_side else ""
+    return f"{said[:first]}{said[first].upper()}{said[first + 1 :]}.{mirror}"
+
+
+def _pattern(pattern: Pattern) -> str:
+    return " — or — ".join(map(_lines, pattern.alternatives))
+
+
+def _lines(lines: Lines) -> str:
+    return "; ".join([_line(lines.first), *map(_beside, lines.others)])
+
+
+def _beside(beside: Beside) -> str:
+    return _RELATIONS[beside.relation].format(_line(beside.line))
+
+
+def _line(line: Line) -> str:
+    said = ""
+    if line.start:
+        limit = _limit(line.start)
+        said = f"from the clip's start{', later on' if line.start.later else ''}{limit}: "
+    said += _item(line.items[0])
+    first = line.items[0].unit
+    if len(line.items) > 1 and not line.start and _may_be_there(line.items[0]):
+        many = isinstance(first, Step) and first.mover.form == "both"
+        said += " (or begin there)" if many else " (or begins there)"
+    for arrow, item in zip(line.arrows, line.items[1:], strict=True):
+        said += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item)}"
+    if line.end:
+        last = "some time before" if line.end.later else "as the last movement before"
+        said += f", {last} the clip's end{_limit(line.end)}"
+    return said
+
+
+def _may_be_there(item: Item) -> bool:
+    """Tell whether a line's first step may be the starting position."""
+    step = item.unit
+    return (
+        isinstance(step, Step)
+        and (step.manner, item.length, item.repeat) == ("move", None, ONCE)
+        and not any(word.kind == "change" and not word.negated for word in step.words)
+    )
+
+
+def _limit(arrow: Arrow) -> str:
+    if arrow.length:
+        return f" (after {_length(arrow.length)})"
+    return f" ({_skipped(arrow.skips)} between)" if arrow.skips else ""
+
+
+def _skipped(skips: Skips) -> str:
+    number = _SKIPS.get(skips.form, "at least {}").format(skips.count)
+    return f"{number} movement{'' if skips.count == 1 else 's'}"
+
+
+def _item(item: Item) -> str:
+    unit = item.unit
+    said = f"({_pattern(unit.pattern)})" if isinstance(unit, Bracket) else _step(unit)
+    if item.length:
+        said += f", for {_length(item.length)}"
+    return said + _repeat(item.repeat)
+
+
+def _repeat(repeat: Repeat) -> str:
+    if (repeat.least, repeat.most) == (1, 1):
+        return ""
+    if (repeat.least, repeat.most) == (0, 1):
+        return " (or leaves this out)"
+    if repeat.most is None:
+        return f", {repeat.least} or more times in a row"
+    exact = repeat.least == repeat.most
+    return f", {repeat.least if exact else f'{repeat.least} to {repeat.most}'} times in a row"
+
+
+def _length(length: Length) -> str:
+    if length.last:
+        return f"{_time(length.time)} to {_time(length.last)}"
+    return _LENGTHS[length.form].format(_time(length.time))
+
+
+def _time(time: Time) -> str:
+    number = str(time).removesuffix(time.unit)
+    unit = _UNITS[time.unit]
+    return f"{number} {unit[:-1] if number == '1' and len(unit) > 2 else unit}"
+
+
+def who(mover: Mover) -> str:
+    """Return a part or pair as a person would name it."""
+    name = mover.name.replace("_", " ")
+    if mover.form == "one":
+        side = {"r": "right ", "l": "left "}.get(mover.name[:1], "") if mover.sided else ""
+        return f"the {side}{name[2:] if side else name}"
+    return f"either {name}" if mover.form == "either" else f"both {name} together"
+
+
+def _step(step: Step) -> str:
+    many = step.mover.form == "both"
+    verb, place = _MANNERS[step.manner][many]
+    said = f"{verb} {_where(step.words) or place}"
+    if many:
+        said = said.replace("its own side", "their own sides")
+    return f"{who(step.mover)} {said}" if step.named else said
+
+
+def _where(words: tuple[Word, ...]) -> str:
+    said = {word.kind: word for word in words if not word.negated and len(word.values) == 1}
+    direction, level = said.get("direction"), said.get("level")
+    if direction and level and direction.values == ("place",) and len(words) == 2:
+        return _PLACES[level.values[0]]
+    return ", ".join(map(_word, words))
+
+
+def _word(word: Word) -> str:
+    joined = " or ".join(_VALUES[value] for value in word.values)
+    return f"not {joined}" if word.negated else joined

@@ -1,0 +1,63 @@
+"""Where the parser stands in a pattern, and how it says that something is wrong there."""
+
+from __future__ import annotations
+
+from lanindex.errors import PatternError
+from lanindex.search.language.lexer import Token, tokens
+from lanindex.search.language.words import Vocabulary
+
+
+class Cursor:
+    """A pattern's tokens, read from left to right.
+
+    Parameters
+    ----------
+    text : str
+        The whole pattern.
+    vocabulary : Vocabulary
+        The words it may use.
+    """
+
+    def __init__(self, text: str, vocabulary: Vocabulary) -> None:
+        self.text, self.vocabulary = text, vocabulary
+        self._tokens = tokens(text)
+        self._index = 0
+
+    @property
+    def token(self) -> Token:
+        """The next token, not yet read."""
+        return self._tokens[self._index]
+
+    @property
+    def before(self) -> Token:
+        """The last token that was read; at the beginning the next one."""
+        return self._tokens[max(self._index - 1, 0)]
+
+    def ahead(self, steps: int) -> Token:
+        """Return the token that many places behind the next one."""
+        return self._tokens[min(self._index + steps, len(self._tokens) - 1)]
+
+    def advance(self) -> Token:
+        """Read a token; the end can be read again and again."""
+        token = self.token
+        self._index = min(self._index + 1, len(self._tokens) - 1)
+        return token
+
+    def stands(self, kind: str, *texts: str) -> bool:
+        """Tell whether the next token is of a kind, and one of these if any are given."""
+        return self.token.kind == kind and (not texts or self.token.text in texts)
+
+    def take(self, kind: str, *texts: str) -> Token | None:
+        """Read the next token if it is of a kind, and one of these if any are given."""
+        return self.advance() if self.stands(kind, *texts) else None
+
+    def said(self, first: Token, last: Token | None = None) -> str:
+        """Return the text from one token to another, as it was written, but on one line."""
+        return " ".join(self.text[first.start : (last or first).stop].split())
+
+    def error(
+        self, sentence: str, first: Token | None = None, last: Token | None = None
+    ) -> PatternError:
+        """Return an error about the next token, or about those from `first` to `last`."""
+        first = first or self.token
+        return PatternError(sentence, text=self.text, start=first.start, stop=(last or first).stop)

@@ -1,0 +1,121 @@
+"""Read what measures: lengths, counts and arrows with their limits."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from lanindex.search.language.cursor import Cursor
+from lanindex.search.language.lexer import Token
+from lanindex.search.language.mistakes import COUNT
+from lanindex.search.language.query import ONCE, Arrow, Repeat, Skips
+from lanindex.search.language.times import Length, Time
+from lanindex.search.language.words import UNITS
+
+_LONGEST_NUMBER = 9
+
+
+def _checked(cursor: Cursor, token: Token, number: str) -> str:
+    if len(number) > _LONGEST_NUMBER:
+        raise cursor.error(f"No more than {_LONGEST_NUMBER} digits, please.", token)
+    return number
+
+
+def _time(cursor: Cursor) -> Time:
+    number = cursor.take("number")
+    if number is None:
+        raise cursor.error("A time goes here: 0.3s, 300ms, 9f, 2b", cursor.before)
+    said = _checked(cursor, number, number.text)
+    if not cursor.stands("word", *UNITS):
+        counted = f"; x{said} means {'twice' if said == '2' else f'{said} times'}"
+        raise cursor.error(
+            f"{said} what? {said}s is seconds, {said}b beats, {said}f frames"
+            f"{counted if said.isdecimal() else ''}.",
+            number,
+        )
+    return Time(Fraction(said), cursor.advance().text)
+
+
+def length_at(cursor: Cursor) -> Length | None:
+    """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
+    begin = cursor.token
+    if compare := cursor.take("compare"):
+        return Length(compare.text, _time(cursor))
+    if not cursor.stands("number"):
+        return None
+    time = _time(cursor)
+    if cursor.take("mark", "+"):
+        return Length("+", time)
+    if not cursor.take("range"):
+        return Length("~", time)
+    last = _time(cursor)
+    if last.unit == time.unit and last.number < time.number:
+        raise cursor.error(f"From more to less: write {last}..{time}", begin, cursor.before)
+    return Length("..", time, last)
+
+
+def repeat_at(cursor: Cursor) -> Repeat:
+    """Read a count, if one stands here: ``x3``, ``x3+``, ``x2..3``, ``?``."""
+    begin = cursor.token
+    if cursor.take("mark", "?"):
+        return Repeat(0, 1)
+    counted = COUNT.fullmatch(begin.text) if begin.kind == "word" else None
+    if counted is None:
+        return ONCE
+    cursor.advance()
+    least = int(_checked(cursor, begin, counted[1]))
+    most: int | None = least
+    if cursor.take("mark", "+"):
+        most = None
+    elif cursor.take("range"):
+        number = cursor.take("number")
+        if number is None or not number.text.isdecimal():
+            raise cursor.error("From how often to how often? x2..3", begin, cursor.before)
+        most = int(_checked(cursor, number, number.text))
+        if most < least:
+            raise cursor.error(f"From more to less: write x{most}..{least}", begin, cursor.before)
+    if most == 0:
+        raise cursor.error(
+            '"x0" is never. To say that it does not happen: without', begin, cursor.before
+        )
+    return Repeat(least, most)
+
+
+def arrow_at(cursor: Cursor) -> Arrow | None:
+    """Read an arrow with its limit, if one stands here: ``->``, ``...[<2s]``."""
+    begin = cursor.take("arrow") or cursor.take("dots")
+    if begin is None:
+        return None
+    later = begin.kind == "dots"
+    opening = cursor.take("mark", "[")
+    if opening is None:
+        return Arrow(later)
+    skips = _skips_at(cursor)
+    length = None if skips else length_at(cursor)
+    if skips is None and length is None:
+        raise cursor.error(
+            "A limit goes into the brackets: [<2s] of the time between, "
+            "...[<=2] of the movements skipped.",
+            opening,
+        )
+    if not cursor.take("mark", "]"):
+        raise cursor.error('This bracket is never closed: a "]" is missing.', opening)
+    if skips and not later:
+        raise cursor.error(
+            "The arrow -> skips nothing: it leads to the next movement. "
+            f"...[{skips}] counts what is skipped, ->[{skips}s] is a time.",
+            begin,
+            cursor.before,
+        )
+    return Arrow(later, length, skips)
+
+
+def _skips_at(cursor: Cursor) -> Skips | None:
+    """Read a number of movements: a number that no unit follows."""
+    compared = 1 if cursor.stands("compare") else 0
+    if cursor.ahead(compared).kind != "number" or cursor.ahead(compared + 1).text in UNITS:
+        return None
+    form = cursor.advance().text if compared else ""
+    number = cursor.advance()
+    if not number.text.isdecimal():
+        raise cursor.error("Movements are counted in whole numbers; a time has a unit.", number)
+    return Skips(form, int(_checked(cursor, number, number.text)))

@@ -1,0 +1,350 @@
+"""What a pattern says, as a tree: what the parser builds, and the matcher and the explainer read.
+
+Every node prints as a pattern that parses to the same node. A step always knows who moves, also
+where the part was carried over an arrow; `Step.named` tells whether it was written there. Mirror
+images are taken while parsing, so that nobody below has to think of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from lanindex.search.language.times import Length
+from lanindex.search.language.words import DOMAINS, Mover, directions_of, mirrored_direction
+
+
+@dataclass(frozen=True, slots=True)
+class Skips:
+    """A condition on the number of movements between: ``[<=2]``."""
+
+    form: str
+    count: int
+
+    def __str__(self) -> str:
+        """Return it as written, without the brackets."""
+        return f"{self.form}{self.count}"
+
+    @property
+    def bounds(self) -> tuple[int, int | None]:
+        """The fewest and the most, None: no limit."""
+        below = {"": self.count, "<": self.count - 1, "<=": self.count}
+        above = {"": self.count, ">": self.count + 1, ">=": self.count}
+        return above.get(self.form, 0), below.get(self.form)
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """From one step to the next: ``->`` or ``...``, with a limit on what lies between.
+
+    Attributes
+    ----------
+    later : bool
+        Whether movements may be skipped: ``...``.
+    length : Length or None
+        A condition on the time between.
+    skips : Skips or None
+        A condition on the number of movements skipped.
+    """
+
+    later: bool = False
+    length: Length | None = None
+    skips: Skips | None = None
+
+    def __str__(self) -> str:
+        """Return it as written, without spaces around."""
+        limit = self.length or self.skips
+        return ("..." if self.later else "->") + (f"[{limit}]" if limit else "")
+
+    @property
+    def bounds(self) -> tuple[int, int | None]:
+        """The fewest and the most movements skipped, None: no limit."""
+        if not self.later:
+            return 0, 0
+        return self.skips.bounds if self.skips else (0, None)
+
+
+NEXT = Arrow()
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word of a step, with its ``/`` alternatives.
+
+    Attributes
+    ----------
+    kind : str
+        ``direction``, ``level`` or ``change``.
+    values : tuple of str
+        In their own spelling.
+    negated : bool
+        Whether ``not`` stands before.
+    """
+
+    kind: str
+    values: tuple[str, ...]
+    negated: bool = False
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        return ("not " if self.negated else "") + "/".join(self.values)
+
+    def mirrored(self) -> Word:
+        """Return the mirror image."""
+        if self.kind != "direction":
+            return self
+        return replace(self, values=tuple(mirrored_direction(value) for value in self.values))
+
+
+def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
+    """Return what the words of one kind leave of that kind, said of one part.
+
+    Parameters
+    ----------
+    words : tuple of Word
+        Of a step.
+    kind : str
+        ``direction``, ``level`` or ``change``, to which ``neither`` belongs too.
+    part : str
+        ``l_arm``; tells what ``side`` is.
+    """
+    left = DOMAINS[kind]
+    for word in words:
+        if word.kind == kind:
+            said: frozenset[str] = frozenset()
+            for value in word.values:
+                said |= directions_of(value, part) if kind == "direction" else {value}
+            left = left - said if word.negated else left & said
+    return left
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One movement, stay (``at``) or rest (``hold``) of one part or pair.
+
+    Attributes
+    ----------
+    mover : Mover
+        Who moves, also where it was carried over an arrow.
+    named : bool
+        Whether the part is written here.
+    manner : str
+        ``move``, ``at`` or ``hold``.
+    words : tuple of Word
+        Direction, level and change.
+    """
+
+    mover: Mover
+    named: bool
+    manner: str = "move"
+    words: tuple[Word, ...] = ()
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        said = [self.mover.name] if self.named else []
+        said += [] if self.manner == "move" else [self.manner]
+        return " ".join([*said, *map(str, self.words)])
+
+
+@dataclass(frozen=True, slots=True)
+class Bracket:
+    """A pattern in brackets: a step made of steps."""
+
+    pattern: Pattern
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        return f"({self.pattern})"
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat:
+    """How often in a row: at least, at most (None: no limit)."""
+
+    least: int = 1
+    most: int | None = 1
+
+    def __str__(self) -> str:
+        """Return it as written; once is not written."""
+        if (self.least, self.most) == (1, 1):
+            return ""
+        if (self.least, self.most) == (0, 1):
+            return "?"
+        if self.most is None:
+            return f" x{self.least}+"
+        return f" x{self.least}" if self.least == self.most else f" x{self.least}..{self.most}"
+
+    @property
+    def copies(self) -> int:
+        """How many copies of the step a matcher needs."""
+        return max(self.least, 1) if self.most is None else self.most
+
+
+ONCE = Repeat()
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A step of a line with its length and count; a label will stand here."""
+
+    unit: Step | Bracket
+    length: Length | None = None
+    repeat: Repeat = ONCE
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        return str(self.unit) + (f" {self.length}" if self.length else "") + str(self.repeat)
+
+    @property
+    def optional(self) -> bool:
+        """Whether it may be left out."""
+        return self.repeat.least == 0
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """Steps joined by arrows.
+
+    Attributes
+    ----------
+    items : tuple of Item
+        The steps, one or more.
+    arrows : tuple of Arrow
+        Between them, one fewer.
+    start, end : Arrow or None
+        From the clip's start, to its end.
+    """
+
+    items: tuple[Item, ...]
+    arrows: tuple[Arrow, ...] = ()
+    start: Arrow | None = None
+    end: Arrow | None = None
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        said = [f"start {self.start}"] if self.start else []
+        said.append(str(self.items[0]))
+        for arrow, item in zip(self.arrows, self.items[1:], strict=True):
+            said += [str(arrow), str(item)]
+        return " ".join([*said, *([f"{self.end} end"] if self.end else [])])
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """A line beside the first, and how they must lie: ``with``, ``during`` … or ``without``."""
+
+    relation: str
+    line: Line
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        return f"{self.relation} {self.line}"
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Lines side by side; the first one leads."""
+
+    first: Line
+    others: tuple[Beside, ...] = ()
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        return " ".join(map(str, (self.first, *self.others)))
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Alternatives, joined by ``or``."""
+
+    alternatives: tuple[Lines, ...]
+
+    def __str__(self) -> str:
+        """Return it as written."""
+        return " or ".join(map(str, self.alternatives))
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """A whole pattern with its clauses; ``where``, ``rhythm`` and pipes will stand here.
+
+    Attributes
+    ----------
+    pattern : Pattern
+        What to find.
+    either_side : bool
+        Whether its mirror image will do as well.
+    """
+
+    pattern: Pattern
+    either_side: bool = False
+
+    def __str__(self) -> str:
+        """Return the query as a pattern text."""
+        return f"{self.pattern} either side" if self.either_side else str(self.pattern)
+
+    @property
+    def patterns(self) -> tuple[Pattern, ...]:
+        """The pattern, and its mirror image if that will do as well."""
+        return (self.pattern, mirrored(self.pattern)) if self.either_side else (self.pattern,)
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """The parts whose tracks are needed to answer it."""
+        steps = [step for pattern in self.patterns for step in steps_of(pattern)]
+        return frozenset(part for step in steps for part in step.mover.members)
+
+
+def steps_of(pattern: Pattern) -> Iterator[Step]:
+    """Yield every step of a pattern, as written."""
+    for lines in pattern.alternatives:
+        for line in (lines.first, *(beside.line for beside in lines.others)):
+            for item in line.items:
+                if isinstance(item.unit, Bracket):
+                    yield from steps_of(item.unit.pattern)
+                else:
+                    yield item.unit
+
+
+def steps_taken(item: Item) -> int:
+    """Return how many steps a matcher needs for an item, repeats written out."""
+    if isinstance(item.unit, Step):
+        return item.repeat.copies
+    alternatives = item.unit.pattern.alternatives
+    lines = [line for it in alternatives for line in (it.first, *(it.line for it in it.others))]
+    return item.repeat.copies * sum(steps_taken(inner) for line in lines for inner in line.items)
+
+
+def last_movers(pattern: Pattern) -> frozenset[Mover]:
+    """Return who moves last in the leading line of each alternative."""
+    found: set[Mover] = set()
+    for lines in pattern.alternatives:
+        unit = lines.first.items[-1].unit
+        found |= {unit.mover} if isinstance(unit, Step) else last_movers(unit.pattern)
+    return frozenset(found)
+
+
+def mirrored(pattern: Pattern) -> Pattern:
+    """Return the mirror image of a pattern: of its parts and of its directions."""
+    return Pattern(
+        tuple(
+            Lines(
+                _mirrored_line(lines.first),
+                tuple(Beside(it.relation, _mirrored_line(it.line)) for it in lines.others),
+            )
+            for lines in pattern.alternatives
+        )
+    )
+
+
+def _mirrored_line(line: Line) -> Line:
+    return replace(
+        line, items=tuple(replace(it, unit=_mirrored_unit(it.unit)) for it in line.items)
+    )
+
+
+def _mirrored_unit(unit: Step | Bracket) -> Step | Bracket:
+    if isinstance(unit, Bracket):
+        return Bracket(mirrored(unit.pattern))
+    words = tuple(word.mirrored() for word in unit.words)
+    return replace(unit, mover=unit.mover.mirrored(), words=words)

@@ -1,0 +1,135 @@
+"""Read one step: who moves, how, and the words, which must agree with each other."""
+
+from __future__ import annotations
+
+from lanindex.errors import PatternError
+from lanindex.search.language.cursor import Cursor
+from lanindex.search.language.mistakes import is_strange, not_yet, nothing, stranger
+from lanindex.search.language.query import Step, Word, meaning
+from lanindex.search.language.words import RELATIVE, VALUES, Mover
+
+_MANNERS = {"at": "at is being there", "hold": "hold is staying put"}
+_NO_PART = {
+    "": "Name the part first: r_arm high",
+    "start": "Name the part here: start -> r_arm high",
+    "or": 'Name the part here; "/" is either-or between words: high/low.',
+}
+
+
+def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:
+    """Read a step.
+
+    Parameters
+    ----------
+    cursor : Cursor
+        Stands where it begins.
+    carried : frozenset of Mover
+        Whom the arrow carries over; more than one: it is not known whom.
+    after : str
+        What comes before: ``->``, a relation, ``or``, ``start`` or nothing.
+    mirror : bool
+        Whether the step is seen in a mirror.
+
+    Raises
+    ------
+    PatternError
+        No step begins here, or its words do not agree.
+    """
+    begin = cursor.token
+    written = cursor.vocabulary.mover(begin.text) if begin.kind == "word" else None
+    if written:
+        cursor.advance()
+        mover = written.mirrored() if mirror else written
+    elif cursor.stands("word", "at", "hold", "not", *VALUES):
+        mover = _carried(cursor, carried, after)
+    else:
+        raise nothing(cursor, after)
+    token = cursor.take("word", "at", "hold")
+    manner = token.text if token else "move"
+    words = _words(cursor, mover, manner)
+    if manner == "at" and not words:
+        raise cursor.error("At what? Say where: at high, at place low", cursor.before)
+    if mirror:
+        words = tuple(word.mirrored() for word in words)
+    return Step(mover, written is not None, manner, words)
+
+
+def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
+    if len(carried) == 1:
+        return next(iter(carried))
+    if carried:
+        names = ", ".join(sorted(mover.name for mover in carried))
+        raise cursor.error(
+            f"The alternatives before end with different parts ({names}). Name the part here."
+        )
+    carries_nothing = f'Name the part here: nothing carries over "{after}".'
+    raise cursor.error(_NO_PART.get(after, carries_nothing))
+
+
+def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
+    words: tuple[Word, ...] = ()
+    while cursor.stands("word", "not", *VALUES) and cursor.ahead(1).text != ":":
+        begin = cursor.token
+        negated = cursor.take("word", "not") is not None
+        if not cursor.stands("word", *VALUES):
+            raise _no_value(cursor, "Not what? A direction or level follows: not low")
+        words = (*words, _word(cursor, negated))
+        if found := _complaint(words, mover, manner):
+            raise cursor.error(found, begin, cursor.before)
+    return words
+
+
+def _word(cursor: Cursor, negated: bool) -> Word:
+    begin = cursor.advance()
+    kind, value = VALUES[begin.text]
+    values = [value]
+    while cursor.take("mark", "/"):
+        if not cursor.stands("word", *VALUES):
+            raise _no_value(cursor, 'Or what? A word of the same kind follows "/": high/low')
+        token = cursor.advance()
+        other, value = VALUES[token.text]
+        if other != kind:
+            raise cursor.error(
+                '"/" joins words of one kind: right/left, high/low. Both at once have no "/": '
+                f"{begin.text} {token.text}",
+                begin,
+                token,
+            )
+        values.append(value)
+    return Word(kind, tuple(values), negated)
+
+
+def _no_value(cursor: Cursor, sentence: str) -> PatternError:
+    if late := not_yet(cursor):
+        return late
+    if is_strange(cursor):
+        return stranger(cursor)
+    if cursor.token.kind == "word" and cursor.vocabulary.mover(cursor.token.text):
+        return cursor.error('Here goes a direction or a level. "or" joins lines of other parts.')
+    return cursor.error(sentence, cursor.before)
+
+
+def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None:
+    """Return what is wrong with the last word, or None."""
+    word = words[-1]
+    before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
+    if before and not word.negated:
+        return _twice(before[0], word)
+    if manner != "move" and word.kind == "change":
+        return f'{_MANNERS[manner]}: say a direction or a level, not "{word.values[0]}".'
+    if not mover.sided and any(value in RELATIVE for value in word.values):
+        return f"The {mover.name} has no side of its own: say right or left."
+    if not meaning(words, word.kind, mover.members[0]):
+        every = {"direction": "direction", "level": "level", "change": "change"}[word.kind]
+        return f'"{word}" leaves nothing: there is no {every} that would match.'
+    return None
+
+
+def _twice(first: Word, second: Word) -> str:
+    either, then = f"{first}/{second}", f"{first} -> {second}"
+    if first.kind == "change":
+        return f'One movement has one change of level. "{either}" means either.'
+    return (
+        f'One movement has one {first.kind}. "{either}" means either; '
+        f'"{then}" means one after the other.'
+    )

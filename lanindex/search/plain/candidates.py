@@ -1,0 +1,203 @@
+"""What may match a place of a program, anywhere in a capture or over an arrow."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+from lanindex.model import Capture, Track
+from lanindex.search.automaton import Place
+from lanindex.search.language.query import Arrow
+from lanindex.search.language.times import Clock, Length
+from lanindex.search.plain.track import Event, Origin, Timeline, Token
+
+
+@dataclass(eq=False)
+class Match:
+    """What matches a place: one event, or two that share a frame.
+
+    Attributes
+    ----------
+    events : tuple of Event
+        One a member of the place.
+    start, end, until : int
+        Frames, half-open, and the end for sharing frames.
+    passing, starting : bool
+        Whether one of them is on the way only, or a starting position.
+    """
+
+    events: tuple[Event, ...]
+    start: int
+    end: int
+    until: int
+    passing: bool
+    starting: bool
+
+    @cached_property
+    def tokens(self) -> frozenset[Token]:
+        """What it uses up."""
+        return frozenset().union(*(event.tokens for event in self.events))
+
+
+def _matched(manner: str, events: tuple[Event, ...]) -> Match | None:
+    """Return one event as a match, or two if they share a frame.
+
+    Two movements span both; two stays or rests last while both do.
+    """
+    begin, end = max(it.start for it in events), min(it.until for it in events)
+    if len(events) > 1 and begin >= end:
+        return None
+    if manner == "move":
+        begin, end = min(it.start for it in events), max(it.end for it in events)
+    return Match(
+        events,
+        begin,
+        end,
+        end if manner != "move" else max(it.until for it in events),
+        any(it.passing for it in events),
+        any(it.starting for it in events),
+    )
+
+
+class Board:
+    """One capture, laid out for matching.
+
+    Parameters
+    ----------
+    capture : Capture
+        Its rate, frames and tempo.
+    tracks : Mapping of str to Track
+        By part; a part that is not there never moves.
+    """
+
+    def __init__(self, capture: Capture, tracks: Mapping[str, Track]) -> None:
+        self.capture, self._tracks = capture, tracks
+        self._clock = Clock(capture.rate, capture.meter.speed / 60)
+        self._timelines: dict[str, Timeline | None] = {}
+        self._events: dict[Place, tuple[list[Event], ...]] = {}
+        self._matches: dict[tuple[Place, tuple[Event, ...]], Match | None] = {}
+        self._bounds: dict[Length, tuple[int, int | None]] = {}
+
+    def timeline(self, part: str) -> Timeline | None:
+        """Return a part's timeline, None if the capture lacks the part."""
+        if part not in self._timelines:
+            track = self._tracks.get(part)
+            frames = self.capture.frames
+            self._timelines[part] = Timeline(track, frames) if track and len(track) else None
+        return self._timelines[part]
+
+    def events(self, place: Place) -> tuple[list[Event], ...]:
+        """Return, for each member of a place, the events that fit, in order of their rows."""
+        if place not in self._events:
+            timelines = [self.timeline(part) for part in place.members]
+            self._events[place] = tuple(
+                it.events(place, member) if it else [] for member, it in enumerate(timelines)
+            )
+        return self._events[place]
+
+    def meets(self, frames: int, length: Length | None) -> bool:
+        """Tell whether a number of frames meets a condition on length."""
+        if length is None:
+            return True
+        if length not in self._bounds:
+            self._bounds[length] = length.bounds(self._clock)
+        least, most = self._bounds[length]
+        return least <= frames and (most is None or frames <= most)
+
+    def anywhere(self, place: Place) -> Iterator[Match]:
+        """Yield what matches a place that begins a line: only what the score shows."""
+        for events in product(*self.events(place)):
+            match = self._match(place, events)
+            if match and not match.passing:
+                yield match
+
+    def origins(self, place: Place, before: Match, same: bool) -> tuple[Origin, ...] | None:
+        """Return from where an arrow looks for each member of a place, None if it cannot.
+
+        Parameters
+        ----------
+        place : Place
+            Where the arrow leads.
+        before : Match
+            Where it comes from.
+        same : bool
+            Whether both are of the same parts.
+        """
+        origins = []
+        for member, part in enumerate(place.members):
+            timeline = self.timeline(part)
+            if timeline is None:
+                return None
+            if same:
+                origin: Origin | None = timeline.after(before.events[member], place.manner)
+            else:
+                origin = timeline.since(before.end, place.manner)
+            if origin is None:
+                return None
+            origins.append(origin)
+        return tuple(origins)
+
+    def following(
+        self, place: Place, origins: tuple[Origin, ...], before: Match, arrow: Arrow
+    ) -> Iterator[Match]:
+        """Yield what matches a place over an arrow from the match before.
+
+        Between a passing symbol and the next no time passes.
+        """
+        moving = before.passing and not arrow.later
+        choices = (
+            _within(events, origin, arrow)
+            for events, origin in zip(self.events(place), origins, strict=True)
+        )
+        for chosen in product(*choices):
+            match = self._match(place, chosen)
+            if match is None:
+                continue
+            if self.meets(0 if moving else max(0, match.start - before.end), arrow.length):
+                yield match
+
+    def begins(self, match: Match, arrow: Arrow) -> bool:
+        """Tell whether an arrow leads from the clip's start to a match."""
+        for event in match.events:
+            origin = event.timeline.from_start(event.manner)
+            if origin is None or not _allows(arrow, event.timeline.count(origin, event)):
+                return False
+        return not match.passing and self.meets(match.start, arrow.length)
+
+    def ends(self, match: Match, arrow: Arrow) -> bool:
+        """Tell whether an arrow leads from a match to the clip's end."""
+        for event in match.events:
+            if not _allows(arrow, event.timeline.remaining(event)):
+                return False
+        remaining = self.capture.frames - match.end
+        return not match.passing and self.meets(remaining, arrow.length)
+
+    def _match(self, place: Place, events: tuple[Event, ...]) -> Match | None:
+        key = (place, events)
+        if key not in self._matches:
+            match = _matched(place.manner, events)
+            if match and place.length:
+                fits = not match.starting and self.meets(match.end - match.start, place.length)
+                match = match if fits else None
+            self._matches[key] = match
+        return self._matches[key]
+
+
+def _allows(arrow: Arrow, count: int | None) -> bool:
+    least, most = arrow.bounds
+    return count is not None and least <= count and (most is None or count <= most)
+
+
+def _within(events: list[Event], origin: Origin, arrow: Arrow) -> Iterator[Event]:
+    """Yield the events to which an arrow leads; a starting position never follows one."""
+    least, most = arrow.bounds
+    for index in range(bisect_left(events, origin.row, key=lambda it: it.first), len(events)):
+        event = events[index]
+        count = event.timeline.count(origin, event)
+        if count is None or (most is not None and count > most):
+            return
+        if count >= least and not event.starting:
+            yield event

@@ -1,0 +1,106 @@
+"""Query + recordings → hits: the plain matcher, which follows the language's page word for word.
+
+It is correct first and serves as the oracle of any faster one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+
+from lanindex.errors import UsageError
+from lanindex.model import Capture, Hit, Span, Symbol, Track
+from lanindex.search.automaton import Program, plan
+from lanindex.search.language.query import Query
+from lanindex.search.plain.candidates import Board
+from lanindex.search.plain.paths import Run
+from lanindex.search.plain.walk import Walker
+
+TOLERANCE = Fraction(1, 10)
+"""Seconds by which edges may differ that should agree."""
+
+OVERLAPS = ("none", "all")
+"""Whether a capture's hits may overlap."""
+
+
+def find(
+    query: Query,
+    recordings: Iterable[tuple[Capture, Mapping[str, Track]]],
+    *,
+    tolerance: Fraction = TOLERANCE,
+    overlaps: str = "none",
+) -> Iterator[Hit]:
+    """Find a pattern.
+
+    Parameters
+    ----------
+    query : Query
+        What to find.
+    recordings : iterable of tuple of Capture and Mapping of str to Track
+        Where: captures, each with its tracks by part. ``query.parts`` are needed; a part that is
+        not there never moves.
+    tolerance : Fraction, optional
+        Seconds within which ``starting``, ``ending`` and ``exactly with`` count as together.
+    overlaps : str, optional
+        ``none``: from left to right, those that begin when the one before is over; ``all``: one
+        for every place where the pattern can start.
+
+    Yields
+    ------
+    Hit
+        Capture by capture as they come, in each by start and end.
+
+    Raises
+    ------
+    UsageError
+        `overlaps` or `tolerance` make no sense.
+    LanindexError
+        The pattern fits a capture in too many ways to try them all.
+    """
+    if overlaps not in OVERLAPS:
+        raise UsageError(f'overlaps "{overlaps}"', wanted=" or ".join(OVERLAPS))
+    if tolerance < 0:
+        raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
+    return _find(query, recordings, tolerance, overlaps)
+
+
+def _find(
+    query: Query,
+    recordings: Iterable[tuple[Capture, Mapping[str, Track]]],
+    tolerance: Fraction,
+    overlaps: str,
+) -> Iterator[Hit]:
+    programs = plan(query)
+    for capture, tracks in recordings:
+        board = Board(capture, tracks)
+        symbols: dict[str, list[Symbol]] = {}
+        end = 0
+        for run in _starts(Walker(board, programs, tolerance), programs):
+            if overlaps == "all" or run.low >= end:
+                end = run.high
+                yield _hit(capture, tracks, run, symbols)
+
+
+def _starts(walker: Walker, programs: tuple[Program, ...]) -> list[Run]:
+    """Return the best run from each place where the pattern can start, in order of time."""
+    best: dict[frozenset[tuple[str, int]], Run] = {}
+    for program in programs:
+        for run in walker.leading(program):
+            first = frozenset((it.timeline.part, it.first) for it in run.first.events)
+            other = best.get(first)
+            if other is None or (run.high, -run.low) < (other.high, -other.low):
+                best[first] = run
+    return sorted(best.values(), key=lambda run: (run.low, run.high))
+
+
+def _hit(
+    capture: Capture, tracks: Mapping[str, Track], run: Run, symbols: dict[str, list[Symbol]]
+) -> Hit:
+    lines = run.lines()
+    for line in lines:
+        for part, _ in line:
+            if part not in symbols:
+                symbols[part] = tracks[part].listed()
+    matched = tuple(tuple(symbols[part][row] for part, row in line) for line in lines)
+    fit = min(symbol.margin for line in matched for symbol in line)
+    return Hit(capture, Span(run.low, run.high), fit, matched)

@@ -1,0 +1,226 @@
+"""One part's track as a matcher sees it: movements, stays, rests, and what follows what.
+
+Rows of a track are *shown* if the score shows them, else *passing*: on the way to the row after.
+A movement spans its row and is achieved in its last frame; a stay (``at``) lasts from there until
+the part leaves the place; a rest (``hold``) from the row's end to the next one's start. Nothing
+crosses a gap of the capture: rows on both sides of one are of different *stretches*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
+from typing import NamedTuple
+
+from lanindex.model import Track
+from lanindex.search.automaton import Place
+
+Token = tuple[str, str, int]
+"""What cannot serve two lines: a manner, a part and a row."""
+
+
+@dataclass(eq=False)
+class Event:
+    """A movement, stay or rest of one part.
+
+    Attributes
+    ----------
+    timeline : Timeline
+        Whose.
+    first, last : int
+        Its rows; only a stay has several.
+    start, end : int
+        Its frames, half-open; a starting position has none.
+    until : int
+        Its end for sharing frames: a starting position lasts until the first movement.
+    passing, starting : bool
+        Whether it is on the way only, or a starting position.
+    """
+
+    timeline: Timeline
+    manner: str
+    first: int
+    last: int
+    start: int
+    end: int
+    until: int
+    passing: bool = False
+    starting: bool = False
+
+    @cached_property
+    def rows(self) -> tuple[int, ...]:
+        """Its rows; the passing ones within a stay are not named."""
+        rows = range(self.first, self.last + 1)
+        return tuple(row for row in rows if self.passing or not self.timeline.passing[row])
+
+    @cached_property
+    def tokens(self) -> frozenset[Token]:
+        """What it uses up: no other line may use it too."""
+        return frozenset((self.manner, self.timeline.part, row) for row in self.rows)
+
+
+class Origin(NamedTuple):
+    """From where an arrow looks: what comes next has count 0, what comes after that 1, and so on.
+
+    Attributes
+    ----------
+    row : int
+        The first row that may follow.
+    shown : int
+        How many shown rows are behind.
+    stretch : int
+        Which no arrow leaves.
+    """
+
+    row: int
+    shown: int
+    stretch: int
+
+
+class Timeline:
+    """A track, with what follows what worked out.
+
+    Parameters
+    ----------
+    track : Track
+        Of one part.
+    frames : int
+        Of the capture.
+    """
+
+    def __init__(self, track: Track, frames: int) -> None:
+        rows = track.symbols
+        self.part, self.frames = track.part, frames
+        self.start: list[int] = rows["start"].tolist()
+        self.stop: list[int] = rows["stop"].tolist()
+        self.passing: list[bool] = rows["passing"].tolist()
+        self.margin: list[float] = rows["margin"].tolist()
+        self.cell = list(zip(rows["direction"].tolist(), rows["level"].tolist(), strict=True))
+        self.starting = [a == b for a, b in zip(self.start, self.stop, strict=True)]
+        self.shown = [row for row, passing in enumerate(self.passing) if not passing]
+        self.rank = [0, *accumulate(int(not passing) for passing in self.passing)]
+        begins = [int(starting and row > 0) for row, starting in enumerate(self.starting)]
+        self.stretch = list(accumulate(begins))
+        self._known(track)
+        self._follow()
+
+    def _known(self, track: Track) -> None:
+        """Work out the frames of each stretch."""
+        self.spans = []
+        for number in range(self.stretch[-1] + 1 if self.stretch else 0):
+            begin = self.start[self.stretch.index(number)]
+            inside = [it for it in track.known if it.start <= begin <= it.stop]
+            span = inside[-1] if inside else None
+            self.spans.append((span.start, span.stop) if span else (begin, self.frames))
+
+    def _follow(self) -> None:
+        """Work out until when each shown row is the last, and how its level has changed."""
+        self.until = [0] * len(self.start)
+        self.change = ["neither"] * len(self.start)
+        for row, after in zip(self.shown, [*self.shown[1:], -1], strict=True):
+            same = after >= 0 and self.stretch[after] == self.stretch[row]
+            self.until[row] = self.start[after] if same else self.spans[self.stretch[row]][1]
+            if same:
+                rise = self.cell[after][1] - self.cell[row][1]
+                self.change[after] = "rising" if rise > 0 else "sinking" if rise < 0 else "neither"
+
+    # Events.
+
+    def events(self, place: Place, member: int) -> list[Event]:
+        """Return all movements, stays or rests that a place asks for, in order of their rows."""
+        cells = place.cells[member]
+        if place.manner == "at":
+            return list(self._stays(cells))
+        if place.manner == "hold":
+            return list(self._rests(cells))
+        return list(self._movements(cells, place))
+
+    def _movements(self, cells: frozenset[tuple[int, int]], place: Place) -> Iterator[Event]:
+        for row, cell in enumerate(self.cell):
+            passing = self.passing[row]
+            if cell not in cells or (passing and not place.names_passing):
+                continue
+            if not passing and self.change[row] not in place.changes:
+                continue
+            start, stop = self.start[row], self.stop[row]
+            starting = self.starting[row]
+            until = max(self.until[row], start + 1) if starting else stop
+            yield Event(self, "move", row, row, start, stop, until, passing, starting)
+
+    def _stays(self, cells: frozenset[tuple[int, int]]) -> Iterator[Event]:
+        run: list[int] = []
+        for row in [*self.shown, -1]:
+            fits = row >= 0 and self.cell[row] in cells
+            if run and not (fits and self.stretch[row] == self.stretch[run[0]]):
+                start, end = self.arrival(run[0]), self.until[run[-1]]
+                if start < end:
+                    yield Event(self, "at", run[0], run[-1], start, end, end)
+                run = []
+            if fits:
+                run.append(row)
+
+    def _rests(self, cells: frozenset[tuple[int, int]]) -> Iterator[Event]:
+        for row in self.shown:
+            if self.cell[row] in cells and self.stop[row] < self.until[row]:
+                start, end = self.stop[row], self.until[row]
+                yield Event(self, "hold", row, row, start, end, end)
+
+    def arrival(self, row: int) -> int:
+        """Return the frame in which a row is achieved."""
+        return self.start[row] if self.starting[row] else self.stop[row] - 1
+
+    # What follows what.
+
+    def after(self, event: Event, manner: str) -> Origin:
+        """Return the origin of an arrow from an event of this part."""
+        row = event.last
+        behind = self.rank[row + 1]
+        same_row = manner == "hold" and event.manner == "move" and not event.passing
+        return Origin(row if same_row else row + 1, behind, self.stretch[row])
+
+    def since(self, frame: int, manner: str) -> Origin | None:
+        """Return the origin of an arrow from another part's event that ends before `frame`."""
+        for stretch, (begin, end) in enumerate(self.spans):
+            if begin <= frame < end:
+                return self._since(frame, manner, stretch)
+        return None
+
+    def _since(self, frame: int, manner: str, stretch: int) -> Origin | None:
+        before = -1
+        for row in self.shown:
+            if self.stretch[row] == stretch and self._begins(row, manner) >= frame:
+                if manner == "hold":
+                    return Origin(row, self.rank[row] + 1, stretch)
+                return Origin(before + 1, self.rank[row], stretch)
+            before = row
+        return None
+
+    def _begins(self, row: int, manner: str) -> int:
+        """Return when a row's movement, stay or rest begins; -1 if it has none."""
+        if manner == "at":
+            return self.arrival(row)
+        if manner == "hold":
+            return self.stop[row] if self.stop[row] < self.until[row] else -1
+        return -1 if self.starting[row] else self.start[row]
+
+    def from_start(self, manner: str) -> Origin | None:
+        """Return the origin of an arrow from the clip's start."""
+        if not self.spans or self.spans[0][0] > 0:
+            return None
+        if manner == "hold":
+            return Origin(0, 1, 0)
+        return Origin(0, int(manner == "move" and self.starting[self.shown[0]]), 0)
+
+    def count(self, origin: Origin, event: Event) -> int | None:
+        """Return how many movements lie between; None where no arrow leads."""
+        if event.first < origin.row or self.stretch[event.first] != origin.stretch:
+            return None
+        return self.rank[event.first] + int(event.manner == "hold") - origin.shown
+
+    def remaining(self, event: Event) -> int | None:
+        """Return how many movements follow until the clip's end; None where it is not known."""
+        if self.spans[self.stretch[event.last]][1] < self.frames:
+            return None
+        return len(self.shown) - self.rank[event.last + 1]

@@ -1,1 +1,0 @@
-"""Objects to files, one format a file."""

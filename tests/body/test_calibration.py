@@ -1,0 +1,213 @@
+"""Unit, vertical axis, calibration pose and rate, stated or told from the body."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from bodies import SIMPLE, hierarchy, motion, person, played, still
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lanindex import formats
+from lanindex.alphabet import JOINT_CODES
+from lanindex.body.calibration import AXES, UNITS
+from lanindex.errors import CaptureError, UsageError
+from lanindex.formats.rates import nearest_rate
+
+IN_CENTIMETRES = {"mm": 10.0, "cm": 1.0, "m": 0.01, "inch": 1 / 2.54, "inch/0.45": 0.45 / 2.54}
+
+
+def joint(motion, name: str) -> np.ndarray:
+    return motion.positions[:, motion.skeleton.body[JOINT_CODES[name]]]
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_units_are_told_from_the_leg(unit):
+    motion = formats.read("x.bvh", data=person(scale=IN_CENTIMETRES[unit]))
+    assert motion.source.unit == f"{unit} (detected)"
+    assert motion.source.scale == UNITS[unit]
+    assert motion.warnings == ()
+    leg = np.linalg.norm(joint(motion, "RKnee") - joint(motion, "RHip"), axis=1)
+    np.testing.assert_allclose(leg, 420, rtol=1e-5)
+    np.testing.assert_allclose(
+        motion.skeleton.offsets[motion.skeleton.names.index("LKnee")], [0, -420, 0], rtol=1e-5
+    )
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_units_are_told_from_the_arm_where_there_is_no_leg(unit):
+    names = {r: n for r, n in SIMPLE.items() if r[1:] not in ("Knee", "Ankle", "Toe")}
+    data = person(names=names, scale=IN_CENTIMETRES[unit])
+    assert formats.read("x.bvh", data=data).source.unit == f"{unit} (detected)"
+
+
+def test_a_stated_unit_is_believed():
+    motion = formats.read("x.bvh", data=person(), unit="m")
+    assert (motion.source.unit, motion.source.scale) == ("m", 1000)
+    assert formats.read("x.bvh", data=person(), unit="IN").source.scale == 25.4
+    with pytest.raises(UsageError, match="unit 'foot', wanted one of mm, cm"):
+        formats.read("x.bvh", data=person(), unit="foot")
+
+
+def test_a_size_that_fits_no_unit_is_doubted():
+    motion = formats.read("x.bvh", data=person(scale=0.12))
+    (warning,) = motion.warnings
+    assert "its leg is" in warning
+    assert "--unit" in warning
+
+
+@pytest.mark.parametrize("up", AXES)
+def test_any_axis_can_be_up(up):
+    # the file's axes: coordinate `source` of the file is `sign` times coordinate k of the T-pose
+    axes = [(0, 1)] * 3
+    for k, (source, sign) in enumerate(AXES[up]):
+        axes[source] = (k, sign)
+    root = [0.0, 0.0, 0.0]
+    root["xyz".index(up[-1])] = -92.0 if up[0] == "-" else 92.0
+    text = still(hierarchy(axes=axes), root=root)
+    motion = formats.read("x.bvh", data=text.encode(), up=up)
+    upright = formats.read("x.bvh", data=person())
+    np.testing.assert_allclose(motion.positions, upright.positions, atol=1e-2)
+    np.testing.assert_allclose(motion.skeleton.offsets, upright.skeleton.offsets, atol=1e-2)
+    assert motion.source.up == up
+    if up[-1] != "x":  # a body along x lies on its side rather than in a file with x up
+        detected = formats.read("x.bvh", data=text.encode())
+        assert detected.source.up == up
+        assert detected.warnings == ()
+
+
+def test_axes_are_turns_not_mirrors():
+    for table in AXES.values():
+        turn = np.zeros((3, 3))
+        for k, (source, sign) in enumerate(table):
+            turn[k, source] = sign
+        assert np.linalg.det(turn) == pytest.approx(1)
+    for up, table in AXES.items():
+        assert table[1] == ("xyz".index(up[-1]), -1 if up[0] == "-" else 1)
+
+
+def test_a_body_that_is_not_upright_is_doubted():
+    text = still(hierarchy(), root=(0, 20, 0, 90, 0, 0))
+    motion = formats.read("x.bvh", data=text.encode())
+    assert motion.source.up == "y"
+    assert any("not upright" in warning for warning in motion.warnings)
+    assert formats.read("x.bvh", data=text.encode(), up="y").warnings == ()
+    with pytest.raises(UsageError, match="up axis 'w', wanted one of y, z"):
+        formats.read("x.bvh", data=text.encode(), up="w")
+
+
+def test_exchanged_sides_are_doubted():
+    names = {
+        role: ("RL"["LR".index(role[0])] + role[1:] if role[1:2].isupper() else role)
+        for role in SIMPLE
+    }
+    motion = formats.read("x.bvh", data=person(names=names))
+    assert motion.warnings == ("the feet point backwards: left and right may be exchanged",)
+    assert motion.skeleton.played() == played(SIMPLE)
+
+
+@pytest.mark.parametrize("step", [79.0, 90.0])
+def test_a_calibration_pose_is_a_first_frame_that_is_left_too_fast(step):
+    width = person().split(b"\n")[-2].count(b" ") + 1
+    frames = [[0, 92, 0] + [0.0] * (width - 3) for _ in range(4)]
+    frames[0][0] = step  # 30 frames a second: 25 m/s are 83.3 cm a frame
+    data = (hierarchy() + motion(frames)).encode()
+    found = formats.read("x.bvh", data=data)
+    assert found.first == int(step > 83)
+    assert len(found) == 4
+    assert bool(found.warnings) == (step > 83)
+
+
+def test_one_frame_is_no_calibration_pose():
+    motion = formats.read("x.bvh", data=person(1))
+    assert (len(motion), motion.first) == (1, 0)
+
+
+RATES = {
+    "0.0333333": Fraction(30),
+    "0.033333": Fraction(30),
+    ".03333": Fraction(30),
+    "0.0333667": Fraction(30000, 1001),
+    "0.041708": Fraction(24000, 1001),
+    "0.0083333": Fraction(120),
+    "0.00833333": Fraction(120),
+    "0.008342": Fraction(120000, 1001),
+    "0.016683": Fraction(60000, 1001),
+    "0.01": Fraction(100),
+    "0.010000": Fraction(100),
+    "1e-2": Fraction(100),
+    "0.025": Fraction(40),
+    "0.08": Fraction(25, 2),
+    "0.016": Fraction(125, 2),
+}
+
+
+@pytest.mark.parametrize("time", RATES)
+def test_rates_are_exact(time):
+    data = person().replace(b"0.0333333", time.encode())
+    assert formats.read("x.bvh", data=data).rate == RATES[time]
+
+
+@given(st.integers(8, 1000), st.booleans(), st.integers(6, 12))
+def test_rounded_frame_times_give_their_rate_back(frames, slow, digits):
+    rate = Fraction(frames) * (Fraction(1000, 1001) if slow else 1)
+    if 1 / rate * Fraction(19, 100_000) < Fraction(1, 2 * 10**digits):
+        return  # rounded too coarsely to tell
+    time = Fraction(f"{float(1 / rate):.{digits}f}")
+    found = nearest_rate(1 / time)
+    assert abs(found - rate) <= rate * Fraction(2, 10_000)
+    if digits > 8:
+        assert found == rate
+
+
+@given(st.fractions(Fraction(1, 100), 100_000))
+def test_a_rate_is_near_what_was_read(rate):
+    assert abs(nearest_rate(rate) - rate) <= rate * Fraction(2, 10_000)
+
+
+@pytest.mark.parametrize(
+    ("given_rate", "wanted"), [(24, 24), (29.97, Fraction(30000, 1001)), ("60", 60), ("12.5", 12.5)]
+)
+def test_a_stated_rate_is_believed(given_rate, wanted):
+    motion = formats.read("x.bvh", data=person(), rate=given_rate)
+    assert motion.rate == Fraction(wanted)
+    bad = person().replace(b"Frame Time: 0.0333333", b"Frame Time: 0")
+    assert formats.read("x.bvh", data=bad, rate=given_rate).rate == Fraction(wanted)
+
+
+@pytest.mark.parametrize("rate", [0, -1, 0.99, "nan", "x", 1e9, "1e999", "1_0"])
+def test_a_stated_rate_must_make_sense(rate):
+    with pytest.raises(UsageError, match="frames a second, wanted a number of 1 or more"):
+        formats.read("x.bvh", data=person(), rate=rate)
+
+
+@pytest.mark.parametrize("time", ["0.5", "1", "0.0001"])
+def test_doubtful_rates_are_doubted(time):
+    motion = formats.read("x.bvh", data=person().replace(b"0.0333333", time.encode()))
+    (warning,) = motion.warnings
+    assert "is unusual" in warning
+    assert "--fps" in warning
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        *("0", "-0.03", "nan", "inf", "1e999", "1e-999", "1e-999999999", "fast", "0,033", "1_0"),
+        *("30", "1.01", "1e6"),  # a rate in the wrong place: minutes would become days
+    ],
+)
+def test_frame_times_that_make_no_sense(time):
+    data = person().replace(b"0.0333333", time.encode())
+    line = data[: data.index(b"Frame Time")].count(b"\n") + 1
+    with pytest.raises(CaptureError) as caught:
+        formats.read("x.bvh", data=data)
+    assert caught.value.place == f"x.bvh:{line}"
+    assert repr(time) in caught.value.found
+    assert caught.value.wanted == "seconds a frame, above 0 and at most 1"
+
+
+def test_no_frame_time():
+    data = person().replace(b"Frame Time: 0.0333333\n", b"")
+    with pytest.raises(CaptureError, match="no Frame Time: line, wanted seconds a frame"):
+        formats.read("x.bvh", data=data)
+    assert formats.read("x.bvh", data=data, rate=30).rate == 30

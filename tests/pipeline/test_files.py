@@ -1,0 +1,115 @@
+import os
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lanindex.errors import ExportError
+from lanindex.pipeline.files import safe_stem, write_all
+
+
+@pytest.mark.parametrize(
+    ("path", "stem"),
+    [
+        ("a/b/walk.bvh", "walk"),
+        ("C:\\takes\\walk 01.bvh", "walk 01"),
+        ("../../etc/passwd", "passwd"),
+        ("..", "clip"),
+        (".bvh", "bvh"),
+        ("-rf.bvh", "rf"),
+        ("walk\n$(rm).bvh", "walk___rm_"),
+        ("踊り.bvh", "踊り"),
+        ("", "clip"),
+    ],
+)
+def test_stems(path: str, stem: str) -> None:
+    assert safe_stem(path) == stem
+
+
+@given(st.text())
+def test_a_stem_never_leaves_its_folder(path: str) -> None:
+    stem = safe_stem(path)
+    assert 0 < len(stem) <= 100
+    assert not set(stem) & set("/\\\0\n\r\t")
+    assert stem not in (".", "..")
+    assert stem[0] not in ".-"
+
+
+def test_all_are_written(tmp_path: Path) -> None:
+    write_all([(tmp_path / "a" / "x", b"1"), (tmp_path / "y", b"2")])
+    assert (tmp_path / "a" / "x").read_bytes() == b"1"
+    assert (tmp_path / "y").read_bytes() == b"2"
+
+
+def test_a_failure_leaves_no_trace(tmp_path: Path) -> None:
+    (tmp_path / "b").write_bytes(b"old")
+    with pytest.raises(ExportError, match="exists already"):
+        write_all([(tmp_path / "a", b"1"), (tmp_path / "b", b"2")])
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+
+    def broken():
+        yield tmp_path / "a", b"1"
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_all(broken())
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+
+
+def test_a_folder_in_the_way(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    with pytest.raises(ExportError, match="is a folder"):
+        write_all([(tmp_path / "a", b"")], force=True)
+    (tmp_path / "file").write_bytes(b"")
+    said = re.escape(f"{tmp_path / 'file'}: is a file, wanted a folder")
+    for below in ("x", "y/z/x"):
+        with pytest.raises(ExportError, match=said):
+            write_all([(tmp_path / "file" / below, b"")])
+
+
+@pytest.mark.parametrize("force", [True, False])
+def test_only_regular_files_are_replaced(tmp_path: Path, force: bool) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    os.symlink(tmp_path / "pipe", tmp_path / "link")
+    for name in ("pipe", "link"):
+        with pytest.raises(ExportError, match=f"{name}: is no regular file"):
+            write_all([(tmp_path / name, b"")], force=force)
+    assert (tmp_path / "pipe").is_fifo()
+    assert (tmp_path / "link").is_symlink()
+
+
+def test_a_link_to_a_file_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"old")
+    os.symlink(tmp_path / "file", tmp_path / "link")
+    write_all([(tmp_path / "link", b"new")], force=True)
+    assert (tmp_path / "link").read_bytes() == b"new"
+    assert (tmp_path / "file").read_bytes() == b"old"
+
+
+def test_a_source_is_never_replaced(tmp_path: Path) -> None:
+    source = tmp_path / "a.bvh"
+    source.write_bytes(b"source")
+    (tmp_path / "folder").mkdir()
+    os.symlink(source, tmp_path / "soft")
+    os.link(source, tmp_path / "hard")
+    for path in (
+        source,
+        tmp_path / "folder" / ".." / "a.bvh",
+        tmp_path / "soft",
+        tmp_path / "hard",
+    ):
+        with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
+            write_all([(path, b"new")], force=True, sources=[source])
+    assert source.read_bytes() == b"source"
+    assert (tmp_path / "soft").is_symlink()
+    write_all([(tmp_path / "b.bvh", b"new")], sources=[source])
+
+
+def test_a_dead_link_is_not_followed(tmp_path: Path) -> None:
+    os.symlink(tmp_path / "outside", tmp_path / "link")
+    with pytest.raises(ExportError, match="exists already"):
+        write_all([(tmp_path / "link", b"1")])
+    write_all([(tmp_path / "link", b"1")], force=True)
+    assert not (tmp_path / "outside").exists()
