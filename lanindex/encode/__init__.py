@@ -78,9 +78,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
         part: Track(part, rows[part], tuple(one.known for one in found))
         for part, found in traces.items()
     }
-    return Score(
-        motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
-    )
+    heading = np.round(np.degrees(turn), 1) + 0.0  # in tenths; -0 would be another number
+    return Score(motion.rate, len(motion), meter, tracks, heading=heading.astype(np.float32))
 
 
 class _Callable(ModuleType):

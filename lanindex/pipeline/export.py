@@ -16,7 +16,7 @@ from typing import Any
 
 from lanindex import formats, records
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Span
 from lanindex.notation import lnd
 from lanindex.notation.excerpt import excerpt
@@ -62,7 +62,7 @@ def padded(span: Span, frames: int, total: int) -> Span:
 
 
 def export(
-    library: Library,
+    library: Store,
     wanted: Iterable[Request],
     folder: Path,
     *,
@@ -74,7 +74,7 @@ def export(
 
     Parameters
     ----------
-    library : Library
+    library : Store
         Where the hits come from.
     wanted : iterable of Request
         What to cut.
@@ -125,7 +125,7 @@ def _identity(source: Capture) -> tuple[int, str, str]:
     return source.id, source.location, source.sha256
 
 
-def _held(library: Library, source: Capture) -> Capture:
+def _held(library: Store, source: Capture) -> Capture:
     """Return a hit's capture as the library has it; numbers alone are alike in all libraries."""
     remedy = "Search this library again."
     try:
@@ -141,7 +141,7 @@ def _held(library: Library, source: Capture) -> Capture:
 class _Cutter:
     """One source: its bytes, checked against what was ingested, and its score."""
 
-    def __init__(self, library: Library, source: Capture, format: str) -> None:
+    def __init__(self, library: Store, source: Capture, format: str) -> None:
         self.capture = source
         self.score: Score = library.score(source.id)
         form = source.format if format == "native" else format

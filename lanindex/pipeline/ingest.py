@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lanindex import formats
 from lanindex.errors import UsageError
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 from lanindex.model import Reading
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
@@ -59,7 +59,7 @@ def _walk(folder: str) -> Iterator[str]:
 
 
 def ingest(
-    library: Library | None,
+    library: Store | None,
     paths: Iterable[str],
     profile: Profile,
     *,
@@ -73,7 +73,7 @@ def ingest(
 
     Parameters
     ----------
-    library : Library or None
+    library : Store or None
         None, with `dry_run`: there is none yet.
     paths : iterable of str
         Files, as from `discover`.
@@ -110,7 +110,7 @@ def ingest(
 
 
 def _store(
-    library: Library | None,
+    library: Store | None,
     outcome: Outcome,
     labels: Mapping[str, tuple[str | None, Mapping[str, str]]],
 ) -> Outcome:
