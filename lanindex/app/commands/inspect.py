@@ -33,7 +33,9 @@ def run(
     from lanindex.formats import read
 
     told = options.reading(unit, up, fps, compose)
-    motion = read(file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose)
+    motion = read(
+        file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose, body_only=True
+    )
     seen = _seen(motion)
     if json:
         out.record(seen)
