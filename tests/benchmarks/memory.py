@@ -44,9 +44,12 @@ def enlarge(source: Path, target: Path, megabytes: float, decimals: int, rate: i
 def peak(words: list[str], folder: Path, given: str = "") -> tuple[float, float]:
     """Run a command and return its largest memory in MB and its seconds."""
     begun = time.perf_counter()
-    with (folder / "out").open("w") as out, subprocess.Popen(
-        [*RUN, *words], cwd=folder, stdout=out, stdin=subprocess.PIPE, text=True
-    ) as process:
+    with (
+        (folder / "out").open("w") as out,
+        subprocess.Popen(
+            [*RUN, *words], cwd=folder, stdout=out, stdin=subprocess.PIPE, text=True
+        ) as process,
+    ):
         assert process.stdin is not None
         process.stdin.write(given)
         process.stdin.close()
