@@ -17,9 +17,6 @@ from lanindex.errors import EncodeError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import numpy as np
-    from numpy.typing import NDArray
-
     from lanindex.encode.profile import Profile
     from lanindex.encode.track import Trace, Written
     from lanindex.model import Motion, Score
@@ -67,7 +64,7 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
-    turn = _turn(motion, chosen)
+    turn = limbs.heading(motion, chosen.rate)
     found: dict[str, list[Written]] = {}
     for group in map(partial(written, profile=chosen), limbs.limbs(motion, turn, chosen)):
         for one in group:
@@ -87,13 +84,6 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     return Score(
         motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
     )
-
-
-def _turn(motion: Motion, profile: Profile) -> NDArray[np.float64]:
-    from lanindex.encode import limbs
-
-    axes = limbs.body(motion, (joint for pair in limbs.AXES for joint in pair))
-    return limbs.heading(axes, motion.rate, profile.rate)
 
 
 class _Callable(ModuleType):
@@ -133,7 +123,7 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     from lanindex.encode.track import write_limbs
 
     chosen = _profile(profile)
-    turn = _turn(motion, chosen)
+    turn = limbs.heading(motion, chosen.rate)
     parts = [name for name in PARTS if name == part]
     found = [
         one

@@ -154,15 +154,15 @@ def _runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise([0, *edges, len(mask)]) if a < b and mask[a]]
 
 
-def heading(joints: Joints, rate: Fraction, target: Fraction) -> Floats:
+def heading(motion: Motion, target: Fraction) -> Floats:
     """Return the turn that brings the hip axis to +z, frame by frame.
 
     Parameters
     ----------
-    joints : Joints
-        Hips and shoulders among them.
-    rate, target : Fraction
-        Frames a second of `joints` and of the result.
+    motion : Motion
+        The capture.
+    target : Fraction
+        Frames a second of the result.
 
     Returns
     -------
@@ -170,15 +170,11 @@ def heading(joints: Joints, rate: Fraction, target: Fraction) -> Floats:
         (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
         kept. A body without hips is turned by its shoulders.
     """
-    for pair in AXES:
-        left, right = (joints[name] for name in pair)
-        axis = np.stack([right[:, level] - left[:, level] for level in (0, 2)]).T
-        if not _unknown(axis).all():
-            break
-    count = math.floor((len(axis) - 1) * target / rate) + 1
-    across = np.full((count, 2), np.nan)
+    axis = _axis(motion)
+    count = math.floor((len(axis) - 1) * target / motion.rate) + 1
+    across = np.full((2, count), np.nan).T
     for start, stop in _runs(~_unknown(axis)):
-        begin, values = resample(axis[start:stop], start, rate, target)
+        begin, values = resample(axis[start:stop], start, motion.rate, target)
         across[begin : begin + len(values)] = values
     turn: Floats = np.arctan2(across[:, 0], across[:, 1])
     clear = np.hypot(across[:, 0], across[:, 1]) >= SHORTEST_AXIS
@@ -190,6 +186,17 @@ def heading(joints: Joints, rate: Fraction, target: Fraction) -> Floats:
     last[last < 0] = np.argmax(clear)
     held: Floats = turn[last]
     return held
+
+
+def _axis(motion: Motion) -> Floats:
+    """Return the way from left to right over the ground, (T, 2)."""
+    for pair in AXES:
+        joints = body(motion, pair)
+        left, right = (joints[name] for name in pair)
+        axis = np.stack([right[:, level] - left[:, level] for level in (0, 2)]).T
+        if not _unknown(axis).all():
+            break
+    return axis
 
 
 def smooth(curve: Floats, window: int) -> Floats:

@@ -28,6 +28,7 @@ def enlarge(source: Path, target: Path, megabytes: float, decimals: int, rate: i
     head, _, frames = source.read_text().partition("MOTION\n")
     values = np.array([line.split() for line in frames.splitlines()[2:]], float)
     values += np.random.default_rng(0).normal(0, 0.3, values.shape)
+    values = values.round(decimals) + 0.0  # no -0
     number = f"%.{decimals}f"
     lines = [" ".join(number % value for value in row) for row in values.tolist()]
     each = sum(map(len, lines)) / len(lines) + 1

@@ -57,10 +57,9 @@ def _seen(motion: Motion) -> dict[str, Any]:
     import numpy as np
 
     from lanindex.alphabet import JOINTS, PARTS
-    from lanindex.encode.limbs import AXES, body, heading, lengths
+    from lanindex.encode.limbs import body, heading, lengths
 
-    sides = body(motion, (joint for pair in AXES for joint in pair))
-    turn = float(np.degrees(heading(sides, motion.rate, motion.rate)[motion.first]))
+    turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
     played = motion.skeleton.played()
     limbs = {
         part: lengths(body(motion, PARTS[part].chain), [part])[0] for part in ("r_leg", "r_arm")
