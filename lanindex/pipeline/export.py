@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import json
 import re
@@ -168,7 +167,8 @@ class _Cutter:
 def _unchanged(source: Capture) -> formats.File:
     location = source.location
     try:
-        data = formats.load(location)
+        file = formats.opened(location)
+        unchanged = file.sha256() == source.sha256
     except CaptureError as error:
         raise ExportError(
             error.found,
@@ -176,14 +176,14 @@ def _unchanged(source: Capture) -> formats.File:
             wanted="the file that was ingested",
             remedy="Ingest it again, or let go of it: lanindex remove --missing",
         ) from error
-    if hashlib.sha256(data).hexdigest() != source.sha256:
+    if not unchanged:
         raise ExportError(
             "has changed since it was ingested",
             place=location,
             wanted=f"content with sha256 {source.sha256[:12]}...",
             remedy="Ingest it again, then search again.",
         )
-    return formats.File(source.path, data)
+    return formats.File(source.path, file.content)
 
 
 def _clip(
