@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from lanindex.errors import NotationError
+from lanindex.errors import NotationError, shown
 
 
 def read_text(path: Path) -> str:
@@ -33,6 +36,35 @@ def read_text(path: Path) -> str:
         raise NotationError(
             f"byte {error.start} is no UTF-8", place=str(path), wanted="a text file"
         ) from error
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the table of a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        UTF-8.
+
+    Returns
+    -------
+    dict of str to Any
+
+    Raises
+    ------
+    NotationError
+        Where the file cannot be read or is no TOML; says where.
+    """
+    wanted = "TOML"
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        found = shown(str(error), 200)
+    except RecursionError:
+        found = "brackets inside brackets, too many"
+    except ValueError:  # the one that Python refuses to read
+        found, wanted = "a number without end", f"at most {sys.get_int_max_str_digits()} digits"
+    raise NotationError(found, place=str(path), wanted=wanted)
 
 
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
