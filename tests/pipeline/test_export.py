@@ -186,6 +186,79 @@ def test_hits_as_json_lines_come_back(library: Library) -> None:
     assert {one.pattern for one in wanted} == {"r_arm place low"}
 
 
+HIT = '"capture": "bow.bvh", "start_frame": 1, "end_frame": 2'
+SYMBOL = '"part": "r_arm", "direction": "left", "start_frame": 1, "end_frame": 2'
+
+
+def test_what_a_hit_says_is_taken_over(library: Library) -> None:
+    line = (
+        f'{{{HIT}, "fit": 1, "pattern": "x", "symbols": [{{{SYMBOL}, "level": null}}], "y": [NaN]}}'
+    )
+    for text in (line, line.encode(), b"\xef\xbb\xbf" + line.encode()):
+        (wanted,) = from_lines(library, [text])
+        assert (wanted.fit, wanted.pattern, wanted.hit) == (1, "x", Span(1, 2))
+        assert wanted.symbols == (
+            {
+                "part": "r_arm",
+                "direction": "left",
+                "level": None,
+                "start_frame": 1,
+                "end_frame": 2,
+            },
+        )
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        *(
+            (f'{{{HIT}, "capture_id": {value}}}', "wanted a whole number, as in a line of")
+            for value in ("1.5", "null", "true", "[1]", '"1"', "-1", "1e999", "9" * 19, "9" * 25)
+        ),
+        *(
+            (f'{{{HIT}, "fit": {value}}}', "wanted a number from 0 to 1, as in")
+            for value in ("NaN", "Infinity", "1e999", '"=1+1"', "null", "true", "-0.1", "1.01")
+        ),
+        *((f'{{{HIT}, "fit": {"9" * digits}}}', "9…") for digits in (400, 4000)),
+        (f'{{{HIT}, "fit": {"9" * 5000}}}', "…, wanted a line of lanindex"),
+        *(
+            (
+                f'{{"capture": "bow.bvh", "start_frame": {value}, "end_frame": 2}}',
+                "a frame, counted",
+            )
+            for value in ("1" * 25, "-1", "1.5", "null", "1.0")
+        ),
+        *(
+            (f'{{{HIT}, "pattern": {value}}}', "pattern is ")
+            for value in ("3", "null", '["r_arm"]', '"\\ud800"')
+        ),
+        *(
+            (f'{{"capture": {value}, "start_frame": 1, "end_frame": 2}}', "capture is ")
+            for value in ("1", "null", "{}", '"\\udfff"')
+        ),
+        (f'{{{HIT}, "symbols": null}}', "symbols is None, wanted a list of symbols"),
+        (f'{{{HIT}, "symbols": [[]]}}', "[], wanted a line of"),
+        (f'{{{HIT}, "symbols": [{{{SYMBOL}, "level": 3}}]}}', "level is 3, wanted a word"),
+        (f'{{{HIT}, "symbols": [{{{SYMBOL}}}]}}', "no level, wanted a line of"),
+        (f'{{{HIT}, "symbols": [{{{SYMBOL}, "level": "mid", "amount": NaN}}]}}', "amount is nan"),
+        ('{"summary": {"pattern": 3}}', "pattern is 3, wanted text"),
+        (
+            '{"capture": "' + "x" * 5000 + '", "start_frame": 1, "end_frame": 2}',
+            "there is no capture",
+        ),
+        (b"\xff\xfe", "bytes that are no UTF-8, wanted a line of"),
+    ],
+    ids=lambda line: str(line)[:80],
+)
+def test_wrong_types_are_refused_with_their_line(
+    library: Library, line: str | bytes, said: str
+) -> None:
+    with pytest.raises(UsageError, match="standard input:1: ") as caught:
+        from_lines(library, [line])
+    assert said in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
 @pytest.mark.parametrize(
     "line",
     [
