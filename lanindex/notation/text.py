@@ -10,6 +10,9 @@ from typing import Any
 
 from lanindex.errors import NotationError, shown
 
+WIDE = (b"\xff\xfe", b"\xfe\xff")
+"""How UTF-16 begins, in either order of bytes."""
+
 
 def read_text(path: Path) -> str:
     """Return a file's text.
@@ -17,7 +20,7 @@ def read_text(path: Path) -> str:
     Parameters
     ----------
     path : Path
-        UTF-8, with or without a byte order mark; any line ends.
+        UTF-8, with or without a byte order mark, or UTF-16 with one; any line ends.
 
     Returns
     -------
@@ -29,12 +32,16 @@ def read_text(path: Path) -> str:
         Where the file cannot be read or is not text.
     """
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        data = path.read_bytes()
+        return data.decode("utf-16" if data.startswith(WIDE) else "utf-8-sig")
     except OSError as error:
         raise NotationError(str(error.strerror), place=str(path), wanted="a text file") from error
     except UnicodeDecodeError as error:
         raise NotationError(
-            f"byte {error.start} is no UTF-8", place=str(path), wanted="a text file"
+            f"byte {error.start} is no {error.encoding.upper()}",
+            place=str(path),
+            wanted="a text file",
+            remedy="Save it again as UTF-8.",
         ) from error
 
 
