@@ -12,6 +12,19 @@ from functools import partial
 from typing import Any
 
 
+def shown(text: str, most: int = 60) -> str:
+    """Return what a message shows of a text from outside: its beginning, where it is long."""
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def quoted(value: object, most: int = 60) -> str:
+    """Return what a message shows of a value from outside, as Python writes it."""
+    try:
+        return shown(repr(value), most)
+    except (ValueError, RecursionError):  # a number of too many digits, lists in lists in lists
+        return "something too large to show"
+
+
 class LanindexError(Exception):
     """The root of all errors that LanIndex raises on purpose.
 
