@@ -56,7 +56,10 @@ JOINTS = (
     "LAnkle",
     "LToe",
 )
-"""The 20 joints of the body model (METHOD, stage 0; figure 2 of the paper)."""
+"""The 20 joints of the body model.
+
+Source: ``encode/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 2.
+"""
 
 JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 

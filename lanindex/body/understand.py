@@ -4,6 +4,8 @@ Names first (`by_name`), then, for what names do not tell, the shape of the skel
 
 A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
 down to the ankles or both arms from shoulder to wrist.
+
+Source: ``encode/METHOD.md``, stage 0.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Stage 4: what a move passes through, and where each direction is achieved.
 
-Source: METHOD, stage 4; the paper, 4.5.3.
+Source: ``encode/METHOD.md``, stage 4; Matsumoto and Hachimura (2001), 4.5.3.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Stage 3: which cell of space a limb points into, and how clearly.
 
-Source: METHOD, stages 3 and 4, "Margin"; the paper, 4.5.2.
+Source: ``encode/METHOD.md``, stages 3 and 4; Matsumoto and Hachimura (2001), 4.5.2.
 """
 
 from __future__ import annotations

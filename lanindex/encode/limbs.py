@@ -1,6 +1,6 @@
 """Stages 0 and 1: joints of the body, resampled, turned to face forward, part by part.
 
-Source: METHOD, stages 0 and 1; the paper, 2 and 4.2.
+Source: ``encode/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 2 and 4.2.
 """
 
 from __future__ import annotations

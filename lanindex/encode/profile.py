@@ -2,6 +2,8 @@
 
 ``profile.toml`` holds the parameters; an LPD and an LDD file a part, a group of parts or ``all``
 hold the directions and the rules. Users copy a folder and edit it.
+
+Source: ``encode/METHOD.md``, "Profiles".
 """
 
 from __future__ import annotations
@@ -60,7 +62,7 @@ class Profile:
     smoothing : float
         Seconds of the moving average.
     candidate_speed, prominence, still : Measure
-        Speeds (METHOD, stage 2).
+        Speeds: v0, how far a rim must stand above a minimum, what counts as no speed.
     distance : Measure
         d_t.
     path_check : float

@@ -1,6 +1,6 @@
 """Stage 5: which symbols of a move are only passed on the way.
 
-Source: METHOD, stage 5; the paper, 4.6.
+Source: ``encode/METHOD.md``, stage 5; Matsumoto and Hachimura (2001), 4.6.
 """
 
 from __future__ import annotations

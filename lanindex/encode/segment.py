@@ -1,6 +1,6 @@
 """Stage 2: where a limb stops, and the moves between the stops.
 
-Source: METHOD, stages 2 and 2b; the paper, 4.3 and 4.4.
+Source: ``encode/METHOD.md``, stages 2 and 2b; Matsumoto and Hachimura (2001), 4.3 and 4.4.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Stage 6: from resampled frames to frames of the source and ticks of the score.
 
-Source: METHOD, "Rate and frames" and stage 6; the paper, 4.7.
+Source: ``encode/METHOD.md``, stage 6; Matsumoto and Hachimura (2001), 4.7.
 """
 
 from __future__ import annotations
