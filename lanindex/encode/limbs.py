@@ -124,6 +124,14 @@ def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tu
         Number of the first frame of the result; frame k lies at source frame k · rate / target.
     values : ndarray
         (N, ...) float64; no frame lies after the last of the source.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> import numpy as np
+    >>> from lanindex.encode.limbs import resample
+    >>> resample(np.array([0.0, 1.0, 4.0]), 0, Fraction(30), Fraction(60))
+    (0, array([0.   , 0.375, 1.   , 2.375, 4.   ]))
     """
     if rate == target:
         return start, points
@@ -163,6 +171,16 @@ def heading(joints: Floats, rate: Fraction, target: Fraction) -> Floats:
     ndarray
         (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
         kept. A body without hips is turned by its shoulders.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import body, heading
+    >>> joints = body(lanindex.read("corpus/compass.bvh"))
+    >>> turn = heading(joints, Fraction(30), Fraction(60))  # faces +z; forward shall be +x
+    >>> turn.shape, round(float(turn[0]), 3)
+    ((1679,), -1.571)
     """
     for pair in (("LHip", "RHip"), ("LShoulder", "RShoulder")):
         left, right = (joints[:, JOINT_CODES[name]] for name in pair)
@@ -200,6 +218,15 @@ def smooth(curve: Floats, window: int) -> Floats:
     -------
     ndarray
         (P, N, 3) float64.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.limbs import smooth
+    >>> curve = np.zeros((1, 4, 3))
+    >>> curve[0, :, 1] = 0, 30, 0, 30
+    >>> smooth(curve, 3)[0, :, 1]
+    array([15., 10., 20., 15.])
     """
     half = min(window // 2, curve.shape[1] - 1)
     if half < 1:
@@ -216,7 +243,15 @@ def smooth(curve: Floats, window: int) -> Floats:
 
 
 def window(seconds: float, rate: Fraction) -> int:
-    """Return the odd number of frames nearest to `seconds`."""
+    """Return the odd number of frames nearest to `seconds`.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.limbs import window
+    >>> window(0.083, Fraction(60)), window(0.15, Fraction(60))
+    (5, 9)
+    """
     return 2 * int(seconds * float(rate) / 2) + 1
 
 
@@ -234,6 +269,14 @@ def lengths(joints: Floats, parts: Iterable[str]) -> Floats:
     -------
     ndarray
         (P,) float64, mm; NaN where a part was never seen.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import body, lengths
+    >>> joints = body(lanindex.read("corpus/compass.bvh"))
+    >>> lengths(joints, ["r_arm", "r_leg"]).round()
+    array([570., 820.])
     """
     missing = np.count_nonzero(_unknown(joints), axis=0)
     result = []

@@ -43,7 +43,14 @@ class Measure:
     relative: bool
 
     def of(self, length: float) -> float:
-        """Return millimetres (a second) for a limb of `length` mm."""
+        """Return millimetres (a second) for a limb of `length` mm.
+
+        Examples
+        --------
+        >>> from lanindex.encode.profile import Measure
+        >>> Measure(0.09, relative=True).of(550), Measure(50, relative=False).of(550)
+        (49.5, 50)
+        """
         return self.value * length if self.relative else self.value
 
 
@@ -237,6 +244,13 @@ def load(name: str | Path = "default") -> Profile:
     ------
     NotationError
         With the file, and the line where there is one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> profile = lanindex.load_profile("paper")
+    >>> float(profile.rate), profile.distance, profile.ranges["r_arm"].place
+    (60.0, Measure(value=50.0, relative=False), 250.0)
     """
     folder = _folder(name)
     _check_names(folder)

@@ -58,6 +58,21 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     ------
     NotationError
         The file or a line cannot be read, or two symbols of a part overlap.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> score = lanindex.read_lnd('''
+    ... #rhythm 4/4
+    ... #unit0
+    ... direction r_arm place low 0 0
+    ... #unit1
+    ... direction r_arm right high 1.5 2.5
+    ... ''')
+    >>> for symbol in score.symbols():  # in ticks, 32 a unit
+    ...     print(symbol)
+    r_arm place low [0, 0)
+    r_arm right high [12, 20)
     """
     if isinstance(source, PathLike) or (isinstance(source, str) and _names_a_file(source)):
         place = place or fspath(source)
@@ -105,6 +120,24 @@ def write(score: Score) -> str:
     ----------
     score : Score
         Only ``tick`` and ``ticks`` of its symbols count, not their frames.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.model import Span
+    >>> from lanindex.notation.lnd import excerpt
+    >>> score = lanindex.read_lnd("corpus/compass.lnd")
+    >>> print(lanindex.write_lnd(excerpt(score, Span(0, 16))))
+    // The compass of the right arm: all 27 directions, one a beat.
+    #speed=60
+    #rhythm 4/4
+    #unit_per_line 4
+    #unit_total 1
+    #unit0
+    direction r_arm place low 0 0
+    #unit1
+    direction r_arm forward low 0 0.75
+    direction r_arm r_forward low 1 1.75
     """
     header, kept = _kept(score.other)
     units: dict[int, list[tuple[int, int, str]]] = defaultdict(list)
