@@ -50,7 +50,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
 
     Notes
     -----
-    The method is that of Matsumoto and Hachimura (2001), section 4, made exact.
+    The method is that of Matsumoto and Hachimura (2001), section 4, made exact:
+    ``encode/METHOD.md``.
 
     Examples
     --------

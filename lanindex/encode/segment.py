@@ -206,6 +206,7 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
     Returns
     -------
     list of Segment
+        In order of time: one between each stop and the next.
 
     Examples
     --------

@@ -24,6 +24,11 @@ def fraction(text: str) -> Fraction:
     text : str
         Matches `DECIMAL`.
 
+    Returns
+    -------
+    Fraction
+        At least 0.
+
     Examples
     --------
     >>> from lanindex.notation.exact import fraction
@@ -40,7 +45,12 @@ def fraction(text: str) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def number(value: Fraction) -> str:
-    """Write the shortest decimal that `fraction` reads as `value` (at least 0).
+    """Write a number as the shortest decimal that `fraction` reads as the same.
+
+    Parameters
+    ----------
+    value : Fraction
+        At least 0.
 
     Examples
     --------

@@ -35,6 +35,11 @@ def excerpt(score: Score, span: Span) -> Score:
     span : Span
         Frames of the score; what lies outside it is cut off.
 
+    Returns
+    -------
+    Score
+        As long as the span; its grid is finer where symbols would have found no room.
+
     Examples
     --------
     >>> import lanindex

@@ -54,6 +54,11 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     place : str, optional
         What errors call the text; the path unless told.
 
+    Returns
+    -------
+    Score
+        Its frames are ticks, its rate is ticks a second, its margins are 1.
+
     Raises
     ------
     NotationError
@@ -120,6 +125,11 @@ def write(score: Score) -> str:
     ----------
     score : Score
         Only ``tick`` and ``ticks`` of its symbols count, not their frames.
+
+    Returns
+    -------
+    str
+        Text that `read` reads; lines end with a line feed.
 
     Examples
     --------

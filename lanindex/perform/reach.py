@@ -53,7 +53,17 @@ def direction(cell: Cell) -> Floats:
 
 
 def minimum_jerk(share: Floats) -> Floats:
-    """Return how much of a reach is done after a share of its time, both 0 to 1.
+    """Return how much of a reach is done after a share of its time.
+
+    Parameters
+    ----------
+    share : ndarray
+        (T,) float64, 0 to 1.
+
+    Returns
+    -------
+    ndarray
+        (T,) float64, 0 to 1, at rest at both ends.
 
     Examples
     --------
