@@ -99,6 +99,12 @@ def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float,
     -------
     tuple of str, float and tuple of str
         Name, millimetres in one, warnings.
+
+    Examples
+    --------
+    >>> from lanindex.body.calibration import unit_of
+    >>> unit_of({"Hip Knee Ankle": 84.0}, None), unit_of({"Hip Knee Ankle": 84.0}, "mm")
+    (('cm (detected)', 10.0, ()), ('mm', 1.0, ()))
     """
     if unit is not None:
         name = told_unit(unit)
@@ -211,6 +217,13 @@ def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> 
         (2, W, 3) mm: the wrists that are there, in the first two frames.
     rate : Fraction
         Hz.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.body.calibration import first_frame
+    >>> first_frame([[(0, 0, 0)], [(500, 0, 0)]], Fraction(120))  # 60 m/s
+    1
     """
     if len(wrists) < 2:
         return 0

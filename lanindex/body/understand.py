@@ -4,6 +4,8 @@ Names first (`by_name`), then, for what names do not tell, the shape of the skel
 
 A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
 down to the ankles or both arms from shoulder to wrist.
+
+Source: ``encode/METHOD.md``, stage 0.
 """
 
 from __future__ import annotations
@@ -91,7 +93,14 @@ class Understanding:
 
 
 def sampled(frames: int) -> NDArray[np.int64]:
-    """Return the frames whose poses tell the body: spread over the capture, at most `POSES`."""
+    """Return the frames whose poses tell the body: spread over the capture, at most `POSES`.
+
+    Examples
+    --------
+    >>> from lanindex.body.understand import sampled
+    >>> sampled(5), len(sampled(100_000))
+    (array([0, 1, 2, 3, 4]), 32)
+    """
     return np.linspace(0, frames - 1, min(frames, POSES)).astype(np.int64)
 
 
@@ -133,6 +142,20 @@ def understand(
         This is no human skeleton; names the joints that are missing.
     UsageError
         Unit or axis are not known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import lanindex
+    >>> from lanindex.body.understand import sampled, understand
+    >>> from lanindex.model import Reading
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> places = motion.positions.astype(float) / 1000  # as a file in metres would have them
+    >>> names, parents = motion.skeleton.names, motion.skeleton.parents.tolist()
+    >>> poses = places[sampled(len(places))]
+    >>> found = understand(names, parents, poses, places[:2], motion.rate, Reading())
+    >>> found.unit, found.scale, found.up, names[found.body[0]]
+    ('m (detected)', 1000.0, 'y', 'Hips')
     """
     body, doubts = find_body(Rig(names, parents, poses), path)
     seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)

@@ -52,7 +52,21 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
 
     Notes
     -----
-    The method is that of Matsumoto and Hachimura (2001), section 4, made exact.
+    The method is that of Matsumoto and Hachimura (2001), section 4, made exact:
+    ``encode/METHOD.md``.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
+    >>> score
+    <Score 18 parts, 438 symbols, 360 frames at 30 Hz>
+    >>> for symbol in score.symbols("r_arm")[:4]:  # the * says: only passed on the way
+    ...     print(symbol)
+    r_arm place low [0, 0)
+    r_arm right low* [60, 67)
+    r_arm right mid [60, 70)
+    r_arm right high [70, 76)
     """
     import numpy as np
 
@@ -118,6 +132,17 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
         Where the profile cannot be read.
     EncodeError
         Where the part is not known.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> (found,) = lanindex.trace(lanindex.read("corpus/jumping_jacks.bvh"), "r_arm")
+    >>> for run in found.runs[0]:  # of the first move, in resampled frames
+    ...     print(run.start, run.stop, run.cell, run.outcome)
+    118 129 24 in force
+    129 135 0 passing
+    135 142 1 symbol
+    142 151 2 symbol
     """
     from lanindex.encode import limbs
     from lanindex.encode.track import write_limbs

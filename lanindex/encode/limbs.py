@@ -1,6 +1,6 @@
 """Stages 0 and 1: joints of the body, resampled, turned to face forward, part by part.
 
-Source: METHOD, stages 0 and 1; the paper, 2 and 4.2.
+Source: ``encode/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 2 and 4.2.
 """
 
 from __future__ import annotations
@@ -169,6 +169,16 @@ def heading(motion: Motion, target: Fraction) -> Floats:
     ndarray
         (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
         kept. A body without hips is turned by its shoulders.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import heading
+    >>> motion = lanindex.read("corpus/compass.bvh")  # faces +z; forward shall be +x
+    >>> turn = heading(motion, Fraction(60))
+    >>> turn.shape, round(float(turn[0]), 3)
+    ((1679,), -1.571)
     """
     axis = _axis(motion)
     count = math.floor((len(axis) - 1) * target / motion.rate) + 1
@@ -213,6 +223,15 @@ def smooth(curve: Floats, window: int) -> Floats:
     -------
     ndarray
         (P, N, 3) float64.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.limbs import smooth
+    >>> curve = np.zeros((1, 4, 3))
+    >>> curve[0, :, 1] = 0, 30, 0, 30
+    >>> smooth(curve, 3)[0, :, 1]
+    array([15., 10., 20., 15.])
     """
     half = min(window // 2, curve.shape[1] - 1)
     if half < 1:
@@ -229,7 +248,15 @@ def smooth(curve: Floats, window: int) -> Floats:
 
 
 def window(seconds: float, rate: Fraction) -> int:
-    """Return the odd number of frames nearest to `seconds`."""
+    """Return the odd number of frames nearest to `seconds`.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.limbs import window
+    >>> window(0.083, Fraction(60)), window(0.15, Fraction(60))
+    (5, 9)
+    """
     return 2 * int(seconds * float(rate) / 2) + 1
 
 
@@ -247,6 +274,14 @@ def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
     -------
     ndarray
         (P,) float64, mm; NaN where a part was never seen.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import body, lengths
+    >>> joints = body(lanindex.read("corpus/compass.bvh"))
+    >>> lengths(joints, ["r_arm", "r_leg"]).round()
+    array([570., 820.])
     """
     missing = np.count_nonzero(_unknown(joints.places), axis=0)
     nowhere = {

@@ -1,6 +1,6 @@
 """Stage 0: from the frames of the source to those of the method, a stretch at a time.
 
-Source: METHOD, "Rate and frames".
+Source: ``encode/METHOD.md``, stage 0.
 """
 
 from __future__ import annotations

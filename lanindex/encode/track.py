@@ -1,6 +1,6 @@
 """The stages of one part in a row, with everything that a researcher may ask about.
 
-Source: METHOD, stages 2 to 5.
+Source: ``encode/METHOD.md``, stages 2 to 5.
 """
 
 from __future__ import annotations

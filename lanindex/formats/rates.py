@@ -27,7 +27,8 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
     Returns
     -------
     Fraction
-        The nearest n or n * 1000/1001 within 0.02 %, else the exact value (METHOD, stage 0).
+        The nearest n or n * 1000/1001 within 0.02 %, else the exact value
+        (``encode/METHOD.md``, stage 0).
 
     Raises
     ------
