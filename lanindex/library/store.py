@@ -9,116 +9,24 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from threading import get_ident
-from types import TracebackType
-from typing import Self
 
 from sqlalchemy import Connection
 
 from lanindex.alphabet import PARTS
-from lanindex.errors import LibraryError
 from lanindex.library import read, rows, write
-from lanindex.library.connect import (
-    DEFAULT,
-    Target,
-    drop_journal,
-    keep_journal,
-    opened,
-    reading,
-    target,
-    writing,
-)
 from lanindex.library.encoding import Encoding
-from lanindex.library.faults import translated
 from lanindex.library.find import Where, chosen_by, find_capture, is_number, matching, missing
+from lanindex.library.session import Session
 from lanindex.library.stats import Stats, count
 from lanindex.library.texts import check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
 
 _BATCH = 64
-"""Captures read at a time by `Library.tracks`."""
+"""Captures read at a time by `Store.tracks`."""
 
 
-class Store:
+class Store(Session):
     """Captures and their scores. Made by `open`; belongs to one thread."""
-
-    def __init__(self, where: Target, connection: Connection) -> None:
-        self._where, self._connection, self._wrote = where, connection, False
-        self._thread = get_ident()
-
-    @classmethod
-    def open(
-        cls,
-        named: str | os.PathLike[str] = DEFAULT,
-        *,
-        create: bool = False,
-        readonly: bool = False,
-        timeout: float = 30.0,
-    ) -> Self:
-        """Open a library; use it as a context manager, or close it.
-
-        Parameters
-        ----------
-        named : str or path-like
-            A file, or an SQLAlchemy URL.
-        create : bool
-            Make it if there is none.
-        readonly : bool
-            Refuse to change it.
-        timeout : float
-            Seconds to wait for another process.
-
-        Returns
-        -------
-        Store
-
-        Raises
-        ------
-        LibraryError
-            If there is none, it is no library, or it cannot be opened.
-        LibraryVersionError
-            If it is older or newer than this program.
-        LibraryBusyError
-            If another process holds it for longer than `timeout`.
-        """
-        where = target(named)
-        return cls(where, opened(where, create=create, readonly=readonly, timeout=timeout))
-
-    def __repr__(self) -> str:
-        """Return the class and the place."""
-        return f"<{type(self).__name__} {self.place}>"
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Close it."""
-        self.close()
-
-    @property
-    def place(self) -> str:
-        """The library as it was named."""
-        return self._where.place
-
-    def close(self) -> None:
-        """Let go of the database; what is left is one file."""
-        if self._connection.closed:
-            return
-        self._check_usable()
-        try:
-            if self._wrote:
-                with translated(self.place):
-                    drop_journal(self._connection)
-        finally:
-            self._connection.close()
-            self._connection.engine.dispose()
 
     def add(
         self,
@@ -304,6 +212,11 @@ class Store:
         with self._reading() as connection:
             return self._stored(connection, which).capture
 
+    def located(self, places: Sequence[str], digests: Sequence[str]) -> list[str]:
+        """Return where captures lie that are at one of these places, or have such a sha256."""
+        with self._reading() as connection:
+            return read.locations(connection, places, digests)
+
     def tracks(
         self, captures: Iterable[int] | None = None, parts: Iterable[str] | None = None
     ) -> Iterator[tuple[Capture, dict[str, Track]]]:
@@ -374,32 +287,3 @@ class Store:
         if is_number(which) and which in read.read_numbers(connection, [which]):
             return int(which)
         return find_capture([], str(which), self.place).id  # which says that there is none
-
-    def _check_usable(self) -> None:
-        if self._connection.closed:
-            raise LibraryError(
-                "this library has been closed", place=self.place, remedy="Open it again."
-            )
-        if get_ident() != self._thread:
-            raise LibraryError(
-                "this library was opened in another thread",
-                place=self.place,
-                remedy="Open it in each thread that uses it.",
-            )
-
-    @contextmanager
-    def _reading(self) -> Iterator[Connection]:
-        self._check_usable()
-        with translated(self.place), reading(self._connection):
-            yield self._connection
-
-    @contextmanager
-    def _changing(self) -> Iterator[Connection]:
-        self._check_usable()
-        with translated(self.place):
-            if not self._wrote:
-                keep_journal(self._connection)
-                self._wrote = True
-            with writing(self._connection):
-                write.touch(self._connection)
-                yield self._connection
