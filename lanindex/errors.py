@@ -97,10 +97,14 @@ class PatternError(LanindexError):
         made = partial(type(self), text=self.text, start=self.start, stop=self.stop)
         return made, (self.found,)
 
-    def __str__(self) -> str:
-        """Return the line of the pattern, a caret below it, and the sentence."""
+    def line(self) -> tuple[str, int, int]:
+        """Return the line of the pattern, and which of its characters the sentence is about."""
         begin = self.text.rfind("\n", 0, self.start) + 1
         end = self.text.find("\n", self.start)
         line = self.text[begin : len(self.text) if end < 0 else end]
-        width = max(1, min(self.stop, begin + len(line)) - self.start)
-        return f"{line}\n{' ' * (self.start - begin)}{'^' * width}\n{self.found}"
+        return line, self.start - begin, min(self.stop - begin, len(line))
+
+    def __str__(self) -> str:
+        """Return the line of the pattern, a caret below it, and the sentence."""
+        line, start, stop = self.line()
+        return f"{line}\n{' ' * start}{'^' * max(1, stop - start)}\n{self.found}"

@@ -43,13 +43,13 @@ def hits(out: Output, found: Iterable[Hit]) -> None:
 
 def _group(out: Output, found: list[Hit]) -> None:
     capture = found[0].capture
-    label = f"  {out.paint(capture.label, 'dim')}" if capture.label else ""
-    out.line(out.paint(capture.path, "path") + label)
+    label = ("  ", out.paint(capture.label, "dim")) if capture.label else ()
+    out.line(out.paint(capture.path, "path"), *label)
     for hit in found:
         begin, end = (records.seconds(capture, frame) for frame in (hit.span.start, hit.span.stop))
         time = out.paint(f"{begin:8.2f}-{end:.2f} s", "place")
         frames = out.paint(f"[{hit.span.start}, {hit.span.stop})", "dim")
-        out.line(f"{time}  {frames}  fit {hit.fit:.2f}  {words(hit.symbols)}")
+        out.line(time, "  ", frames, f"  fit {hit.fit:.2f}  {words(hit.symbols)}")
 
 
 def duration(value: float) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, say_error
 
 if TYPE_CHECKING:
     from lanindex.pipeline.labels import Labels
@@ -155,8 +155,6 @@ def _report(out: Output, outcome: Outcome) -> None:
         }
         out.record(record)
     if outcome.error:
-        from lanindex.app.cli import say_error
-
         say_error(outcome.error)
     for warning in outcome.warnings:
         out.detail(f"{outcome.path}: {warning}")

@@ -57,7 +57,7 @@ def run(
             if json:
                 out.record({"explain": text})
             else:
-                out.line(text)
+                out.text(text)
             return
         found = library.search(pattern, tolerance=tolerance, overlaps=overlaps, within=within)
     if count:
