@@ -66,18 +66,20 @@ def of_capture(capture: Capture) -> dict[str, Any]:
     }
 
 
-def of_hit(hit: Hit) -> dict[str, Any]:
+def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
     """Return a hit: a line of ``search``.
 
     Parameters
     ----------
     hit : Hit
         Any.
+    pattern : str, optional
+        What found it, so that a line tells it by itself.
 
     Returns
     -------
     dict
-        Capture, frames, seconds, fit and the symbols that matched.
+        Capture, frames, seconds, fit, the symbols that matched, and the pattern if it is given.
     """
     capture = hit.capture
     return {
@@ -91,6 +93,7 @@ def of_hit(hit: Hit) -> dict[str, Any]:
         "end": seconds(capture, hit.span.stop),
         "fit": round(hit.fit, 3),
         "symbols": [of_symbol(symbol) for symbol in hit.symbols],
+        **({} if pattern is None else {"pattern": pattern}),
     }
 
 

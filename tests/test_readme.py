@@ -1,7 +1,6 @@
 """The README does what it shows: its sessions are typed on a terminal, its Python is run."""
 
 import os
-import pty
 import re
 import shutil
 import subprocess
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from conftest import REPOSITORY
+from terminal import screen, written
 
 README = REPOSITORY / "README.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -33,31 +33,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def typed(command: str, place: Path) -> str:
     """Return what a terminal shows, output and notes together."""
-    ours, theirs = pty.openpty()
-    path = f"{place / 'bin'}:{os.environ['PATH']}"
-    process = subprocess.Popen(
-        command,
-        shell=True,
-        cwd=place,
-        stdin=subprocess.DEVNULL,
-        stdout=theirs,
-        stderr=theirs,
-        env={**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "200"},
-    )
-    os.close(theirs)
-    seen = b""
-    while True:
-        try:
-            chunk = os.read(ours, 65536)
-        except OSError:  # the other end is closed
-            break
-        if not chunk:
-            break
-        seen += chunk
-    os.close(ours)
-    process.wait()
-    shown = re.sub(r"(?m)^.*\r(?!\n)", "", seen.decode().replace("\r\n", "\n"))
-    return shown.replace("\x1b[K", "")
+    return screen(written(command, place, PATH=f"{place / 'bin'}:{os.environ['PATH']}"))
 
 
 def settled(text: str) -> str:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import shutil
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 LEAST = 12
-"""Cells that a column keeps, however narrow the terminal is."""
-
-_GAP = "  "
+"""Cells that a column of words keeps, however narrow the terminal is."""
 
 
 def width(text: str) -> int:
@@ -55,25 +53,58 @@ def _first(text: str, most: int) -> str:
     return text
 
 
+def wrapped(pieces: Iterable[str], most: int) -> list[str]:
+    """Return pieces, commas between them, on lines that take `most` cells if they can.
+
+    Examples
+    --------
+    >>> wrapped(["r_arm high", "mid", "low"], 16)
+    ['r_arm high, mid,', 'low']
+    """
+    lines = [""]
+    for piece in pieces:
+        longer = f"{lines[-1]}, {piece}" if lines[-1] else piece
+        if lines[-1] and width(longer) >= most:  # a comma may follow
+            lines[-1] += ","
+            lines.append(piece)
+        else:
+            lines[-1] = longer
+    return lines
+
+
 def laid_out(lines: Sequence[Sequence[str]]) -> Iterator[str]:
     """Yield lines of cells as columns, numbers to the right, that fit the terminal.
 
-    The widest columns give way first; none gets narrower than `LEAST`.
+    The first line is the head. The widest columns of words give way first, none to less than
+    `LEAST`; a number is never cut. Where that is not enough, the gaps between them do.
     """
-    widths = _fitted([max(map(width, column)) for column in zip(*lines, strict=True)])
+    widths = _fitted(list(zip(*lines, strict=True)))
+    gap = "  " if sum(widths) + 2 * (len(widths) - 1) <= room() else " "
     for line in lines:
         cells = (_padded(cell, most) for cell, most in zip(line, widths, strict=True))
-        yield _GAP.join(cells).rstrip()
+        yield gap.join(cells).rstrip()
 
 
-def _fitted(widths: list[int]) -> list[int]:
-    room = shutil.get_terminal_size().columns - len(_GAP) * (len(widths) - 1)
-    while sum(widths) > room and max(widths) > LEAST:
-        widest = widths.index(max(widths))
-        others = sorted(widths)[-2] if len(widths) > 1 else LEAST
-        least = max(LEAST, min(others, widths[widest] - 1))
-        widths[widest] = max(least, widths[widest] - (sum(widths) - room))
+def _fitted(columns: Sequence[Sequence[str]]) -> list[int]:
+    widths = [max(map(width, column)) for column in columns]
+    words = [at for at, column in enumerate(columns) if any(map(_worded, column[1:]))]
+    over = sum(widths) + 2 * (len(widths) - 1) - room()
+    while over > 0 and (wide := [at for at in words if widths[at] > LEAST]):
+        widest, *others = sorted(wide, key=lambda at: -widths[at])
+        least = max([LEAST, *(widths[at] for at in others[:1])])
+        less = max(1, min(over, widths[widest] - least))
+        widths[widest] -= less
+        over -= less
     return widths
+
+
+def room() -> int:
+    """Return how many cells a line of the terminal has."""
+    return shutil.get_terminal_size().columns
+
+
+def _worded(cell: str) -> bool:
+    return any(map(str.isalpha, cell))
 
 
 def _padded(cell: str, most: int) -> str:

@@ -21,7 +21,7 @@ class _Rate(ProgressColumn):
     def render(self, task: Task) -> Text:
         """Return the rate as far as it is known."""
         rate = task.finished_speed or task.speed
-        return Text(f"{rate:.3g}/s" if rate else "", style="dim")
+        return Text(f"{rate:.3g}/s" if rate else "")
 
 
 class Bar:

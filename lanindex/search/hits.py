@@ -66,7 +66,7 @@ class Hits(Sequence[Hit]):
 
     def dicts(self) -> list[dict[str, Any]]:
         """Return the hits as dictionaries, as the command prints with ``--json``."""
-        return [records.of_hit(hit) for hit in self._hits]
+        return [records.of_hit(hit, self.pattern) for hit in self._hits]
 
     def numpy(self) -> NDArray[Any]:
         """Return the hits as an array.

@@ -114,9 +114,6 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
 def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
     from lanindex.app.formatting import counted, duration
 
-    if out.json:
-        keys = ("added", "unchanged", "failed", "frames", "symbols", "warnings")
-        out.record({"summary": {key: tally[key] for key in keys}})
     would = "would be " if dry_run else ""
     counts = {
         f"{would}added": tally["added"] - tally["anew"],
@@ -146,7 +143,7 @@ def _doubts(out: Output, tally: Counter[str], division: int) -> None:
 def _report(out: Output, outcome: Outcome) -> None:
     if out.json:
         record: dict[str, Any] = {
-            "path": outcome.path,
+            "capture": outcome.path,
             "status": outcome.status,
             "frames": outcome.frames,
             "symbols": outcome.symbols,

@@ -28,7 +28,6 @@ def run(
     if json:
         for capture in found:
             out.record(records.of_capture(capture))
-        out.record({"summary": {"captures": len(found), "seconds": round(length, 3)}})
     elif found:
         out.table(
             ("id", "path", "label", "fps", "frames", "seconds"),

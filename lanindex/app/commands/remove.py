@@ -53,7 +53,6 @@ def run(
     if json:
         for capture in chosen:
             out.record(records.of_capture(capture))
-        out.record({"summary": {"removed": len(chosen)}})
     elif chosen:
         out.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
     out.note(f"{counted(len(chosen), 'capture')} {'would be ' if dry_run else ''}removed")

@@ -83,7 +83,7 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
     from lanindex.app import formatting
 
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
-    formatting.hits(out, found[:most])
+    formatting.hits(out, found[:most], found.pattern)
     _summary(out, found, min(most, len(found)))
 
 
@@ -91,8 +91,5 @@ def _summary(out: Output, found: Hits, shown: int) -> None:
     from lanindex.app.formatting import counted
 
     captures = len({hit.capture.id for hit in found})
-    if out.json:
-        summary = {"hits": len(found), "shown": shown, "captures": captures}
-        out.record({"summary": {**summary, "pattern": found.pattern}})
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
     out.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")

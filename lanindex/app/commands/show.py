@@ -35,6 +35,7 @@ def run(
     out = Output(json, quiet, verbose, color)
     if (capture is None) != everything:
         raise UsageError("no capture" if capture is None else "a capture and --all", wanted="one")
+    from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
@@ -46,8 +47,7 @@ def run(
         for found, tracks in library.tracks(numbers, part):
             _show(out, found, tracks)
             symbols += sum(len(track) for track in tracks.values())
-    if json:
-        out.record({"summary": {"symbols": symbols}})
+    out.note(counted(symbols, "symbol"))
     if not symbols:
         raise typer.Exit(1)
 
