@@ -81,23 +81,32 @@ class Verbs(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the options that stand before the verb."""
-        with _escaped():
+        with _told(ctx):
             return list(super().parse_args(ctx, args))
 
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; turn errors into one message and an exit code."""
-        try:
+        with _told(ctx):
             _refuse_empty(ctx.args)
-            with _escaped():
-                result = super().invoke(ctx)
+            result = super().invoke(ctx)
             sys.stdout.flush()
             return result
-        except (LanindexError, OSError, KeyboardInterrupt) as error:
-            end_progress()
-            raise typer.Exit(_reported(error, ctx.invoked_subcommand)) from error
 
 
-def _reported(error: BaseException, verb: str) -> int:
+@contextmanager
+def _told(ctx: Any) -> Iterator[None]:
+    """Tell errors in one message, and escape what the parser repeats of the arguments."""
+    try:
+        yield
+    except _BAD_CALL as error:
+        error.message = shown(error.message or "")
+        raise
+    except (LanindexError, OSError, KeyboardInterrupt) as error:
+        end_progress()
+        raise typer.Exit(_reported(error, ctx.invoked_subcommand)) from error
+
+
+def _reported(error: BaseException, verb: str | None) -> int:
     """Say what broke a verb off, and return its exit code."""
     match error:
         case LanindexError():
@@ -113,16 +122,6 @@ def _reported(error: BaseException, verb: str) -> int:
             kept = "; what was finished is kept" if verb == "ingest" else ""
             say_error(f"interrupted{kept}")
             return 130
-
-
-@contextmanager
-def _escaped() -> Iterator[None]:
-    """Escape what the parser of arguments repeats of them: it prints its errors itself."""
-    try:
-        yield
-    except _BAD_CALL as error:
-        error.message = shown(error.message or "")
-        raise
 
 
 def _guess(word: str) -> str:

@@ -141,7 +141,7 @@ class TestWidth:
             (["list"], 90),
             (["list"], 200),
             (["remove", "1", "2", "--dry-run"], 40),
-            (["show", "2"], 66),
+            (["show", "2"], 72),
         ],
     )
     def test_lines_fit(self, place: Path, words: list[str], wide: int) -> None:
