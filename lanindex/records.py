@@ -11,6 +11,12 @@ from typing import Any
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.symbol import FIELDS
 
+HIT = (
+    *("capture", "capture_id", "label", "fps", "start_frame", "end_frame", "start", "end"),
+    *("fit", "symbols", "pattern"),
+)
+"""The keys of a hit, in order."""
+
 _BRIEF = ("direction", "level", "start", "stop")
 _MORE = ("passing", "swings", "margin")
 

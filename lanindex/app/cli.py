@@ -99,7 +99,8 @@ def _told(ctx: Any) -> Iterator[None]:
     try:
         yield
     except _BAD_CALL as error:
-        error.message = shown(error.message or "")
+        lines = (error.message or "").split("\n")  # where nothing was asked, the help is in it
+        error.message = "\n".join(map(shown, lines))
         raise
     except (LanindexError, OSError, KeyboardInterrupt) as error:
         end_progress()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lanindex import records
 from lanindex.app.columns import room, wrapped
 from lanindex.app.output import Output
+from lanindex.model.hit import in_words
 
 if TYPE_CHECKING:
     from lanindex.model import Hit, Symbol
@@ -21,17 +22,7 @@ NARROW = 24
 
 def words(symbols: Iterable[Symbol]) -> str:
     """Return symbols in short: a part is named where it changes."""
-    return ", ".join(_words(symbols))
-
-
-def _words(symbols: Iterable[Symbol]) -> list[str]:
-    words: list[str] = []
-    part = ""
-    for symbol in symbols:
-        name = symbol.words
-        words.append(name if symbol.part == part else f"{symbol.part} {name}")
-        part = symbol.part
-    return words
+    return ", ".join(in_words(symbols))
 
 
 def hits(out: Output, found: Iterable[Hit], pattern: str) -> None:
@@ -61,7 +52,7 @@ def _group(out: Output, found: list[Hit]) -> None:
         fit = f"  fit {hit.fit:.2f}  "
         before = len(f"{time}  {frames}{fit}")
         left = room() - before
-        first, *others = wrapped(_words(hit.symbols), left if left >= NARROW else sys.maxsize)
+        first, *others = wrapped(in_words(hit.symbols), left if left >= NARROW else sys.maxsize)
         out.line(out.paint(time, "place"), "  ", out.paint(frames, "dim"), fit, first)
         for other in others:
             out.line(" " * before + other)
