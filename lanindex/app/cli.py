@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from lanindex.app.output import end_progress, say_error, shown
+from lanindex.app.output import end_progress, escaped, say_error
 from lanindex.errors import LanindexError, UsageError
 
 VERBS = {
@@ -100,7 +100,7 @@ def _told(ctx: Any) -> Iterator[None]:
         yield
     except _BAD_CALL as error:
         lines = (error.message or "").split("\n")  # where nothing was asked, the help is in it
-        error.message = "\n".join(map(shown, lines))
+        error.message = "\n".join(map(escaped, lines))
         raise
     except (LanindexError, OSError, KeyboardInterrupt) as error:
         end_progress()

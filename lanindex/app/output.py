@@ -41,7 +41,7 @@ class Painted(str):
     __slots__ = ()
 
 
-def shown(text: str) -> str:
+def escaped(text: str) -> str:
     r"""Return text that may be printed: what would steer a terminal is escaped.
 
     Parameters
@@ -51,7 +51,7 @@ def shown(text: str) -> str:
 
     Examples
     --------
-    >>> print(shown("walk\x1b[31m.bvh"))
+    >>> print(escaped("walk\x1b[31m.bvh"))
     walk\x1b[31m.bvh
     """
     return text if isinstance(text, Painted) or text.isprintable() else text.translate(ESCAPED)
@@ -90,11 +90,11 @@ class Output:
         wanted = self.color == "always" or (
             self.color == "auto" and self.terminal and not os.environ.get("NO_COLOR")
         )
-        return Painted(f"\x1b[{STYLES[style]}m{shown(text)}\x1b[0m") if wanted else text
+        return Painted(f"\x1b[{STYLES[style]}m{escaped(text)}\x1b[0m") if wanted else text
 
     def line(self, *pieces: str) -> None:
         """Print a line of results; a painted piece stands by itself among the others."""
-        _say("".join(map(shown, pieces)), sys.stdout)
+        _say("".join(map(escaped, pieces)), sys.stdout)
 
     def text(self, text: str) -> None:
         """Print lines of results."""
@@ -115,21 +115,21 @@ class Output:
 
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as fields between tabs."""
-        _say("\t".join(shown(str(value)) for value in values), sys.stdout)
+        _say("\t".join(escaped(str(value)) for value in values), sys.stdout)
 
     def note(self, line: str) -> None:
         """Say something beside the results, unless it shall be quiet."""
         if not self.quiet:
-            _say(shown(line), sys.stderr)
+            _say(escaped(line), sys.stderr)
 
     def detail(self, line: str) -> None:
         """Say something that only the curious want to know."""
         if self.verbose:
-            _say(shown(line), sys.stderr)
+            _say(escaped(line), sys.stderr)
 
     def table(self, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
         """Print rows in columns as wide as the terminal; tab-separated in a pipe."""
-        lines = [[shown(str(cell)) for cell in row] for row in [head, *rows]]
+        lines = [[escaped(str(cell)) for cell in row] for row in [head, *rows]]
         if not self.terminal:
             for line in lines:
                 self.row(line)
@@ -165,7 +165,7 @@ def say_error(error: Exception | str) -> None:
     if isinstance(error, Exception) and isinstance(error.__cause__, PatternError):
         drawing, said = error.__cause__, said.removesuffix(f"\n{error.__cause__}")
     if drawing is not error:
-        _say(f"lanindex: {shown(said)}", sys.stderr)
+        _say(f"lanindex: {escaped(said)}", sys.stderr)
     if drawing is not None:
         _say(_drawn(drawing), sys.stderr)
 
@@ -214,6 +214,6 @@ def _drawn(error: PatternError) -> str:
     from lanindex.app.columns import width
 
     line, start, stop = error.line()
-    before, meant = shown(line[:start]), shown(line[start:stop])
+    before, meant = escaped(line[:start]), escaped(line[start:stop])
     caret = " " * width(before) + "^" * max(1, width(meant))
-    return f"{before}{meant}{shown(line[stop:])}\n{caret}\n{shown(error.found)}"
+    return f"{before}{meant}{escaped(line[stop:])}\n{caret}\n{escaped(error.found)}"

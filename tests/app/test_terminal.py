@@ -12,7 +12,7 @@ from dances import BOW, dance
 from terminal import screen, written
 
 from lanindex.app import columns, output
-from lanindex.app.output import ESCAPED, Output, say_error, shown
+from lanindex.app.output import ESCAPED, Output, escaped, say_error
 from lanindex.errors import PatternError, UsageError
 
 EVIL = "esc\x1b[31m\x07\x7f\x9b1m\u202e\u2066\u200f\u061c\u2028.bvh"
@@ -98,9 +98,9 @@ def test_json_is_read_back_where_the_output_knows_no_unicode(place: Path) -> Non
 
 def test_every_control_is_escaped() -> None:
     assert STEERING.findall("".join(map(chr, ESCAPED)))
-    assert shown("".join(map(chr, range(0x3000)))).isascii() is False
-    assert STEERING.findall(shown("".join(map(chr, range(0x3000))))) == []
-    assert shown("plain 歩く é") == "plain 歩く é"
+    assert escaped("".join(map(chr, range(0x3000)))).isascii() is False
+    assert STEERING.findall(escaped("".join(map(chr, range(0x3000))))) == []
+    assert escaped("plain 歩く é") == "plain 歩く é"
 
 
 def test_what_is_painted_stands_alone(capsys: pytest.CaptureFixture[str]) -> None:
