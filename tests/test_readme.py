@@ -1,7 +1,9 @@
 """The README does what it shows: its sessions are typed on a terminal, its Python is run."""
 
+import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -96,3 +98,39 @@ def test_rooms_are_those_of_the_house() -> None:
     there = {path.parent.name for path in package.glob("*/__init__.py")}
     there |= {path.stem for path in package.glob("*.py") if not path.stem.startswith("_")}
     assert {"app", *named} == there
+
+
+ROWS = re.findall(r"^\| (`.*`) \| [^|]* \| `(\w+ [\w ]+)` \|$", README.read_text(), re.MULTILINE)
+ARGUMENTS = {
+    "search": "'r_arm high'",
+    "search --count": "'r_arm high'",
+    "export": "'r_arm high' --in *greetings.bvh -o records",
+    "show": "1",
+    "remove": "1 --dry-run",
+    "ingest": "corpus/greetings.bvh --force",
+    "inspect": "corpus/greetings.bvh",
+}
+
+
+@pytest.mark.parametrize(
+    ("verb", "keys"),
+    [(verb, keys) for verbs, keys in ROWS for verb in re.findall("`(.*?)`", verbs)],
+)
+def test_records_are_as_the_table_says(place: Path, verb: str, keys: str) -> None:
+    env = {**os.environ, "LANINDEX_DB": str(place / "records.db")}
+    command = [str(place / "bin" / "lanindex"), *verb.split(), "--json"]
+    if not (place / "records.db").exists():
+        ingest = [command[0], "ingest", "corpus/greetings.bvh"]
+        subprocess.run(ingest, cwd=place, env=env, check=True)
+    words = f"{shlex.join(command)} {ARGUMENTS.get(verb, '')}"
+    done = subprocess.run(words, cwd=place, env=env, shell=True, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    kinds = {" ".join(json.loads(line)) for line in done.stdout.splitlines()}
+    assert kinds == {keys}
+
+
+def test_every_verb_with_records_is_in_the_table() -> None:
+    commands = (REPOSITORY / "lanindex" / "app" / "commands").glob("*.py")
+    told = {path.stem for path in commands if "out.record(" in path.read_text()}
+    told = (told | {"search"}) - {"evaluate"}  # its lines are of the evaluation's own making
+    assert told == {verb.split()[0] for verbs, _ in ROWS for verb in re.findall("`(.*?)`", verbs)}
