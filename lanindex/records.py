@@ -69,6 +69,7 @@ def of_capture(capture: Capture) -> dict[str, Any]:
         "seconds": seconds(capture, capture.frames),
         "sha256": capture.sha256,
         "metadata": dict(capture.metadata),
+        "warnings": list(capture.warnings),
     }
 
 

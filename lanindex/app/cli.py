@@ -135,7 +135,7 @@ def _guess(word: str) -> str:
 def _refuse_empty(words: Sequence[str]) -> None:
     """Refuse an empty argument: mostly a variable of the shell that is not set."""
     for before, word in pairwise(["", *words]):
-        if not word or (word.startswith("--") and word.endswith("=")):
+        if not word or (word.startswith("--") and word.find("=") == len(word) - 1):
             option = (word or before).rstrip("=")
             place = option if option.startswith("-") else ""
             raise UsageError("an empty argument", place=place, wanted="something in it")

@@ -6,7 +6,6 @@ names or arguments is escaped here, so that no character of it can steer the ter
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
@@ -110,7 +109,9 @@ class Output:
 
     def record(self, values: dict[str, Any]) -> None:
         """Print a result as a line of JSON."""
-        spelled = json.dumps(values, ensure_ascii=not _unicode(sys.stdout))
+        from json import dumps
+
+        spelled = dumps(values, ensure_ascii=not _unicode(sys.stdout))
         _say(spelled.translate(_IN_JSON), sys.stdout)
 
     def row(self, values: Iterable[Any]) -> None:

@@ -312,7 +312,7 @@ class TestRemove:
     @pytest.mark.parametrize(
         ("words", "said"),
         [
-            ([], "nothing to remove, wanted captures, --in or --missing"),
+            ([], "nothing to remove, wanted captures, --in, --where or --missing"),
             (["1", "--missing"], "captures and --missing"),
             (["1", "rais.bvh"], "Did you mean"),
         ],
@@ -320,6 +320,42 @@ class TestRemove:
     def test_bad_words(self, filled, words: list[str], said: str) -> None:
         refused(filled("remove", *words), said)
         assert len(records(filled("list", "--json"))) == 3
+
+
+class TestWhere:
+    @pytest.mark.parametrize(
+        ("words", "kept"),
+        [
+            (["label=ra?se"], [2]),
+            (["style=slow"], [2]),
+            (["format=bvh"], [1, 2]),
+            (["format=bvh", "label="], [1]),
+            (["label=bow"], []),
+        ],
+    )
+    def test_captures_are_chosen_alike(self, filled, words: list[str], kept: list[int]) -> None:
+        where = [f"--where={word}" for word in words]
+        code = 0 if kept else 1
+        for verb in (["list"], ["search", "r_arm low"], ["show", "--all"], ["remove", "--dry-run"]):
+            done = filled(*verb, *where, "--json")
+            assert done.returncode == code, done.stderr
+            assert sorted({line["capture_id"] for line in records(done)}) == kept
+        done = filled("export", "r_arm low", *where, "-o", "out", "--json")
+        assert sorted({line["capture_id"] for line in records(done)}) == kept
+
+    @pytest.mark.parametrize(
+        ("words", "said"),
+        [
+            (["list", "--where", "label"], '--where: "label", wanted KEY=GLOB'),
+            (["search", "r_arm high", "--where", "=walk"], '--where: "=walk"'),
+            (["list", "--where", "lable=walk"], 'no capture has a column "lable"'),
+            (["show", "1", "--where", "label=walk"], "wanted --all beside it"),
+            (["export", "-", "--where", "label=walk"], "wanted a pattern beside them"),
+            (["export", "--capture", "1", "--in", "*"], "wanted a pattern beside them"),
+        ],
+    )
+    def test_bad_words(self, filled, words: list[str], said: str) -> None:
+        refused(filled(*words), said)
 
 
 class TestOthers:
@@ -345,6 +381,19 @@ class TestOthers:
         assert lines[1]["metadata"] == {"style": "slow"}
         assert done.stderr.startswith("3 captures, ")
         assert records(filled("stats", "--json"))[0]["captures"] == 3
+
+    def test_list_what_is_doubtful(self, run, place: Path) -> None:
+        text = (place / "raise.bvh").read_text()
+        (place / "raise.bvh").write_text(text.replace("Frames: 2", "Frames: 3"))
+        run("ingest", ".")
+        said = run("list", "--doubts")
+        number, path, doubt = said.stdout.splitlines()[0].split("\t")
+        assert (number, path) == ("2", "./raise.bvh")
+        assert "frames" in doubt
+        (line,) = records(run("list", "--doubts", "--json"))
+        assert doubt in line["warnings"]
+        nothing = run("list", "--doubts", "--in", "bow.bvh")
+        assert (nothing.returncode, nothing.stdout) == (1, "")
 
     def test_inspect(self, run) -> None:
         (seen,) = records(run("inspect", "raise.bvh", "--json"))
