@@ -107,7 +107,7 @@ def export(
     manifest: list[dict[str, Any]] = []
     files = clips(library, wanted, pad=pad, format=format, manifest=manifest)
     write_all(
-        ((folder / file.name, file.content) for file in files),
+        ((folder / file.name, file.content[:]) for file in files),
         force=force,
         suspects=lambda replaced: _suspects(library, replaced),
     )
@@ -170,7 +170,7 @@ def _suspects(library: Store, replaced: Iterable[Path]) -> list[str]:
     for path in replaced:
         places |= {os.path.abspath(path), os.path.realpath(path)}
         with suppress(CaptureError):
-            digests.append(hashlib.sha256(formats.load(path)).hexdigest())
+            digests.append(formats.opened(path).sha256())
     return library.located(sorted(places), digests)
 
 
