@@ -83,8 +83,6 @@ def run(
             out.record(row)
         else:
             out.line(str(output / row["clip"]))
-    if json:
-        out.record({"summary": {"clips": len(manifest), "folder": str(output)}})
     out.note(f"{counted(len(manifest), 'clip')} in {output}")
     if not manifest:
         raise typer.Exit(1)
