@@ -111,3 +111,12 @@ def test_the_test_command_is_what_ci_runs() -> None:
     (line,) = [block for block in blocks("sh") if "[dev]" in block]
     assert line.startswith("python3 -m venv .venv && ")
     assert line.rstrip().endswith("pytest -n auto")
+
+
+def test_rooms_are_those_of_the_house() -> None:
+    rooms = README.read_text().partition("| `lanindex/app/`")[2].partition("\n\n")[0]
+    named = set(re.findall(r"`(?:lanindex/)?(\w+)(?:/|\.py)`", rooms)) - {"profiles", "migrations"}
+    package = REPOSITORY / "lanindex"
+    there = {path.parent.name for path in package.glob("*/__init__.py")}
+    there |= {path.stem for path in package.glob("*.py") if not path.stem.startswith("_")}
+    assert {"app", *named} == there

@@ -90,6 +90,12 @@ def keys(names: tuple[str, ...]) -> tuple[Key, ...]:
     -------
     tuple of Key
         ``("L", "handmiddle1")`` for ``mixamorig:LeftHandMiddle1``.
+
+    Examples
+    --------
+    >>> from lanindex.body.names import keys
+    >>> keys(("mixamorig:LeftHandMiddle1", "mixamorig:RightUpLeg", "mixamorig:Hips"))
+    (('L', 'handmiddle1'), ('R', 'upleg'), ('', 'hips'))
     """
     return tuple(map(_key, _without_shared([_words(name) for name in names])))
 

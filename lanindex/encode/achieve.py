@@ -1,6 +1,6 @@
 """Stage 4: what a move passes through, and where each direction is achieved.
 
-Source: METHOD, stage 4; the paper, 4.5.3.
+Source: ``encode/METHOD.md``, stage 4; Matsumoto and Hachimura (2001), 4.5.3.
 """
 
 from __future__ import annotations
@@ -101,6 +101,17 @@ def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:
     list of Run
         The same runs, with their outcome; a run that is joined with a later one hands it its
         nearest frame if that comes nearer.
+
+    Examples
+    --------
+    >>> from lanindex.encode.achieve import Run, achieve
+    >>> low, passed, mid = (
+    ...     Run(24, 0, 5, 0, 0.0, 0.0),
+    ...     Run(0, 5, 9, 8, 30.0, 0.5),
+    ...     Run(1, 9, 12, 11, 5.0, 0.1),
+    ... )
+    >>> [run.outcome for run in achieve([low, passed, mid], in_force=24, within=20)]
+    ['in force', 'not achieved', 'symbol']
     """
     result, last = list(found), len(found) - 1
     kept: list[int] = []

@@ -2,6 +2,8 @@
 
 ``profile.toml`` holds the parameters; an LPD and an LDD file a part, a group of parts or ``all``
 hold the directions and the rules. Users copy a folder and edit it.
+
+Source: ``encode/METHOD.md``, "Profiles".
 """
 
 from __future__ import annotations
@@ -41,7 +43,14 @@ class Measure:
     relative: bool
 
     def of(self, length: float) -> float:
-        """Return millimetres (a second) for a limb of `length` mm."""
+        """Return millimetres (a second) for a limb of `length` mm.
+
+        Examples
+        --------
+        >>> from lanindex.encode.profile import Measure
+        >>> Measure(0.09, relative=True).of(550), Measure(50, relative=False).of(550)
+        (49.5, 50)
+        """
         return self.value * length if self.relative else self.value
 
 
@@ -60,7 +69,7 @@ class Profile:
     smoothing : float
         Seconds of the moving average.
     candidate_speed, prominence, still : Measure
-        Speeds (METHOD, stage 2).
+        Speeds: v0, how far a rim must stand above a minimum, what counts as no speed.
     distance : Measure
         d_t.
     path_check : float
@@ -241,6 +250,13 @@ def load(name: str | Path = "default") -> Profile:
     ------
     NotationError
         With the file, and the line where there is one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> profile = lanindex.load_profile("paper")
+    >>> float(profile.rate), profile.distance, profile.ranges["r_arm"].place
+    (60.0, Measure(value=50.0, relative=False), 250.0)
     """
     folder = _folder(name)
     _check_names(folder)

@@ -1,6 +1,6 @@
 """From runs to rows: which frames each symbol takes.
 
-Source: METHOD, stages 2b, 4 and 5.
+Source: ``encode/METHOD.md``, stages 2b, 4 and 5.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Stage 6: from resampled frames to frames of the source and ticks of the score.
 
-Source: METHOD, "Rate and frames" and stage 6; the paper, 4.7.
+Source: ``encode/METHOD.md``, stage 6; Matsumoto and Hachimura (2001), 4.7.
 """
 
 from __future__ import annotations
@@ -104,6 +104,18 @@ def quantise(tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter) 
     Meter
         The grid that was used: as wanted, or finer by a power of two where a symbol found no
         room. Each symbol has a tick at least; they neither overlap nor get lost.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.timing import quantise
+    >>> from lanindex.model import Meter
+    >>> from lanindex.model.symbol import blank
+    >>> rows = blank(2)
+    >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
+    >>> meter = quantise([rows], 60, Fraction(30), Meter())
+    >>> meter.division, rows["tick"], rows["ticks"]
+    (32, array([0, 8], dtype=int32), array([0, 6], dtype=int32))
     """
     tracks = list(tracks)
     scale = meter.tick_rate / rate

@@ -1,6 +1,6 @@
 """LDD, Labanotation Delete Data: which symbols between others are only passed on the way.
 
-Source: the paper, 4.6 and figure 14; METHOD, stage 5.
+Source: ``encode/METHOD.md``, "LDD"; Matsumoto and Hachimura (2001), 4.6 and figure 14.
 """
 
 from __future__ import annotations
@@ -76,6 +76,17 @@ def parse(text: str, name: str = "LDD") -> tuple[Rule, ...]:
     ------
     NotationError
         With file and line: a row outside a rule, an unknown word, a rule that never ends.
+
+    Examples
+    --------
+    >>> from lanindex.notation import ldd
+    >>> ldd.parse('''
+    ... #rule_start#
+    ... L place low
+    ... D right low
+    ... L right mid
+    ... #rule_end#''')
+    (Rule(line=2, cells=((8, 0), (0, 0), (0, 1)), deleted=(False, True, False)),)
     """
     rules: list[Rule] = []
     rows: list[tuple[tuple[int, int], bool]] = []
@@ -99,5 +110,13 @@ def parse(text: str, name: str = "LDD") -> tuple[Rule, ...]:
 
 
 def read(path: Path) -> tuple[Rule, ...]:
-    """Read an LDD file; see `parse`."""
+    """Read an LDD file; see `parse`.
+
+    Examples
+    --------
+    >>> from lanindex.encode.profile import BUILT_IN
+    >>> from lanindex.notation import ldd
+    >>> len(ldd.read(BUILT_IN / "default" / "all.ldd"))
+    32
+    """
     return parse(read_text(path), str(path))

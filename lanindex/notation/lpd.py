@@ -1,6 +1,6 @@
 """LPD, Labanotation Parameter Data: which directions and levels span which angles.
 
-Source: the paper, 4.5.2 and figure 13; METHOD, "LND, LPD, LDD".
+Source: ``encode/METHOD.md``, "LPD"; Matsumoto and Hachimura (2001), 4.5.2 and figure 13.
 """
 
 from __future__ import annotations
@@ -124,5 +124,14 @@ def _check_order(starts: tuple[float, ...], name: str) -> None:
 
 
 def read(path: Path) -> Ranges:
-    """Read an LPD file; see `parse`."""
+    """Read an LPD file; see `parse`.
+
+    Examples
+    --------
+    >>> from lanindex.encode.profile import BUILT_IN
+    >>> from lanindex.notation import lpd
+    >>> ranges = lpd.read(BUILT_IN / "default" / "leg.lpd")
+    >>> ranges.radius(800), ranges.mid, ranges.high, ranges.centre(0)
+    (160.0, 67.5, 112.5, 0.0)
+    """
     return parse(read_text(path), str(path))

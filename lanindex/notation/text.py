@@ -86,6 +86,13 @@ def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
     ------
     tuple of int and list of str
         Line number from 1, words.
+
+    Examples
+    --------
+    >>> from lanindex.notation.text import words_of
+    >>> list(words_of('''// a comment
+    ... place 250 // mm'''))
+    [(2, ['place', '250'])]
     """
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split("//", 1)[0].split()

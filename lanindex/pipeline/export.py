@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import json
 import os
@@ -108,7 +107,7 @@ def export(
     manifest: list[dict[str, Any]] = []
     files = clips(library, wanted, pad=pad, format=format, manifest=manifest)
     write_all(
-        ((folder / file.name, file.content) for file in files),
+        ((folder / file.name, file.content[:]) for file in files),
         force=force,
         suspects=lambda replaced: _suspects(library, replaced),
     )
@@ -171,7 +170,7 @@ def _suspects(library: Library, replaced: Iterable[Path]) -> list[str]:
     for path in replaced:
         places |= {os.path.abspath(path), os.path.realpath(path)}
         with suppress(CaptureError):
-            digests.append(hashlib.sha256(formats.load(path)).hexdigest())
+            digests.append(formats.opened(path).sha256())
     return library.located(sorted(places), digests)
 
 
@@ -222,7 +221,8 @@ class _Cutter:
 def _unchanged(source: Capture) -> formats.File:
     location = source.location
     try:
-        data = formats.load(location)
+        file = formats.opened(location)
+        unchanged = file.sha256() == source.sha256
     except CaptureError as error:
         raise ExportError(
             error.found,
@@ -230,14 +230,14 @@ def _unchanged(source: Capture) -> formats.File:
             wanted="the file that was ingested",
             remedy="Ingest it again, or let go of it: lanindex remove --missing",
         ) from error
-    if hashlib.sha256(data).hexdigest() != source.sha256:
+    if not unchanged:
         raise ExportError(
             "has changed since it was ingested",
             place=location,
             wanted=f"content with sha256 {source.sha256[:12]}...",
             remedy="Ingest it again, then search again.",
         )
-    return formats.File(source.path, data)
+    return formats.File(source.path, file.content)
 
 
 def _clip(

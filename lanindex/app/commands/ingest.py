@@ -56,11 +56,13 @@ def run(
     from contextlib import nullcontext
 
     from lanindex.encode.profile import load
+    from lanindex.formats import check
     from lanindex.pipeline import open_library
     from lanindex.pipeline.ingest import discover, ingest
 
     chosen = load(profile)
     told = options.reading(unit, up, fps, compose)
+    check(told)
     others: list[str] = []
     files = list(discover(paths, others))
     rest = _left_out(others, labels, db)
