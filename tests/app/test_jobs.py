@@ -87,3 +87,40 @@ class TestExport:
             check=False,
         )
         assert (done.returncode, done.stderr) == (1, "0 clips in out\n")
+
+
+class TestEvaluate:
+    WORDS = ("evaluate", "in", "--labels", "l.csv", "--patterns", "p.toml")
+
+    def test_misses_stand_in_their_patterns_record(self, run, place: Path) -> None:
+        (place / "l.csv").write_text("file,label\nin/bow.bvh,bow\nin/raise.lnd,raise\n")
+        (place / "p.toml").write_text(
+            'up = {pattern = "r_arm high", positives = ["b*"]}\n'
+            'bow = {pattern = "r_arm forward mid", positives = ["bow"]}\n'
+        )
+        lines = run(*self.WORDS, "--misses", "--json").stdout.splitlines()
+        up, bow, mean = map(json.loads, lines)
+        assert [miss["kind"] for miss in up["misses"]] == ["missed", "wrong"]
+        assert (up["f1"], bow["f1"], bow["misses"]) == (0, 1, [])
+        assert list(mean) == ["pattern", "mean_f1", "standard_error", "clips", "patterns"]
+        assert (mean["pattern"], mean["mean_f1"], mean["clips"]) == ("(mean)", 0.5, 2)
+
+    @pytest.mark.parametrize("words", [(), ("--json",)])
+    def test_nothing_to_measure(self, run, place: Path, words: tuple[str, ...]) -> None:
+        (place / "l.csv").write_text("file,label\nin/bow.bvh,bow\n")
+        (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["walk*"]}\n')
+        done = run(*self.WORDS, *words, code=1)
+        assert done.stderr == (
+            "up: no clip has the label walk*\n"
+            "nothing was measured: no clip has a label that a pattern should find\n"
+        )
+
+    def test_rows_that_name_no_clip(self, run, place: Path) -> None:
+        (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["bow"]}\n')
+        (place / "l.csv").write_text("file,label\nin/bow.bvh,bow\nin/gone.bvh,bow\n")
+        said = run(*self.WORDS).stderr
+        assert said == "l.csv: 1 of 2 rows name no file that is read\n"
+        (place / "l.csv").write_text("file,label\nbow.bvh,bow\n")
+        said = run(*self.WORDS, code=2).stderr
+        assert said.startswith("lanindex: l.csv: no row names a file that is read; the first names")
+        assert f"is it {place / 'in' / 'bow.bvh'}?" in said

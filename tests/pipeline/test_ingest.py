@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,8 @@ from lanindex.formats.not_read import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.ingest import SUFFIXES, discover, ingest, left_out
-from lanindex.pipeline.prepare import Outcome
+from lanindex.pipeline.pool import prepared
+from lanindex.pipeline.prepare import Outcome, Task
 
 PROFILE = load("default")
 
@@ -202,3 +204,17 @@ def test_lists_of_paths_are_taken_as_they_come(library: Library, folder: Path) -
 
 def test_outcomes_carry_no_score(library: Library, folder: Path) -> None:
     assert all(outcome.score is None for outcome in take(library, folder))
+
+
+class Sleeper:
+    """What takes for ever to arrive in another process."""
+
+    def __reduce__(self):
+        return time.sleep, (10**6,)
+
+
+def test_who_breaks_off_does_not_wait_for_what_is_half_done(folder: Path) -> None:
+    tasks = [Task(str(folder / "none.bvh"), PROFILE), *[Task("", Sleeper()) for _ in range(9)]]
+    outcomes = prepared(tasks, 2)
+    assert next(outcomes).status == "failed"
+    outcomes.close()
