@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -112,7 +111,7 @@ class Output:
         from json import dumps
 
         spelled = dumps(values, ensure_ascii=not _unicode(sys.stdout))
-        _say(spelled.translate(_IN_JSON), sys.stdout)
+        _say(spelled if spelled.isprintable() else spelled.translate(_IN_JSON), sys.stdout)
 
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as fields between tabs."""
@@ -192,16 +191,9 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
 
 
 def _say(line: str, stream: TextIO) -> None:
-    with _aside():
-        print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
-
-
-@contextmanager
-def _aside() -> Iterator[None]:
-    """Keep progress off the terminal while a line is printed."""
-    for bar in _bars:
+    for bar in _bars:  # what tells progress steps aside
         bar.hide()
-    yield
+    print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
     for bar in _bars:
         bar.show()
 

@@ -119,7 +119,9 @@ class TestIngest:
         (place / "coarse" / "profile.toml").write_text(coarse)
         words = ("ingest", "raise.bvh", "--profile", "coarse", "--force")
         done = run(*words)
-        assert done.stderr.splitlines()[1:] == ["1 warning: --force -v shows them"]
+        assert done.stderr.splitlines()[1:] == ["1 warning: lanindex list --doubts tells more"]
+        tried = run(*words, "--dry-run")
+        assert tried.stderr.splitlines()[1:] == ["1 warning: -v shows more"]
         doubt, _, grid = run(*words, "-v").stderr.splitlines()
         assert doubt.startswith("raise.bvh")
         assert grid == "grid finer than 1/1 of a unit: 1 score"

@@ -90,7 +90,7 @@ def run(
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
     if rest:
         out.note(f"left out: {rest}")
-    _doubts(out, tally, chosen.meter.division)
+    _doubts(out, tally, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
 
@@ -151,11 +151,12 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
     )
 
 
-def _doubts(out: Output, tally: Counter[str], division: int) -> None:
+def _doubts(out: Output, tally: Counter[str], division: int, dry_run: bool) -> None:
     from lanindex.app.formatting import counted
 
     if tally["warnings"] and not (out.verbose or out.json):
-        out.note(f"{counted(tally['warnings'], 'warning')}: --force -v shows them")
+        shown = "-v shows" if dry_run else "lanindex list --doubts tells"
+        out.note(f"{counted(tally['warnings'], 'warning')}: {shown} more")
     if tally["finer"]:
         finer = counted(tally["finer"], "score")
         out.detail(f"grid finer than 1/{division} of a unit: {finer}")
