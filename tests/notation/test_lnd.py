@@ -135,6 +135,24 @@ def test_a_symbol_without_length_opens_a_new_stretch() -> None:
     assert lnd.read(text).tracks["head"].known == (Span(0, 16), Span(16, 64))
 
 
+def test_a_part_seen_anew_at_a_bar_line() -> None:
+    text = (
+        "#speed=60\n#rhythm 4/4\n#unit_per_line 4\n#unit_total 3\n"
+        "#unit1\ndirection r_arm right mid 2 4\n"
+        "#unit2\ndirection r_arm right mid 0 0\ndirection r_arm right mid 0 4\n"
+        "#unit3\ndirection r_arm left mid 0 0\n"
+    )
+    score = lnd.read(text)
+    assert shown(text) == [
+        "r_arm right mid [16, 32)",
+        "r_arm right mid [32, 32)",
+        "r_arm right mid [32, 64)",
+        "r_arm left mid [64, 64)",
+    ]
+    assert score.tracks["r_arm"].known == (Span(0, 32), Span(32, 64), Span(64, 96))
+    assert lnd.write(score) == text
+
+
 @pytest.mark.parametrize(
     ("rhythm", "time", "division"),
     [("4/4", "0.125", 32), ("4/4", "0.0625", 64), ("3/4", "1", 96), ("4/4", "0.1", 160)],

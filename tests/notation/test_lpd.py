@@ -54,6 +54,8 @@ def test_uneven_sectors_have_their_own_middles() -> None:
         ("mid\t60\t240", "mid\t60", "p.lpd:11: 1 values after mid, wanted 2"),
         ("low\t300", "low\t290", "wanted mid m 360-h, high h, low 360-m"),
         ("high\t120", "high\t50", "wanted mid m 360-h, high h, low 360-m"),
+        ("r_forward\t22.5", "r_forward\t67.5", "the directions do not follow each other"),
+        ("l_forward\t112.5", "l_forward\t427.5", "the directions do not follow each other"),
         ("right\t337.5", "right\t30", "the directions do not follow each other"),
     ],
     ids=lambda text: text[:40],
