@@ -95,9 +95,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     tracks = {
         part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered
     }
-    return Score(
-        motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
-    )
+    heading = np.round(np.degrees(turn), 1) + 0.0  # in tenths; -0 would be another number
+    return Score(motion.rate, len(motion), meter, tracks, heading=heading.astype(np.float32))
 
 
 class _Callable(ModuleType):

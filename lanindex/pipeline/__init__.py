@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lanindex.search.language.query import Query
 
 
-class Library(store.Library):
+class Library(store.Store):
     """Captures written down, to search and to cut clips from. Made by `open_library`."""
 
     def ingest(

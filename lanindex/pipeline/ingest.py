@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from lanindex import formats
 from lanindex.errors import UsageError
 from lanindex.formats.not_read import unread
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
 from lanindex.pipeline.pool import prepared
@@ -90,7 +90,7 @@ def left_out(others: Iterable[str]) -> str:
 
 
 def ingest(
-    library: Library | None,
+    library: Store | None,
     paths: Iterable[str],
     profile: Profile,
     *,
@@ -104,7 +104,7 @@ def ingest(
 
     Parameters
     ----------
-    library : Library or None
+    library : Store or None
         None, with `dry_run`: there is none yet.
     paths : iterable of str
         Files, as from `discover`.
@@ -141,7 +141,7 @@ def ingest(
 
 
 def _store(
-    library: Library | None,
+    library: Store | None,
     outcome: Outcome,
     labels: Mapping[str, tuple[str | None, Mapping[str, str]]],
 ) -> Outcome:

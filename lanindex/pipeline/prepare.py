@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lanindex import formats
 from lanindex.errors import LanindexError
-from lanindex.library.store import Encoding
+from lanindex.library.encoding import Encoding
 from lanindex.model.reading import Reading
 
 if TYPE_CHECKING:
