@@ -27,8 +27,8 @@ Floats = NDArray[np.float64]
 GAP = Fraction(1, 5)
 """Seconds: shorter gaps are filled."""
 
-TOGETHER = 1 << 22
-"""Frames times parts that are worked out together: some 400 MB."""
+TOGETHER = 1 << 20
+"""Frames times parts that are worked out together: some 120 MB."""
 
 AXES = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
 """What tells where the body faces, the first that is there."""

@@ -66,7 +66,7 @@ def run(
         out.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}")
         raise typer.Exit(1)
     named = _labels(out, labels, files)
-    processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
+    processes = _processes(out, files, jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1))
     tally: Counter[str] = Counter()
     begun = time.monotonic()
     unmade = dry_run and not os.path.exists(db)
@@ -88,6 +88,16 @@ def run(
     _doubts(out, tally, chosen.meter.division)
     if tally["failed"]:
         raise typer.Exit(2)
+
+
+def _processes(out: Output, files: list[str], wanted: int) -> int:
+    """Return how many processes the memory has room for."""
+    from lanindex.pipeline.memory import affordable, size_of
+
+    found = affordable(map(size_of, files), wanted)
+    if found < wanted:
+        out.detail(f"{found} of {wanted} processes: the largest files leave no room for more")
+    return found
 
 
 def _labels(out: Output, table: str | None, files: list[str]) -> Labels:
