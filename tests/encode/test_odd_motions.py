@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_motion import motion_of, swung
 
-from lanindex.alphabet import JOINT_CODES, PARTS
+from lanindex.alphabet import DIRECTION_CODES, JOINT_CODES, LEVEL_CODES, PARTS
 from lanindex.encode import encode, limbs, trace
 from lanindex.encode.achieve import Run
 from lanindex.encode.direction import space
@@ -131,3 +131,49 @@ class TestSwings:
         writer = self.writer(apart)
         writer.add(Segment(0, 1, 0, 1), [Run(0, 0, 2, 1, 0.0, 0.0, "in force")])
         assert (len(writer.rows), writer.rows[0].swings) == (1, swings)
+
+
+class TestLengthening:
+    """Stage 2b: a move without a symbol may begin the next one, if it touches and heads for it."""
+
+    def begin(self, gap: int, share: float) -> int:
+        # a first move of 100 mm that comes nearer to "forward mid" by `share` of it, then another
+        cell = DIRECTION_CODES["forward"] * 3 + LEVEL_CODES["mid"]
+        around = space(PROFILE.ranges["r_arm"], 1000.0)
+        middle = around.reference(cell)
+        curve = np.array([(500.0, 0, 0), (500.0 + 100 * share, 0, 0), middle, middle])
+        if share < 1:  # the rest of the way leads round the middle
+            radius = 500.0 - 100 * share
+            turn = np.arccos((500.0**2 + radius**2 - 100**2) / (2 * 500 * radius))
+            curve[1] = middle - radius * np.array([np.cos(turn), 0, np.sin(turn)])
+        writer = Writer(curve, 0, around, 1e9, lengthen=True)
+        writer.add(Segment(0, 1, 10, 20), [Run(0, 0, 2, 1, 0.0, 0.0, "in force")])
+        writer.add(Segment(2, 3, 21 + gap, 40), [Run(cell, 2, 4, 30, 0.0, 0.0, "symbol")])
+        return writer.rows[1].start
+
+    def test_a_move_that_touches_begins_the_next_symbol(self) -> None:
+        assert self.begin(gap=0, share=1.0) == 10
+        assert self.begin(gap=1, share=1.0) == 22
+
+    def test_it_has_to_head_for_it_by_half_its_length(self) -> None:
+        assert self.begin(gap=0, share=0.51) == 10
+        assert self.begin(gap=0, share=0.49) == 21
+
+    def test_by_exactly_half_is_enough(self) -> None:
+        class Half(Writer):
+            def _gain(self, move: Segment, cell: int) -> float:
+                return 50.0
+
+        curve = np.array([(0.0, 0, 0), (100.0, 0, 0), (0.0, 0, 0), (0.0, 0, 0)])
+        writer = Half(curve, 0, space(PROFILE.ranges["r_arm"], 1.0), 1e9, lengthen=True)
+        writer.idle.append(Segment(0, 1, 10, 20))
+        assert writer._begin(Segment(2, 3, 21, 40), 1) == 10
+
+
+def test_a_trace_prints_its_moves_frame_by_frame() -> None:
+    found = trace(motion_of(swung(8, 120, RATE, 0.0), RATE), "r_arm")[0]
+    text = str(found)
+    assert f"r_arm: length {found.space.length:.0f} mm, 120 frames" in text
+    for move, runs in zip(found.segments, found.runs, strict=True):
+        assert f"\n  move {move.first}-{move.last}, seen {move.begin}-{move.end}" in text
+        assert all(f"\n    {run.start}-{run.stop - 1} " in text for run in runs)
