@@ -113,14 +113,14 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
     borders = np.ones(len(level) + 1, bool)
     borders[1:-1] = level[1:] != level[:-1]
     edges = np.flatnonzero(borders)
-    starts, stops = edges[:-1], edges[1:] - 1
-    heights = level[starts]
-    rises = np.arange(len(heights) + 1) > 0
+    heights = level[edges[:-1]]
+    rises = np.ones(len(heights) + 1, bool)
+    rises[0] = False
     rises[1:-1] = heights[1:] > heights[:-1]
     lowest = np.flatnonzero((rises[1:] > rises[:-1]) & (heights <= slow))
     deep = _deep(heights, lowest, prominence)
     chosen = np.zeros(len(level), bool)
-    chosen[0] = chosen[-1] = chosen[starts[deep]] = chosen[stops[deep]] = True
+    chosen[0] = chosen[-1] = chosen[edges[deep]] = chosen[edges[deep + 1] - 1] = True
     return np.flatnonzero(chosen)
 
 

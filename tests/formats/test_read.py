@@ -12,7 +12,7 @@ from bodies import SIMPLE, hierarchy, motion, person
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError
-from lanindex.formats.bvh.compiled import PLAIN, compiled
+from lanindex.formats.bvh.compiled import PLAIN, WORTH, compiled, paths
 
 READER = sys.modules["lanindex.formats.bvh.read"]
 
@@ -245,6 +245,15 @@ def test_small_work_does_not_load_numba(walk):
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert result.stdout.strip() == "False", result.stderr
+
+
+def test_the_compiled_path_is_for_much_work_or_where_it_is_loaded(monkeypatch):
+    fast = compiled()
+    assert fast is not None
+    assert paths(WORTH) is paths(0) is fast
+    monkeypatch.delitem(sys.modules, "lanindex.formats.bvh.floats_fast")
+    assert paths(WORTH - 1) is PLAIN
+    assert paths(WORTH) is fast
 
 
 def test_every_role_of_the_test_body_is_a_joint():
