@@ -247,6 +247,17 @@ def test_small_work_does_not_load_numba(walk):
     assert result.stdout.strip() == "False", result.stderr
 
 
+@pytest.mark.parametrize(("compose", "place"), [("parent", (0, 0, 240)), ("child", (-240, 0, 0))])
+def test_whose_turn_stands_first(compose, place):
+    # the root turns by a quarter about z, the chest about x; the neck lies 24 cm above the chest
+    width = person().split(b"\n")[-2].count(b" ") + 1
+    frame = [0.0, 92, 0, 90, 0, 0, 0, 90, *[0.0] * (width - 8)]
+    data = (hierarchy() + motion([frame] * 2)).encode()
+    seen = formats.read("x.bvh", data=data, compose=compose, up="y", unit="cm")
+    chest, neck = (seen.positions[0, seen.skeleton.names.index(name)] for name in ("Chest", "Neck"))
+    assert neck - chest == pytest.approx(place, abs=1e-3)
+
+
 def test_the_compiled_path_is_for_much_work_or_where_it_is_loaded(monkeypatch):
     fast = compiled()
     assert fast is not None
