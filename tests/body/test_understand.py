@@ -86,3 +86,14 @@ def test_joints_that_stay_are_joined_to_the_nearest_above():
     assert small.parents.tolist() == [-1, 0]
     assert small.offsets.tolist() == [[1, 2, 0], [8, 0, 4]]
     assert small.played() == {JOINTS[0]: "d", JOINTS[3]: "b"}
+
+
+def test_the_first_joint_of_a_file_counts_like_any_other():
+    motion = formats.read("x.bvh", data=person(ends=False))
+    order = [motion.skeleton.names.index(SIMPLE["RWrist"])]
+    order += [joint for joint in range(len(motion.skeleton.names)) if joint not in order]
+    names = tuple(motion.skeleton.names[joint] for joint in order)
+    places = motion.positions[:, order].astype(np.float64)
+    places[0, 0] += 10_000  # in a frame: the wrist leaves a calibration pose
+    found = understand(names, None, places[1:], places[:2], RATE, Reading("mm", "y"))
+    assert found.first == 1
