@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from lanindex.alphabet import DIRECTION_CODES
@@ -37,6 +39,12 @@ def test_uneven_sectors_have_their_own_middles() -> None:
     ranges = lpd.parse(PAPER.replace("67.5", "57.5"))
     assert ranges.centre(DIRECTION_CODES["r_forward"]) == 40
     assert ranges.centre(DIRECTION_CODES["forward"]) == 85
+
+
+def test_a_sector_of_more_than_half_the_circle() -> None:
+    starts = (0, 200, 210, 220, 230, 240, 250, 260)
+    ranges = replace(lpd.parse(PAPER), starts=tuple(map(float, starts)))
+    assert [ranges.centre(code) for code in range(8)] == [100, 205, 215, 225, 235, 245, 255, 310]
 
 
 @pytest.mark.parametrize(
