@@ -114,6 +114,10 @@ class Hits(Sequence[Hit]):
         ------
         LanindexError
             Where neither is.
+
+        Examples
+        --------
+        >>> hits.to_frame().groupby("label").size()  # doctest: +SKIP
         """
         rows = self.dicts()
         columns = {key: [row[key] for row in rows] for key in records.HIT}
