@@ -69,6 +69,15 @@ def body(motion: Motion) -> Floats:
     -------
     ndarray
         (T, 20, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.alphabet import JOINT_CODES
+    >>> from lanindex.encode.limbs import body
+    >>> joints = body(lanindex.read("corpus/compass.bvh"))
+    >>> joints.shape, joints[0, JOINT_CODES["RWrist"]].round()
+    ((840, 20, 3), array([-185.,  805.,    0.]))
     """
     index = motion.skeleton.body
     # a coordinate's frames lie side by side in memory, here and in all that is made of it
@@ -308,6 +317,19 @@ def limbs(joints: Floats, turn: Floats, rate: Fraction, profile: Profile) -> lis
     -------
     list of Limbs
         Parts that are known over the same stretch stand together.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import body, heading, limbs
+    >>> motion, profile = lanindex.read("corpus/compass.bvh"), lanindex.load_profile()
+    >>> joints = body(motion)
+    >>> turn = heading(joints, motion.rate, profile.rate)
+    >>> (found,) = limbs(joints, turn, motion.rate, profile)
+    >>> found.known, found.curve.shape, found.parts[:2]
+    (Span(start=0, stop=840), (18, 1679, 3), ('r_arm', 'l_arm'))
+    >>> [round(float(number)) for number in found.curve[0, 0]]  # the right arm hangs
+    [0, -570, 0]
     """
     unknown = _unknown(joints)
     stretches: dict[tuple[int, int], list[str]] = {}
