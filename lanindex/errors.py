@@ -12,6 +12,19 @@ from functools import partial
 from typing import Any
 
 
+def shown(text: str, most: int = 60) -> str:
+    """Return what a message shows of a text from outside: its beginning, where it is long."""
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def quoted(value: object, most: int = 60) -> str:
+    """Return what a message shows of a value from outside, as Python writes it."""
+    try:
+        return shown(repr(value), most)
+    except (ValueError, RecursionError):  # a number of too many digits, lists in lists in lists
+        return "something too large to show"
+
+
 class LanindexError(Exception):
     """The root of all errors that LanIndex raises on purpose.
 
@@ -75,6 +88,10 @@ class UsageError(LanindexError):
     """The arguments do not make sense together."""
 
 
+_NEAR = 48
+"""About how many characters of a long pattern are shown on each side of an error."""
+
+
 class PatternError(LanindexError):
     """A pattern cannot be understood.
 
@@ -98,9 +115,13 @@ class PatternError(LanindexError):
         return made, (self.found,)
 
     def __str__(self) -> str:
-        """Return the line of the pattern, a caret below it, and the sentence."""
+        """Return the line of the pattern, or what is near of a long one, a caret, the sentence."""
         begin = self.text.rfind("\n", 0, self.start) + 1
         end = self.text.find("\n", self.start)
-        line = self.text[begin : len(self.text) if end < 0 else end]
-        width = max(1, min(self.stop, begin + len(line)) - self.start)
-        return f"{line}\n{' ' * (self.start - begin)}{'^' * width}\n{self.found}"
+        end = len(self.text) if end < 0 else end
+        first = begin if self.start - begin <= _NEAR else self.start - _NEAR // 2
+        last = end if end - first <= 2 * _NEAR else first + 2 * _NEAR
+        line = "…" * (first > begin) + self.text[first:last] + "…" * (last < end)
+        indent = self.start - first + (first > begin)
+        width = max(1, min(self.stop, last) - self.start)
+        return f"{line}\n{' ' * indent}{'^' * width}\n{self.found}"

@@ -17,7 +17,7 @@ from lanindex.errors import PatternError, UsageError
 from lanindex.model import Capture
 from lanindex.notation.text import read_text
 from lanindex.pipeline.ingest import discover
-from lanindex.pipeline.labels import Labels
+from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
@@ -192,10 +192,10 @@ def read_clips(
     Clip
         In order of path.
     """
-    paths = [path for path in discover([folder]) if os.path.abspath(path) in labels]
+    paths = [path for path in discover([folder]) if key_of(path) in labels]
     tasks = (Task(path, profile) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs), 1):
-        label, metadata = labels[os.path.abspath(outcome.path)]
+        label, metadata = labels[key_of(outcome.path)]
         yield _clip(number, outcome, label or "", metadata)
 
 

@@ -190,7 +190,7 @@ class Plain(Things):
                 yield path
 
     def with_brackets(self, flat, path, side):
-        ways = [((), frozenset())]  # hulls of partners with the index where they close, tokens
+        ways = [((), frozenset())]  # hulls of partners with the index where they close, claims
         for first, last, length, companions in sorted(
             flat.brackets, key=lambda it: (it[1], -it[0])
         ):
@@ -206,16 +206,16 @@ class Plain(Things):
                 )
             ]
         for hulls, used in ways:
-            own = frozenset().union(*(thing.tokens for _, thing in path))
+            own = frozenset().union(*(thing.claims for _, thing in path))
             if not own & used:
                 low = min([thing.start for _, thing in path] + [low for *_, low, _ in hulls])
                 high = max([thing.end for _, thing in path] + [high for *_, high in hulls])
                 yield Found(side, path, low, high, own | used)
 
     def beside(self, companions, path, first, last, alone, hulls, used):
-        """Yield hull and tokens of all that can stand beside a stretch of a path."""
+        """Yield hull and claims of all that can stand beside a stretch of a path."""
         things = [thing for _, thing in path[first : last + 1]]
-        before = frozenset().union(*(thing.tokens for _, thing in path[: last + 1]))
+        before = frozenset().union(*(thing.claims for _, thing in path[: last + 1]))
         if before & used:
             return
         start, until = things[0].start, things[-1].until if alone else things[-1].end
@@ -272,7 +272,7 @@ class Plain(Things):
             if not it.alone:
                 path, last = it.path, len(it.path) - 1
                 hulls = ((0, last, it.low, it.high),)
-                used = it.used - frozenset().union(*(thing.tokens for _, thing in path))
+                used = it.used - frozenset().union(*(thing.claims for _, thing in path))
                 whole += [
                     replace(it, low=low, high=high, used=it.used | more)
                     for low, high, more in self.beside(

@@ -22,7 +22,7 @@ class Thing:
     starting: bool
 
     @property
-    def tokens(self):
+    def claims(self):
         return {(self.manner, part, row) for part, rows in self.members for row in rows}
 
 
@@ -71,17 +71,21 @@ class Things:
 
     def fits(self, step, part, row):
         rows = self.rows(part)
-        fits = DIRECTIONS[rows[row]["direction"]] in meaning(
+        direction, level = rows[row]["direction"], rows[row]["level"]
+        fits = (DIRECTIONS[direction] if direction >= 0 else "") in meaning(
             step.words, "direction", part
-        ) and LEVELS[rows[row]["level"]] in meaning(step.words, "level", part)
+        ) and (LEVELS[level] if level >= 0 else "") in meaning(step.words, "level", part)
         if rows[row]["passing"]:
             words = [it for it in step.words if not it.negated and it.values != ("any",)]
             named = bool(words) and all(it.kind != "change" for it in step.words)
             return fits and named and step.manner == "move"
         before = self.neighbours(part, row)[0]
-        change = "neither"
-        if before is not None and rows[before]["level"] != rows[row]["level"]:
-            change = "rising" if rows[before]["level"] < rows[row]["level"] else "sinking"
+        change = "neither" if level >= 0 else ""
+        if before is not None and -1 not in (level, rows[before]["level"]):
+            if rows[before]["level"] < level:
+                change = "rising"
+            if rows[before]["level"] > level:
+                change = "sinking"
         return fits and change in meaning(step.words, "change", part)
 
     def singles(self, step, part) -> list[Thing]:

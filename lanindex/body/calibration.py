@@ -57,6 +57,33 @@ _UPRIGHT = 0.7
 _CALIBRATION_SPEED = 25_000.0  # mm/s
 
 
+def told_unit(unit: str) -> str:
+    """Return a unit that the user names, as a key of `UNITS`.
+
+    Raises
+    ------
+    UsageError
+        There is no such unit.
+    """
+    name = _OTHER_NAMES.get(unit.lower(), unit.lower())
+    if name not in UNITS:
+        raise UsageError(f"unit {unit!r}", wanted=f"one of {', '.join(UNITS)}")
+    return name
+
+
+def told_up(up: str) -> str:
+    """Return a vertical axis that the user names, as a key of `AXES`.
+
+    Raises
+    ------
+    UsageError
+        There is no such axis.
+    """
+    if up.lower() not in AXES:
+        raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
+    return up.lower()
+
+
 def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float, tuple[str, ...]]:
     """Return the unit.
 
@@ -80,9 +107,7 @@ def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float,
     (('cm (detected)', 10.0, ()), ('mm', 1.0, ()))
     """
     if unit is not None:
-        name = _OTHER_NAMES.get(unit.lower(), unit.lower())
-        if name not in UNITS:
-            raise UsageError(f"unit {unit!r}", wanted=f"one of {', '.join(UNITS)}")
+        name = told_unit(unit)
         return name, UNITS[name], ()
     known = [
         (limb, length, typical)
@@ -151,9 +176,7 @@ def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ..
     ('z', ())
     """
     if up is not None:
-        if up.lower() not in AXES:
-            raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
-        return up.lower(), ()
+        return told_up(up), ()
     spine = _middle(body, _TOPS) - _middle(body, _BOTTOMS)
     length = math.sqrt(float((spine * spine).sum()) / len(spine))
     mean = (spine.sum(axis=0) / len(spine)).tolist()

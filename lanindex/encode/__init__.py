@@ -7,16 +7,18 @@ it.
 from __future__ import annotations
 
 import sys
+from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from lanindex.alphabet import PARTS
 from lanindex.errors import EncodeError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from lanindex.encode.profile import Profile
-    from lanindex.encode.track import Trace
+    from lanindex.encode.track import Trace, Written
     from lanindex.model import Motion, Score
 
 
@@ -70,27 +72,28 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
 
     from lanindex.encode import limbs
     from lanindex.encode.timing import quantise
-    from lanindex.encode.track import write_limbs
+    from lanindex.encode.track import written
     from lanindex.model import Score, Track
 
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
-    joints = limbs.body(motion)
-    turn = limbs.heading(joints, motion.rate, chosen.rate)
-    traces: dict[str, list[Trace]] = {}
-    for group in limbs.limbs(joints, turn, motion.rate, chosen):
-        for found in write_limbs(group, chosen):
-            traces.setdefault(found.part, []).append(found)
-    if not traces:
+    turn = limbs.heading(motion, chosen.rate)
+    found: dict[str, list[Written]] = {}
+    for group in map(partial(written, profile=chosen), limbs.limbs(motion, turn, chosen)):
+        for one in group:
+            found.setdefault(one.part, []).append(one)
+    if not found:
         raise EncodeError(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
-    rows = {part: np.concatenate([one.rows for one in found]) for part, found in traces.items()}
+    ordered = sorted(
+        found, key=lambda part: (found[part][0].known.start, found[part][0].known.stop)
+    )
+    rows = {part: np.concatenate([one.rows for one in found[part]]) for part in ordered}
     meter = quantise(rows.values(), len(motion), motion.rate, chosen.meter)
     tracks = {
-        part: Track(part, rows[part], tuple(one.known for one in found))
-        for part, found in traces.items()
+        part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered
     }
     return Score(
         motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
@@ -145,14 +148,12 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     from lanindex.encode.track import write_limbs
 
     chosen = _profile(profile)
-    joints = limbs.body(motion)
-    turn = limbs.heading(joints, motion.rate, chosen.rate)
+    turn = limbs.heading(motion, chosen.rate)
+    parts = [name for name in PARTS if name == part]
     found = [
         one
-        for group in limbs.limbs(joints, turn, motion.rate, chosen)
-        if part in group.parts
+        for group in limbs.limbs(motion, turn, chosen, parts)
         for one in write_limbs(group, chosen)
-        if one.part == part
     ]
     if not found:
         raise EncodeError(f'no part "{part}" is known', place=motion.source.path)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, PLACE
-from lanindex.encode.arithmetic import sizes
+from lanindex.encode.arithmetic import blocks, sizes
 from lanindex.notation.lpd import Ranges
 
 Floats = NDArray[np.float64]
@@ -155,6 +155,16 @@ def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
     >>> passed.cells, passed.angle.round()  # place low, right low, right mid
     (array([24,  0,  1]), array([0., 0., 0.]))
     """
+    shape = curves.shape[:-1]
+    cells, apart, angle = np.empty(shape, np.int64), np.empty(shape), np.empty(shape)
+    for part in blocks(curves.shape[1]):
+        found = _course(curves[:, part.inner], around)
+        cells[:, part.inner], apart[:, part.inner], angle[:, part.inner] = found
+    return list(map(Course, cells, apart, angle))
+
+
+def _course(curves: Floats, around: Sequence[Space]) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """Return the fields of `Course` for some frames of each curve, (P, N) each."""
     length, radius, mid, high = _numbers(around)[..., None]
     away, azimuth, elevation = _polar(curves)
     place = away <= radius
@@ -167,7 +177,7 @@ def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
     apart = sizes((curves.transpose(2, 0, 1) / scale - middle).transpose(1, 2, 0))
     angle = np.degrees(2 * np.arcsin(np.minimum(apart / 2, 1)))
     upright = np.where(level == LOW, elevation, np.where(level == HIGH, 180 - elevation, 0.0))
-    return list(map(Course, code, apart, np.where(place, upright, angle)))
+    return code, apart, np.where(place, upright, angle)
 
 
 def margins(

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import median, sizes
+from lanindex.encode.arithmetic import blocks, median, sizes
 
 Floats = NDArray[np.float64]
 
@@ -75,7 +75,11 @@ def speeds(curve: Floats, rate: float) -> Floats:
     """
     if curve.shape[-2] < 2:
         return np.zeros(curve.shape[:-1])
-    return sizes(np.gradient(curve, axis=-2) * rate)
+    speed = np.empty(curve.shape[:-1])
+    for part in blocks(curve.shape[-2], 1):
+        slope = np.gradient(curve[..., part.outer, :], axis=-2)
+        speed[..., part.inner] = sizes(slope[..., part.within, :] * rate)
+    return speed
 
 
 def candidates(speed: Floats, slow: float, prominence: float, still: float) -> NDArray[np.int64]:
@@ -184,8 +188,11 @@ def holds(
 
 def _reach(curve: Floats, stops: NDArray[np.int64]) -> list[float]:
     """Return how far the limb strays from each candidate until the next."""
-    origins = curve[stops[:-1]].T.repeat(stops[1:] - stops[:-1], axis=1)
-    reach: list[float] = np.maximum.reduceat(sizes(curve[:-1] - origins.T), stops[:-1]).tolist()
+    away = np.empty(max(len(curve) - 1, 0))
+    origins = stops[:-1].repeat(stops[1:] - stops[:-1])
+    for part in blocks(len(away)):
+        away[part.inner] = sizes(curve[part.inner] - curve.T.take(origins[part.inner], axis=1).T)
+    reach: list[float] = np.maximum.reduceat(away, stops[:-1]).tolist()
     return reach
 
 

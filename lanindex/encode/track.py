@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +91,19 @@ class Trace:
                     f"({run.angle:.0f} degrees off at {run.achieved})"
                 )
         return "\n".join(lines)
+
+
+class Written(NamedTuple):
+    """What stays of a part over one stretch."""
+
+    part: str
+    known: Span
+    rows: NDArray[Any]
+
+
+def written(limbs: Limbs, profile: Profile) -> list[Written]:
+    """Do `write_limbs` and let go of all that led to the rows."""
+    return [Written(one.part, one.known, one.rows) for one in write_limbs(limbs, profile)]
 
 
 def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:

@@ -38,12 +38,7 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
         The user's rate makes no sense.
     """
     if wanted is not None:
-        given = _fraction(str(wanted))
-        if given is None or given < _SLOWEST:
-            raise UsageError(
-                f"a rate of {wanted} frames a second", wanted=f"a number of {_SLOWEST} or more"
-            )
-        return nearest_rate(given)
+        return told_rate(wanted)
     time = _fraction(text) if text is not None else None
     if time is None or 1 / time < _SLOWEST:
         raise CaptureError(
@@ -53,6 +48,22 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
             remedy="Give the rate with --fps.",
         )
     return nearest_rate(1 / time)
+
+
+def told_rate(wanted: Fraction | float | str) -> Fraction:
+    """Return the frames a second that the user says.
+
+    Raises
+    ------
+    UsageError
+        They make no sense.
+    """
+    given = _fraction(str(wanted))
+    if given is None or given < _SLOWEST:
+        raise UsageError(
+            f"a rate of {wanted} frames a second", wanted=f"a number of {_SLOWEST} or more"
+        )
+    return nearest_rate(given)
 
 
 @lru_cache(maxsize=64)

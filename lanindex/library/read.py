@@ -13,6 +13,9 @@ from sqlalchemy import ColumnElement, Connection, Row, Table, or_, select
 from lanindex.library import rows, schema
 from lanindex.model import Capture, Score, Track
 
+_MOST = 500
+"""Values in one statement: databases take a thousand at least."""
+
 _SHOWN = [column for column in schema.capture.c if column.name not in ("other", "heading")]
 
 
@@ -27,6 +30,16 @@ def numbers_at(connection: Connection, path: str) -> list[int]:
     column = schema.capture.c
     here = or_(column.location == os.path.abspath(path), column.path == path)
     return list(connection.scalars(select(column.id).where(here)))
+
+
+def locations(connection: Connection, places: Sequence[str], digests: Sequence[str]) -> list[str]:
+    """Return where the captures lie that are at one of these places or have such a sha256."""
+    found: list[str] = []
+    for column, values in ((schema.capture.c.location, places), (schema.capture.c.sha256, digests)):
+        for first in range(0, len(values), _MOST):
+            chosen = column.in_(values[first : first + _MOST])
+            found += connection.scalars(select(schema.capture.c.location).where(chosen))
+    return found
 
 
 def read_captures(connection: Connection, numbers: Sequence[int] | None = None) -> list[Capture]:

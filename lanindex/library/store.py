@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import get_ident
@@ -287,6 +287,11 @@ class Library:
         """
         with self._reading() as connection:
             return self._capture(connection, which)
+
+    def located(self, places: Sequence[str], digests: Sequence[str]) -> list[str]:
+        """Return where captures lie that are at one of these places, or have such a sha256."""
+        with self._reading() as connection:
+            return read.locations(connection, places, digests)
 
     def tracks(
         self, captures: Iterable[int] | None = None, parts: Iterable[str] | None = None

@@ -71,6 +71,8 @@ class Source:
     compose : str
         Whether a joint's turn follows its parent's (``parent``) or precedes it (``child``), and
         who said so; empty where the format leaves no choice.
+    joints : tuple of str
+        All that the file has, of which a motion may hold those of the body alone.
     """
 
     path: str
@@ -79,6 +81,7 @@ class Source:
     scale: float
     up: str
     compose: str = ""
+    joints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,10 +32,9 @@ from lanindex.model import Meter, Score, Track
 from lanindex.notation.exact import number
 from lanindex.notation.excerpt import excerpt
 from lanindex.notation.page import UNIT, UNITS_PER_LINE, Page, rank
+from lanindex.notation.text import WIDE
 
 __all__ = ["excerpt", "read", "write"]
-
-_WIDE = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
@@ -99,7 +98,7 @@ def _names_a_file(source: str) -> bool:
 
 def _decoded(source: bytes, place: str) -> str:
     try:
-        text = source.decode("utf-16" if source.startswith(_WIDE) else "utf-8")
+        text = source.decode("utf-16" if source.startswith(WIDE) else "utf-8")
     except UnicodeDecodeError as error:
         line = source.count(b"\n", 0, error.start) + 1
         found = f"byte {error.start} is no text"

@@ -12,6 +12,7 @@ from lanindex import formats
 from lanindex.errors import UsageError
 from lanindex.library.store import Library
 from lanindex.model import Reading
+from lanindex.pipeline.labels import key_of
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 
@@ -82,7 +83,7 @@ def ingest(
     reading : Reading, optional
         How to read them.
     labels : Mapping, optional
-        By absolute path: the label and other columns of a capture; what they do not tell stays.
+        As from `lanindex.pipeline.labels.read_labels`; what they do not tell stays.
     jobs : int
         Processes.
     force : bool
@@ -117,7 +118,7 @@ def _store(
     if library is None or outcome.status == "failed":
         return outcome
     place = os.path.abspath(outcome.path)
-    label, metadata = labels.get(place, (None, {}))
+    label, metadata = labels.get(key_of(place), (None, {}))
     if metadata and outcome.held:
         metadata = {**library.capture(place).metadata, **metadata}
     if outcome.score is None:

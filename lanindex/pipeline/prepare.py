@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,6 +32,8 @@ class Task:
         sha256 and encoding of what the library holds from there.
     only_look : bool
         Whether only to see if it has changed.
+    total : int
+        Bytes that one process is going to read, this file's among them, as far as is known.
     """
 
     path: str
@@ -40,6 +41,7 @@ class Task:
     reading: Reading = field(default_factory=Reading)
     known: tuple[str, Encoding] | None = None
     only_look: bool = False
+    total: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +106,8 @@ def prepare(task: Task) -> Outcome:
 
 
 def _prepare(task: Task) -> Outcome:
-    data = formats.load(task.path)
-    sha256 = hashlib.sha256(data).hexdigest()
+    file = formats.opened(task.path)
+    sha256 = file.sha256()
     notated = Path(task.path).suffix.lower() == ".lnd"
     encoding = Encoding()
     if not notated:
@@ -114,7 +116,7 @@ def _prepare(task: Task) -> Outcome:
         return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
     if task.only_look:
         return Outcome(task.path, "added")
-    score, form, warnings = (_notated if notated else _written_down)(task, data)
+    score, form, warnings = (_notated if notated else _written_down)(task, file)
     return Outcome(
         task.path,
         "added",
@@ -130,15 +132,14 @@ def _prepare(task: Task) -> Outcome:
     )
 
 
-def _notated(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
+def _notated(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.notation import lnd
 
-    return lnd.read(data, place=task.path), "lnd", ()
+    return lnd.read(file.content[:], place=task.path), "lnd", ()
 
 
-def _written_down(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
+def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.encode import encode
 
-    file = formats.File(task.path, data)
-    motion = formats.known(file).does.read(file, task.reading)
+    motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True, total=task.total))
     return encode(motion, task.profile), motion.source.format, motion.warnings

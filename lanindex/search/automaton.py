@@ -1,8 +1,8 @@
-"""Query → programs: each line of a pattern as places that a match walks through.
+"""Query → programs: each line of a pattern as states that a match walks through.
 
-A place is one step of the line, with repeats written out; edges tell which place may come next,
-over which arrow, and which brackets end and begin on the way. The places are the states of a
-finite automaton (Glushkov's), so that a search never tries the same state twice, however often
+A state is one step of the line, with repeats written out; edges tell which state may come next,
+over which arrow, and which brackets end and begin on the way. Together they are a finite automaton
+(Glushkov's), so that a search never tries the same state twice, however often
 a pattern repeats. Nothing here knows a capture.
 
 A line that says ``arm`` becomes two programs, one a side.
@@ -14,28 +14,27 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.search.language.query import (
     NEXT,
     Arrow,
     Bracket,
+    Choice,
     Item,
     Line,
     Lines,
-    Pattern,
     Query,
     Step,
     meaning,
 )
 from lanindex.search.language.times import Length
-from lanindex.search.language.words import ANY
+from lanindex.search.language.words import ANY, WORD_KINDS
 
 SIDES = ("r_", "l_")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
-    """A step as one state of a program.
+class State:
+    """A step of a line, where a match may stand.
 
     Attributes
     ----------
@@ -45,10 +44,9 @@ class Place:
         The part that moves, or the two that move together.
     manner : str
         ``move``, ``at`` or ``hold``.
-    cells : tuple of frozenset of tuple of int
-        For each member, the (direction, level) codes that fit.
-    changes : frozenset of str
-        Of ``rising``, ``sinking`` and ``neither``, which fit.
+    fits : tuple of dict of str to frozenset of int
+        For each member, by kind of words, the codes that fit; a kind of which nothing is said is
+        not there.
     names_passing : bool
         Whether it says enough to match a passing symbol.
     length : Length or None
@@ -58,8 +56,7 @@ class Place:
     number: int
     members: tuple[str, ...]
     manner: str
-    cells: tuple[frozenset[tuple[int, int]], ...]
-    changes: frozenset[str]
+    fits: tuple[dict[str, frozenset[int]], ...]
     names_passing: bool
     length: Length | None
 
@@ -82,25 +79,25 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A way into a place: the groups that open, and the arrows from the clip's start."""
+    """A way into a state: the groups that open, and the arrows from the clip's start."""
 
-    place: int
+    state: int
     opens: tuple[Group, ...] = ()
     from_start: tuple[Arrow, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Exit:
-    """A way out of a place: the groups that close, inner ones first, and arrows to the end."""
+    """A way out of a state: the groups that close, inner ones first, and arrows to the end."""
 
-    place: int
+    state: int
     closes: tuple[Group, ...] = ()
     to_end: tuple[Arrow, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edge:
-    """From one place to the next; `same`: of the same parts."""
+    """From one state to the next; `same`: of the same parts."""
 
     exit: Exit
     arrow: Arrow
@@ -119,14 +116,14 @@ class Program:
 
     Attributes
     ----------
-    places : tuple of Place
+    states : tuple of State
         Its steps, repeats written out.
     entries : tuple of Entry
         Where it may begin.
     edges : tuple of tuple of Edge
-        By place: where it may go on.
+        By state: where it may go on.
     exits : tuple of tuple of Exit
-        By place: how it may end there.
+        By state: how it may end there.
     whole : Group
         What must hold of all of it.
     brackets : tuple of Group
@@ -135,7 +132,7 @@ class Program:
         Whether it can go on where it could end: it then runs on as long as it can.
     """
 
-    places: tuple[Place, ...]
+    states: tuple[State, ...]
     entries: tuple[Entry, ...]
     edges: tuple[tuple[Edge, ...], ...]
     exits: tuple[tuple[Exit, ...], ...]
@@ -155,12 +152,12 @@ def plan(query: Query) -> tuple[Program, ...]:
     )
 
 
-def places_of(item: Item) -> tuple[Place, ...]:
-    """Return what one step alone asks for, as places of their own: one a side."""
+def states_of(item: Item) -> tuple[State, ...]:
+    """Return what one step alone asks for, as states of their own: one a side."""
     if isinstance(item.unit, Bracket):
         return ()
     sides = SIDES if item.unit.mover.form == "either" else SIDES[:1]
-    return tuple(_place(0, item.unit, item.length, side) for side in sides)
+    return tuple(_state(0, item.unit, item.length, side) for side in sides)
 
 
 class _Planner:
@@ -202,14 +199,14 @@ def _program(planner: _Planner, line: Line, side: str, group: Group) -> Program:
     inner = builder.line(line)
     if group.companions:
         inner = inner.inside(group)
-    edges: list[list[Edge]] = [[] for _ in builder.places]
+    edges: list[list[Edge]] = [[] for _ in builder.states]
     for edge in builder.edges:
-        edges[edge.exit.place].append(edge)
-    exits: list[list[Exit]] = [[] for _ in builder.places]
+        edges[edge.exit.state].append(edge)
+    exits: list[list[Exit]] = [[] for _ in builder.states]
     for leaving in inner.exits:
-        exits[leaving.place].append(leaving)
+        exits[leaving.state].append(leaving)
     return Program(
-        tuple(builder.places),
+        tuple(builder.states),
         tuple(inner.entries),
         tuple(map(tuple, edges)),
         tuple(map(tuple, exits)),
@@ -230,8 +227,8 @@ class _Piece:
     def inside(self, group: Group) -> _Piece:
         """Return the piece as a group of its own."""
         return _Piece(
-            [Entry(it.place, (group, *it.opens), it.from_start) for it in self.entries],
-            [Exit(it.place, (*it.closes, group), it.to_end) for it in self.exits],
+            [Entry(it.state, (group, *it.opens), it.from_start) for it in self.entries],
+            [Exit(it.state, (*it.closes, group), it.to_end) for it in self.exits],
         )
 
 
@@ -242,7 +239,7 @@ class _Builder:
     planner: _Planner
     side: str
     groups: list[Group] = field(default_factory=list)
-    places: list[Place] = field(default_factory=list)
+    states: list[State] = field(default_factory=list)
     edges: list[Edge] = field(default_factory=list)
 
     def line(self, line: Line) -> _Piece:
@@ -256,9 +253,9 @@ class _Builder:
 
     def join(self, before: _Piece, arrow: Arrow, after: _Piece) -> None:
         for leaving in before.exits:
-            members = self.places[leaving.place].members
+            members = self.states[leaving.state].members
             for entry in after.entries:
-                same = members == self.places[entry.place].members
+                same = members == self.states[entry.state].members
                 self.edges.append(Edge(leaving, arrow, entry, same))
 
     def beginnings(self, pieces: list[_Piece], line: Line) -> list[Entry]:
@@ -266,7 +263,7 @@ class _Builder:
         entries = []
         for piece, before in zip(pieces, (line.start, *line.arrows), strict=True):
             arrow = (before,) if line.start and before else ()
-            entries += [Entry(it.place, it.opens, (*it.from_start, *arrow)) for it in piece.entries]
+            entries += [Entry(it.state, it.opens, (*it.from_start, *arrow)) for it in piece.entries]
             if not piece.optional:
                 break
         return entries
@@ -275,7 +272,7 @@ class _Builder:
         arrow = (line.end,) if line.end else ()
         exits = []
         for piece in reversed(pieces):
-            exits += [Exit(it.place, it.closes, (*it.to_end, *arrow)) for it in piece.exits]
+            exits += [Exit(it.state, it.closes, (*it.to_end, *arrow)) for it in piece.exits]
             if not piece.optional:
                 break
         return exits
@@ -293,11 +290,11 @@ class _Builder:
     def unit(self, item: Item) -> _Piece:
         if isinstance(item.unit, Bracket):
             return self.bracket(item.unit.pattern, item.length)
-        place = _place(len(self.places), item.unit, item.length, self.side)
-        self.places.append(place)
-        return _Piece([Entry(place.number)], [Exit(place.number)])
+        state = _state(len(self.states), item.unit, item.length, self.side)
+        self.states.append(state)
+        return _Piece([Entry(state.number)], [Exit(state.number)])
 
-    def bracket(self, pattern: Pattern, length: Length | None) -> _Piece:
+    def bracket(self, pattern: Choice, length: Length | None) -> _Piece:
         whole = _Piece()
         for lines in pattern.alternatives:
             inner = self.line(lines.first)
@@ -310,28 +307,25 @@ class _Builder:
         return whole
 
 
-def _place(number: int, step: Step, length: Length | None, side: str) -> Place:
+def _state(number: int, step: Step, length: Length | None, side: str) -> State:
     members = step.mover.members
     if step.mover.form == "either":
         members = tuple(member for member in members if member.startswith(side))
     positive = [word for word in step.words if not word.negated and word.values != (ANY,)]
     changing = any(word.kind == "change" for word in step.words)
-    return Place(
+    return State(
         number,
         members,
         step.manner,
-        tuple(_cells(step, member) for member in members),
-        meaning(step.words, "change", members[0]),
+        tuple(_fits(step, member) for member in members),
         step.manner == "move" and bool(positive) and not changing,
         length,
     )
 
 
-def _cells(step: Step, part: str) -> frozenset[tuple[int, int]]:
-    directions = meaning(step.words, "direction", part)
-    levels = meaning(step.words, "level", part)
-    return frozenset(
-        (DIRECTIONS.index(direction), LEVELS.index(level))
-        for direction in directions
-        for level in levels
-    )
+def _fits(step: Step, part: str) -> dict[str, frozenset[int]]:
+    said = dict.fromkeys(word.kind for word in step.words if word.values != (ANY,))
+    return {
+        kind: frozenset(WORD_KINDS[kind].codes[it] for it in meaning(step.words, kind, part))
+        for kind in said
+    }

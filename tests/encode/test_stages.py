@@ -9,8 +9,9 @@ import pytest
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encode.achieve import Run, achieve, runs
 from lanindex.encode.direction import Course, Space, course, margins, space
-from lanindex.encode.limbs import resample, smooth, window
+from lanindex.encode.limbs import smooth, window
 from lanindex.encode.profile import load
+from lanindex.encode.resample import resample
 from lanindex.encode.rules import Rules, apply
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
 from lanindex.encode.timing import quantise, to_source

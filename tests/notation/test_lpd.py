@@ -45,6 +45,8 @@ def test_uneven_sectors_have_their_own_middles() -> None:
         ("place\t250", "place\tfar", 'p.lpd:1: "far", wanted a number of 0 or more'),
         ("place\t250", "place\t-1", 'p.lpd:1: "-1", wanted a number of 0 or more'),
         ("place\t250", "place\tnan", 'p.lpd:1: "nan", wanted a number of 0 or more'),
+        ("place\t250", "place\t" + "x" * 5000, f'p.lpd:1: "{"x" * 59}…", wanted a number'),
+        ("place\t250", "x" * 5000, f'p.lpd:1: "{"x" * 59}…", wanted a direction or a level'),
         ("place\t250", "place\t1 m", "p.lpd:1: 2 values after place, wanted 1"),
         ("forward\t67.5", "forwards\t67.5", 'p.lpd:2: "forwards", wanted a direction or a level'),
         ("forward\t67.5", "left\t67.5", 'p.lpd:8: "left" stands twice, wanted one line of it'),
@@ -54,6 +56,7 @@ def test_uneven_sectors_have_their_own_middles() -> None:
         ("high\t120", "high\t50", "wanted mid m 360-h, high h, low 360-m"),
         ("right\t337.5", "right\t30", "the directions do not follow each other"),
     ],
+    ids=lambda text: text[:40],
 )
 def test_errors_name_the_line(old: str, new: str, message: str) -> None:
     with pytest.raises(NotationError) as error:

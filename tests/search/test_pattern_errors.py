@@ -21,6 +21,16 @@ ERRORS = [
     ("r_arm high «wiht» l_arm low", 'Did you mean "with"?'),
     ("r_arm high «and» l_arm low", 'Did you mean "with"?'),
     ("r_arm «up»", 'Did you mean "high"?'),
+    ("hand «up»", 'Did you mean "high"?'),
+    ("r_arm «down»", 'Did you mean "low"?'),
+    ("both arms «raised»", 'Did you mean "high"?'),
+    ("right arm not «lowered»", 'Did you mean "low"?'),
+    ("r_arm low -> «lifts»", 'Did you mean "rising"?'),
+    ("«right_knee» high", 'Did you mean "r_thigh"?'),
+    ("«l_lower_leg» high", 'Did you mean "l_shank"?'),
+    ("«trunk» forward", 'Did you mean "torso"?'),
+    ("«rigth_arm» high", 'Did you mean "right_arm"?'),
+    ("r_arm high «bevore» head", 'I don\'t know "bevore". A movement has'),
     ("r_arm not «lwo»", 'Did you mean "low"?'),
     ("r_arm low/«hgih»", 'Did you mean "high"?'),
     ("«tail» high", 'There is no part "tail". The parts are: head torso '),
@@ -143,6 +153,18 @@ ERRORS = [
     ("r_arm high «|» count by clip.dataset", '"|" is not understood yet.'),
     ("«direction» r_arm right mid 1.5 2.5", '"direction" is not understood yet.'),
     ("r_arm high -> «direction» r_arm right mid 1.5 2.5", '"direction" is not understood yet.'),
+    ("r_arm «via» right high", '"via" is not understood yet.'),
+    ("start -> «via» high", '"via" is not understood yet.'),
+    ("r_arm high «after»[<1s] head", '"after" is not understood yet.'),
+    ("r_arm high «before» head", '"before" is not understood yet.'),
+    ("(r_arm high «never» leg)", '"never" is not understood yet.'),
+    ("r_arm high «with[1s]» l_arm", '"with[1s]" is not understood yet.'),
+    ("r_arm high «without [ 1s ]» l_arm", '"without [ 1s ]" is not understood yet.'),
+    ("r_arm high «without[1s»", '"without[1s" is not understood yet.'),
+    ("r_arm high «clip.label» = 2", '"clip.label" is not understood yet.'),
+    ("r_arm high «match»", '"match" is not understood yet.'),
+    ("«first» 3", '"first" is not understood yet.'),
+    ("r_arm high «sort» by match.start", '"sort" is not understood yet.'),
     ("«#»unit0\ndirection r_arm place low 0 0", '"#" is not understood yet.'),
 ]
 
@@ -160,6 +182,46 @@ def test_an_error_points_at_its_place(marked: str, sentence: str):
     assert error.start == len(before)
     assert sentence in error.found
     assert error.text == text
+
+
+READ = {
+    "right_arm high": "r_arm high",
+    "Left Hand right -> left": "l_hand right -> left",
+    "both arms high -> both_arms low": "arms high -> arms low",
+    "either leg forward": "leg forward",
+    "r_arm low -> right -> right arm high": "r_arm low -> right -> r_arm high",
+    "mirror(right arm right)": "(l_arm left)",
+}
+
+
+@pytest.mark.parametrize("text", READ)
+def test_what_a_person_calls_a_part(text: str):
+    assert str(parse(text)) == READ[text]
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("r_arm " + "x" * 5000, "r_arm " + "x" * 90 + "…"),
+        ("r_arm " + "high/" * 1000 + "high low", "…igh/high/high/high/high low"),
+        ("l_arm low with " + "head -> " * 100 + "hihg" + " -> low" * 300, "-> hihg -> low ->"),
+        ("r_arm high -> @" + "u" * 5000, "r_arm high -> @uuuuuuuu"),
+        ("(r_arm low x2 x3" + " -> high" * 1000, "(r_arm low x2 x3 -> high"),
+        ("r_arm not " + "low/" * 1000 + "mid/high", "…"),
+    ],
+    ids=lambda text: text[:20],
+)
+def test_an_error_shows_what_is_near(text: str, shown: str):
+    with pytest.raises(PatternError) as caught:
+        parse(text)
+    line, caret, sentence = str(caught.value).split("\n")
+    assert shown in line
+    assert len(line) <= 98
+    assert len(caret) <= len(line)
+    assert len(sentence) < 240
+    begin = caret.index("^")
+    near = line[begin : len(caret)].rstrip("…")
+    assert text[caught.value.start :].startswith(near)
 
 
 def test_an_error_draws_a_caret():

@@ -35,7 +35,9 @@ def run(
     from lanindex.pipeline.files import write_all
 
     told = options.reading(unit, up, fps, compose)
-    motion = read(file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose)
+    motion = read(
+        file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose, body_only=True
+    )
     text = lnd.write(encode(motion, profile))
     for warning in motion.warnings:
         out.note(f"{file}: {warning}")

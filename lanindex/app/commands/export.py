@@ -72,7 +72,7 @@ def run(
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
-            wanted = from_lines(library, sys.stdin)
+            wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
             pattern = str(what)
             found = library.search(pattern, tolerance=tolerance, overlaps=overlaps, within=within)

@@ -1,4 +1,7 @@
-"""What a query says in English, and why it finds nothing."""
+"""What a query says in English, how it is answered, and why it finds nothing.
+
+For people only: no other room needs it.
+"""
 
 from lanindex.search.explain.english import sentence
 from lanindex.search.explain.reasons import explanation, obstacle, order, step_counts

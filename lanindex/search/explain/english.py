@@ -7,10 +7,10 @@ from lanindex.search.language.query import (
     Arrow,
     Beside,
     Bracket,
+    Choice,
     Item,
     Line,
     Lines,
-    Pattern,
     Query,
     Repeat,
     Skips,
@@ -78,7 +78,7 @@ def sentence(query: Query) -> str:
     return f"{said[:first]}{said[first].upper()}{said[first + 1 :]}.{mirror}"
 
 
-def _pattern(pattern: Pattern) -> str:
+def _pattern(pattern: Choice) -> str:
     return " — or — ".join(map(_lines, pattern.alternatives))
 
 
@@ -187,5 +187,5 @@ def _where(words: tuple[Word, ...]) -> str:
 
 
 def _word(word: Word) -> str:
-    joined = " or ".join(_VALUES[value] for value in word.values)
+    joined = " or ".join(_VALUES.get(value, value) for value in word.values)
     return f"not {joined}" if word.negated else joined

@@ -7,11 +7,11 @@ from dataclasses import replace
 from fractions import Fraction
 
 from lanindex.model import Capture, Track
-from lanindex.search.automaton import places_of
+from lanindex.search.automaton import states_of
 from lanindex.search.explain.english import sentence
-from lanindex.search.language.query import Bracket, Item, Line, Lines, Pattern, Query, Step
+from lanindex.search.language.query import Bracket, Choice, Item, Line, Lines, Query, Step
 from lanindex.search.plain import TOLERANCE, find
-from lanindex.search.plain.candidates import Board
+from lanindex.search.plain.candidates import Recording
 
 
 def explanation(query: Query, recordings: Iterable[tuple[Capture, Mapping[str, Track]]]) -> str:
@@ -41,13 +41,13 @@ def step_counts(
     Movements, stays or rests, of pairs those together; no starting positions and, as a step
     alone is a first step, nothing that is only passed.
     """
-    places = {_alone(item): places_of(item) for item in _items(query.pattern)}
-    counts = dict.fromkeys(places, 0)
+    states = {_alone(item): states_of(item) for item in _items(query.pattern)}
+    counts = dict.fromkeys(states, 0)
     for capture, tracks in recordings:
-        board = Board(capture, tracks)
-        for step, alternatives in places.items():
-            for place in alternatives:
-                counts[step] += sum(not match.starting for match in board.anywhere(place))
+        recording = Recording(capture, tracks)
+        for step, alternatives in states.items():
+            for state in alternatives:
+                counts[step] += sum(not match.starting for match in recording.anywhere(state))
     return counts
 
 
@@ -84,7 +84,7 @@ def obstacle(
     recording = [(capture, tracks)]
 
     def found(lines: Lines) -> bool:
-        reduced = replace(query, pattern=Pattern((lines,)))
+        reduced = replace(query, pattern=Choice((lines,)))
         return any(True for _ in find(reduced, recording, tolerance=tolerance))
 
     reasons = []
@@ -94,7 +94,7 @@ def obstacle(
         if len(shortened) in reached:
             return "nothing: it is found"
         reason = shortened[max(reached, default=0)][1]
-        counts = step_counts(replace(query, pattern=Pattern((lines,))), recording)
+        counts = step_counts(replace(query, pattern=Choice((lines,))), recording)
         never = " or ".join(f'"{step}"' for step, count in counts.items() if not count)
         alone = f"; no movement at all is {never}" if never and never not in reason else ""
         reasons.append(reason + alone)
@@ -119,7 +119,7 @@ def _shortened(lines: Lines) -> Iterator[tuple[Lines, str]]:
         yield Lines(first, lines.others[:count]), f'"{before_it}" is never "{beside}"'
 
 
-def _items(pattern: Pattern) -> Iterator[Item]:
+def _items(pattern: Choice) -> Iterator[Item]:
     for lines in pattern.alternatives:
         for line in (lines.first, *(beside.line for beside in lines.others)):
             for item in line.items:

@@ -1,4 +1,7 @@
-"""Pattern text → `Query`: words, grammar, and what to say where they fail. See LANGUAGE.md."""
+"""Pattern text → `Query`: words, grammar, and what to say where they fail.
+
+Nothing here knows a capture. The page that rules this room is ``lanindex/search/LANGUAGE.md``.
+"""
 
 from lanindex.search.language.grammar import parse
 from lanindex.search.language.query import Query

@@ -1,7 +1,7 @@
 """Pattern text → Query: the grammar, read from left to right.
 
-The constructs that this version does not understand yet (labels, ``let``, ``where``, ``rhythm``,
-pipes, pasted LND lines) are recognised where they stand, and said to be so.
+The constructs that this version does not understand yet, which LANGUAGE.md lists, are recognised
+where they stand, and said to be so.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from lanindex.errors import PatternError
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.lexer import Token
 from lanindex.search.language.measures import arrow_at, length_at, repeat_at
-from lanindex.search.language.mistakes import not_yet, stray
+from lanindex.search.language.mistakes import not_yet, not_yet_bounded, stray
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
     Beside,
     Bracket,
+    Choice,
     Item,
     Line,
     Lines,
-    Pattern,
     Query,
     Step,
     last_movers,
@@ -91,11 +91,11 @@ class _Parser:
             raise stray(cursor)
         return Query(pattern, either_side)
 
-    def pattern(self, carried: frozenset[Mover]) -> Pattern:
+    def pattern(self, carried: frozenset[Mover]) -> Choice:
         alternatives = [self.lines(carried, "")]
         while self.cursor.take("word", "or"):
             alternatives.append(self.lines(carried, "or"))
-        return Pattern(tuple(alternatives))
+        return Choice(tuple(alternatives))
 
     def lines(self, carried: frozenset[Mover], after: str) -> Lines:
         first = self.line(carried, after)
@@ -108,6 +108,8 @@ class _Parser:
         word = self.cursor.take("word", "with", "during", "without", *TWO_WORD_RELATIONS)
         if word is None:
             return None
+        if late := not_yet_bounded(self.cursor):
+            raise late
         if word.text not in TWO_WORD_RELATIONS:
             return word.text
         if not self.cursor.take("word", "with"):

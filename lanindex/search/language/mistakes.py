@@ -43,7 +43,20 @@ def not_yet(cursor: Cursor) -> PatternError | None:
     if not (label or word or (token.kind == "mark" and token.text in "@|#;")):
         return None
     last = following if label or reference else token
+    if word and following.text == "." and cursor.ahead(2).kind == "word":
+        last = cursor.ahead(2)
     return cursor.error(f'"{cursor.said(token, last)}" is not understood yet.', token, last)
+
+
+def not_yet_bounded(cursor: Cursor) -> PatternError | None:
+    """Return the error of a relation with a time, ``with[1s]``, if one was just begun."""
+    if not cursor.stands("mark", "["):
+        return None
+    begin = cursor.before
+    while not cursor.stands("end") and not cursor.take("mark", "]"):
+        cursor.advance()
+    said = cursor.said(begin, cursor.before)
+    return cursor.error(f'"{said}" is not understood yet.', begin, cursor.before)
 
 
 def stranger(cursor: Cursor, part_expected: bool = False) -> PatternError:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from lanindex.search.language.times import Length
-from lanindex.search.language.words import DOMAINS, Mover, directions_of, mirrored_direction
+from lanindex.search.language.words import ABSENT, WORD_KINDS, Mover, mirrored_value, values_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class Word:
     Attributes
     ----------
     kind : str
-        ``direction``, ``level`` or ``change``.
+        One of ``words.WORD_KINDS``: ``direction``, ``level``, ``change``.
     values : tuple of str
         In their own spelling.
     negated : bool
@@ -91,9 +91,7 @@ class Word:
 
     def mirrored(self) -> Word:
         """Return the mirror image."""
-        if self.kind != "direction":
-            return self
-        return replace(self, values=tuple(mirrored_direction(value) for value in self.values))
+        return replace(self, values=tuple(mirrored_value(self.kind, it) for it in self.values))
 
 
 def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
@@ -107,14 +105,17 @@ def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
         ``direction``, ``level`` or ``change``, to which ``neither`` belongs too.
     part : str
         ``l_arm``; tells what ``side`` is.
+
+    Returns
+    -------
+    frozenset of str
+        With ``words.ABSENT`` only where they say nothing: also ``not`` needs something to deny.
     """
-    left = DOMAINS[kind]
+    left = frozenset((*WORD_KINDS[kind].codes, ABSENT))
     for word in words:
         if word.kind == kind:
-            said: frozenset[str] = frozenset()
-            for value in word.values:
-                said |= directions_of(value, part) if kind == "direction" else {value}
-            left = left - said if word.negated else left & said
+            said = frozenset().union(*(values_of(kind, value, part) for value in word.values))
+            left = left - said - {ABSENT} if word.negated else left & said
     return left
 
 
@@ -150,7 +151,7 @@ class Step:
 class Bracket:
     """A pattern in brackets: a step made of steps."""
 
-    pattern: Pattern
+    pattern: Choice
 
     def __str__(self) -> str:
         """Return it as written."""
@@ -254,8 +255,8 @@ class Lines:
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
-    """Alternatives, joined by ``or``."""
+class Choice:
+    """Lines joined by ``or``: any one of them will do."""
 
     alternatives: tuple[Lines, ...]
 
@@ -270,13 +271,13 @@ class Query:
 
     Attributes
     ----------
-    pattern : Pattern
+    pattern : Choice
         What to find.
     either_side : bool
         Whether its mirror image will do as well.
     """
 
-    pattern: Pattern
+    pattern: Choice
     either_side: bool = False
 
     def __str__(self) -> str:
@@ -284,7 +285,7 @@ class Query:
         return f"{self.pattern} either side" if self.either_side else str(self.pattern)
 
     @property
-    def patterns(self) -> tuple[Pattern, ...]:
+    def patterns(self) -> tuple[Choice, ...]:
         """The pattern, and its mirror image if that will do as well."""
         return (self.pattern, mirrored(self.pattern)) if self.either_side else (self.pattern,)
 
@@ -295,7 +296,7 @@ class Query:
         return frozenset(part for step in steps for part in step.mover.members)
 
 
-def steps_of(pattern: Pattern) -> Iterator[Step]:
+def steps_of(pattern: Choice) -> Iterator[Step]:
     """Yield every step of a pattern, as written."""
     for lines in pattern.alternatives:
         for line in (lines.first, *(beside.line for beside in lines.others)):
@@ -315,7 +316,7 @@ def steps_taken(item: Item) -> int:
     return item.repeat.copies * sum(steps_taken(inner) for line in lines for inner in line.items)
 
 
-def last_movers(pattern: Pattern) -> frozenset[Mover]:
+def last_movers(pattern: Choice) -> frozenset[Mover]:
     """Return who moves last in the leading line of each alternative."""
     found: set[Mover] = set()
     for lines in pattern.alternatives:
@@ -324,9 +325,9 @@ def last_movers(pattern: Pattern) -> frozenset[Mover]:
     return frozenset(found)
 
 
-def mirrored(pattern: Pattern) -> Pattern:
+def mirrored(pattern: Choice) -> Choice:
     """Return the mirror image of a pattern: of its parts and of its directions."""
-    return Pattern(
+    return Choice(
         tuple(
             Lines(
                 _mirrored_line(lines.first),

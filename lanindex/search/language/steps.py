@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import PatternError
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.mistakes import is_strange, not_yet, nothing, stranger
 from lanindex.search.language.query import Step, Word, meaning
-from lanindex.search.language.words import RELATIVE, VALUES, Mover
+from lanindex.search.language.words import ANY, RELATIVE, VALUES, WORD_KINDS, Mover
 
 _MANNERS = {"at": "at is being there", "hold": "hold is staying put"}
 _NO_PART = {
@@ -35,10 +36,8 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
     PatternError
         No step begins here, or its words do not agree.
     """
-    begin = cursor.token
-    written = cursor.vocabulary.mover(begin.text) if begin.kind == "word" else None
+    written = _written(cursor)
     if written:
-        cursor.advance()
         mover = written.mirrored() if mirror else written
     elif cursor.stands("word", "at", "hold", "not", *VALUES):
         mover = _carried(cursor, carried, after)
@@ -52,6 +51,21 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
     if mirror:
         words = tuple(word.mirrored() for word in words)
     return Step(mover, written is not None, manner, words)
+
+
+def _written(cursor: Cursor) -> Mover | None:
+    """Read who moves, if it is said here, in one word or two: ``r_arm``, ``right arm``."""
+    first, second = cursor.token, cursor.ahead(1)
+    if first.kind != "word":
+        return None
+    vocabulary = cursor.vocabulary
+    apart = vocabulary.spelt_apart(first.text, second.text) if second.kind == "word" else None
+    if apart:
+        cursor.advance()
+    mover = apart or vocabulary.mover(first.text)
+    if mover:
+        cursor.advance()
+    return mover
 
 
 def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
@@ -111,7 +125,10 @@ def _no_value(cursor: Cursor, sentence: str) -> PatternError:
 
 def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None:
     """Return what is wrong with the last word, or None."""
-    word = words[-1]
+    word, noun = words[-1], WORD_KINDS[words[-1].kind].noun
+    kind = KINDS[kind_of(mover.members[0])]
+    if word.kind not in kind.words and word.values != (ANY,):
+        return f'"{word}" cannot be said of {mover.name}: a {kind.name} has no {noun}.'
     before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
     if before and not word.negated:
         return _twice(before[0], word)
@@ -120,16 +137,15 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     if not mover.sided and any(value in RELATIVE for value in word.values):
         return f"The {mover.name} has no side of its own: say right or left."
     if not meaning(words, word.kind, mover.members[0]):
-        every = {"direction": "direction", "level": "level", "change": "change"}[word.kind]
-        return f'"{word}" leaves nothing: there is no {every} that would match.'
+        return f'"{word}" leaves nothing: there is no {noun} that would match.'
     return None
 
 
 def _twice(first: Word, second: Word) -> str:
     either, then = f"{first}/{second}", f"{first} -> {second}"
+    noun = WORD_KINDS[first.kind].noun
     if first.kind == "change":
-        return f'One movement has one change of level. "{either}" means either.'
+        return f'One movement has one {noun}. "{either}" means either.'
     return (
-        f'One movement has one {first.kind}. "{either}" means either; '
-        f'"{then}" means one after the other.'
+        f'One movement has one {noun}. "{either}" means either; "{then}" means one after the other.'
     )

@@ -6,10 +6,18 @@ are relative to a limb's own side, the words of the language itself, and the nam
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
-from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, PARTS, mirrored_part
+from lanindex.alphabet import (
+    DIRECTION_CODES,
+    DIRECTIONS,
+    LEVEL_CODES,
+    LEVELS,
+    MIRRORED,
+    PARTS,
+    mirrored_part,
+)
 
 ANY = "any"
 
@@ -49,12 +57,43 @@ VALUES: dict[str, tuple[str, str]] = {
 }
 """Every word that says how a part moves: its kind and its own spelling."""
 
-DOMAINS: dict[str, frozenset[str]] = {
-    "direction": frozenset(DIRECTIONS),
-    "level": frozenset(LEVELS),
-    "change": frozenset((*CHANGES, "neither")),
+ABSENT = ""
+"""What a symbol is that has no direction, or no level."""
+
+
+@dataclass(frozen=True, slots=True)
+class WordKind:
+    """What words of one kind speak of.
+
+    Attributes
+    ----------
+    noun : str
+        What a movement has one of.
+    column : str
+        The field of a symbol that tells; empty: worked out from the symbols before.
+    codes : Mapping of str to int
+        What a movement can be, with its code there; `ABSENT` is -1 everywhere.
+    mirrored : Mapping of str to str
+        The mirror image of what is not its own.
+    """
+
+    noun: str
+    column: str
+    codes: Mapping[str, int]
+    mirrored: Mapping[str, str] = field(default_factory=dict)
+
+
+WORD_KINDS = {
+    "direction": WordKind(
+        "direction",
+        "direction",
+        DIRECTION_CODES,
+        {name: DIRECTIONS[MIRRORED[code]] for code, name in enumerate(DIRECTIONS)},
+    ),
+    "level": WordKind("level", "level", LEVEL_CODES),
+    "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
 }
-"""What a movement can be, of each kind."""
+"""Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
 
 UNITS = ("s", "ms", "f", "b")
 """Units of time: seconds, milliseconds, frames of the source, beats."""
@@ -62,7 +101,10 @@ UNITS = ("s", "ms", "f", "b")
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
 """Words that ``with`` follows: of relations of two words."""
 
-NOT_YET = ("let", "where", "rhythm", "mirrors", "direction", "count", "sort")
+NOT_YET = (
+    *("let", "where", "rhythm", "mirrors", "direction", "count", "sort", "first"),
+    *("via", "after", "before", "never", "clip", "match"),
+)
 """Words of the language whose constructs this version recognises but does not understand."""
 
 LANGUAGE = (
@@ -89,34 +131,73 @@ _MEANT = {
     "stay": "hold",
     "rest": "hold",
     "still": "hold",
+    "raised": "high",
+    "upwards": "high",
+    "overhead": "place high",
+    "lowered": "low",
+    "downwards": "low",
+    "hanging": "place low",
+    "horizontal": "mid",
+    "sideways": "side",
     "everything": "any",
     "anything": "any",
+    "raise": "rising",
+    "raises": "rising",
     "raising": "rising",
+    "lift": "rising",
+    "lifts": "rising",
+    "lower": "sinking",
+    "lowers": "sinking",
+    "lowering": "sinking",
     "falling": "sinking",
     "begin": "start",
+    "meanwhile": "with",
 }
 """What people write, and what they mean: too far apart for a guess by spelling."""
+
+_LIMBS = {
+    "lower_arm": "forearm",
+    "elbow": "upper_arm",
+    "wrist": "forearm",
+    "upper_leg": "thigh",
+    "knee": "thigh",
+    "lower_leg": "shank",
+    "calf": "shank",
+    "shin": "shank",
+    "ankle": "shank",
+    "trunk": "torso",
+    "chest": "torso",
+    "spine": "torso",
+    "body": "torso",
+    "neck": "head",
+}
+"""What people call a part, and the part that shows it."""
 
 DEFAULT_PARTS = (*PARTS, "r_support", "l_support")
 """The parts that a pattern may name where no library says otherwise."""
 
+APART = ("right", "left", "either", "both")
+"""Words that may stand before a part and tell which: ``right arm``, ``both arms``."""
+
 _PLURALS = {"foot": "feet"}
 
 
-def mirrored_direction(name: str) -> str:
-    """Return the mirror image of a direction; relative ones and ``any`` are their own."""
-    code = DIRECTION_CODES.get(name)
-    return name if code is None else DIRECTIONS[MIRRORED[code]]
+def mirrored_value(kind: str, value: str) -> str:
+    """Return the mirror image of a word; relative directions and ``any`` are their own."""
+    return WORD_KINDS[kind].mirrored.get(value, value)
 
 
-def directions_of(name: str, part: str) -> frozenset[str]:
-    """Return the directions that a word stands for, said of one part (``l_arm``)."""
-    if name == ANY:
-        return DOMAINS["direction"]
-    absolute = RELATIVE.get(name)
-    if absolute is None:
-        return frozenset((name,))
-    return frozenset((mirrored_direction(absolute) if part.startswith("l_") else absolute,))
+def values_of(kind: str, value: str, part: str) -> frozenset[str]:
+    """Return what a word stands for, said of one part (``l_arm``).
+
+    Only ``any`` says nothing, so that what has no direction will do as well.
+    """
+    if value == ANY:
+        return frozenset((*WORD_KINDS[kind].codes, ABSENT))
+    absolute = RELATIVE.get(value, value)
+    return frozenset(
+        (mirrored_value(kind, absolute) if value in RELATIVE and part[:2] == "l_" else absolute,)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +244,11 @@ def _movers(parts: Collection[str]) -> dict[str, Mover]:
             plural = _PLURALS.get(group, f"{group}s")
             movers.setdefault(group, Mover(group, "either", pair))
             movers.setdefault(plural, Mover(plural, "both", pair))
+            meant = {"right": f"r_{group}", "left": f"l_{group}", "either": group, "both": plural}
+            for word, mover in meant.items():
+                if mover in movers:
+                    said = f"{word}_{plural if word == 'both' else group}"
+                    movers.setdefault(said, movers[mover])
     return movers
 
 
@@ -187,6 +273,10 @@ class Vocabulary:
         """Return who a word names, or None."""
         return self.movers.get(word)
 
+    def spelt_apart(self, first: str, second: str) -> Mover | None:
+        """Return whom two words name together: ``right arm``, ``both arms``; or None."""
+        return self.movers.get(f"{first}_{second}") if first in APART else None
+
     def stranger(self, word: str, part_expected: bool) -> str:
         """Return the sentence about a word that is not in the vocabulary."""
         elsewhere = word.lower() in _movers(DEFAULT_PARTS)
@@ -207,6 +297,10 @@ class Vocabulary:
 
         if word in _MEANT:
             return _MEANT[word]
-        known = [*VALUES, *self.movers, *LANGUAGE]
+        side = next((it for it in ("right_", "left_", "r_", "l_") if word.startswith(it)), "")
+        limb = (side[:1] and f"{side[0]}_") + _LIMBS.get(word.removeprefix(side), "")
+        if limb in self.movers:
+            return limb
+        known = [*VALUES, *self.movers, *(word for word in LANGUAGE if word not in NOT_YET)]
         found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.6)
         return found[0] if found else None

@@ -1,4 +1,4 @@
-"""What may match a place of a program, anywhere in a capture or over an arrow."""
+"""What may match a state of a program, anywhere in a capture or over an arrow."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from functools import cached_property
 from itertools import product
 
 from lanindex.model import Capture, Track
-from lanindex.search.automaton import Place
+from lanindex.search.automaton import State
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.times import Clock, Length
-from lanindex.search.plain.track import Event, Origin, Timeline, Token
+from lanindex.search.plain.track import Claim, Event, Origin, Timeline
 
 
 @dataclass(eq=False)
 class Match:
-    """What matches a place: one event, or two that share a frame.
+    """What matches a state: one event, or two that share a frame.
 
     Attributes
     ----------
     events : tuple of Event
-        One a member of the place.
+        One a member of the state.
     start, end, until : int
         Frames, half-open, and the end for sharing frames.
     passing, starting : bool
@@ -37,9 +37,9 @@ class Match:
     starting: bool
 
     @cached_property
-    def tokens(self) -> frozenset[Token]:
+    def claims(self) -> frozenset[Claim]:
         """What it uses up."""
-        return frozenset().union(*(event.tokens for event in self.events))
+        return frozenset().union(*(event.claims for event in self.events))
 
 
 def _matched(manner: str, events: tuple[Event, ...]) -> Match | None:
@@ -62,7 +62,7 @@ def _matched(manner: str, events: tuple[Event, ...]) -> Match | None:
     )
 
 
-class Board:
+class Recording:
     """One capture, laid out for matching.
 
     Parameters
@@ -77,8 +77,8 @@ class Board:
         self.capture, self._tracks = capture, tracks
         self._clock = Clock(capture.rate, capture.meter.speed / 60)
         self._timelines: dict[str, Timeline | None] = {}
-        self._events: dict[Place, tuple[list[Event], ...]] = {}
-        self._matches: dict[tuple[Place, tuple[Event, ...]], Match | None] = {}
+        self._events: dict[State, tuple[list[Event], ...]] = {}
+        self._matches: dict[tuple[State, tuple[Event, ...]], Match | None] = {}
         self._bounds: dict[Length, tuple[int, int | None]] = {}
 
     def timeline(self, part: str) -> Timeline | None:
@@ -89,14 +89,14 @@ class Board:
             self._timelines[part] = Timeline(track, frames) if track and len(track) else None
         return self._timelines[part]
 
-    def events(self, place: Place) -> tuple[list[Event], ...]:
-        """Return, for each member of a place, the events that fit, in order of their rows."""
-        if place not in self._events:
-            timelines = [self.timeline(part) for part in place.members]
-            self._events[place] = tuple(
-                it.events(place, member) if it else [] for member, it in enumerate(timelines)
+    def events(self, state: State) -> tuple[list[Event], ...]:
+        """Return, for each member of a state, the events that fit, in order of their rows."""
+        if state not in self._events:
+            timelines = [self.timeline(part) for part in state.members]
+            self._events[state] = tuple(
+                it.events(state, member) if it else [] for member, it in enumerate(timelines)
             )
-        return self._events[place]
+        return self._events[state]
 
     def meets(self, frames: int, length: Length | None) -> bool:
         """Tell whether a number of frames meets a condition on length."""
@@ -107,19 +107,19 @@ class Board:
         least, most = self._bounds[length]
         return least <= frames and (most is None or frames <= most)
 
-    def anywhere(self, place: Place) -> Iterator[Match]:
-        """Yield what matches a place that begins a line: only what the score shows."""
-        for events in product(*self.events(place)):
-            match = self._match(place, events)
+    def anywhere(self, state: State) -> Iterator[Match]:
+        """Yield what matches a state that begins a line: only what the score shows."""
+        for events in product(*self.events(state)):
+            match = self._match(state, events)
             if match and not match.passing:
                 yield match
 
-    def origins(self, place: Place, before: Match, same: bool) -> tuple[Origin, ...] | None:
-        """Return from where an arrow looks for each member of a place, None if it cannot.
+    def origins(self, state: State, before: Match, same: bool) -> tuple[Origin, ...] | None:
+        """Return from where an arrow looks for each member of a state, None if it cannot.
 
         Parameters
         ----------
-        place : Place
+        state : State
             Where the arrow leads.
         before : Match
             Where it comes from.
@@ -127,33 +127,33 @@ class Board:
             Whether both are of the same parts.
         """
         origins = []
-        for member, part in enumerate(place.members):
+        for member, part in enumerate(state.members):
             timeline = self.timeline(part)
             if timeline is None:
                 return None
             if same:
-                origin: Origin | None = timeline.after(before.events[member], place.manner)
+                origin: Origin | None = timeline.after(before.events[member], state.manner)
             else:
-                origin = timeline.since(before.end, place.manner)
+                origin = timeline.since(before.end, state.manner)
             if origin is None:
                 return None
             origins.append(origin)
         return tuple(origins)
 
     def following(
-        self, place: Place, origins: tuple[Origin, ...], before: Match, arrow: Arrow
+        self, state: State, origins: tuple[Origin, ...], before: Match, arrow: Arrow
     ) -> Iterator[Match]:
-        """Yield what matches a place over an arrow from the match before.
+        """Yield what matches a state over an arrow from the match before.
 
         Between a passing symbol and the next no time passes.
         """
         moving = before.passing and not arrow.later
         choices = (
             _within(events, origin, arrow)
-            for events, origin in zip(self.events(place), origins, strict=True)
+            for events, origin in zip(self.events(state), origins, strict=True)
         )
         for chosen in product(*choices):
-            match = self._match(place, chosen)
+            match = self._match(state, chosen)
             if match is None:
                 continue
             if self.meets(0 if moving else max(0, match.start - before.end), arrow.length):
@@ -175,12 +175,12 @@ class Board:
         remaining = self.capture.frames - match.end
         return not match.passing and self.meets(remaining, arrow.length)
 
-    def _match(self, place: Place, events: tuple[Event, ...]) -> Match | None:
-        key = (place, events)
+    def _match(self, state: State, events: tuple[Event, ...]) -> Match | None:
+        key = (state, events)
         if key not in self._matches:
-            match = _matched(place.manner, events)
-            if match and place.length:
-                fits = not match.starting and self.meets(match.end - match.start, place.length)
+            match = _matched(state.manner, events)
+            if match and state.length:
+                fits = not match.starting and self.meets(match.end - match.start, state.length)
                 match = match if fits else None
             self._matches[key] = match
         return self._matches[key]

@@ -12,8 +12,8 @@ from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.search.automaton import Program, plan
 from lanindex.search.language.query import Query
-from lanindex.search.plain.candidates import Board
-from lanindex.search.plain.paths import Run
+from lanindex.search.plain.candidates import Recording
+from lanindex.search.plain.paths import Path
 from lanindex.search.plain.walk import Walker
 
 TOLERANCE = Fraction(1, 10)
@@ -72,35 +72,35 @@ def _find(
 ) -> Iterator[Hit]:
     programs = plan(query)
     for capture, tracks in recordings:
-        board = Board(capture, tracks)
+        recording = Recording(capture, tracks)
         symbols: dict[str, list[Symbol]] = {}
         end = 0
-        for run in _starts(Walker(board, programs, tolerance), programs):
-            if overlaps == "all" or run.low >= end:
-                end = run.high
-                yield _hit(capture, tracks, run, symbols)
+        for path in _starts(Walker(recording, programs, tolerance), programs):
+            if overlaps == "all" or path.low >= end:
+                end = path.high
+                yield _hit(capture, tracks, path, symbols)
 
 
-def _starts(walker: Walker, programs: tuple[Program, ...]) -> list[Run]:
-    """Return the best run from each place where the pattern can start, in order of time."""
-    best: dict[frozenset[tuple[str, int]], Run] = {}
+def _starts(walker: Walker, programs: tuple[Program, ...]) -> list[Path]:
+    """Return the best path from each place where the pattern can start, in order of time."""
+    best: dict[frozenset[tuple[str, int]], Path] = {}
     for program in programs:
-        for run in walker.leading(program):
-            first = frozenset((it.timeline.part, it.first) for it in run.first.events)
+        for path in walker.leading(program):
+            first = frozenset((it.timeline.part, it.first) for it in path.first.events)
             other = best.get(first)
-            if other is None or (run.high, -run.low) < (other.high, -other.low):
-                best[first] = run
-    return sorted(best.values(), key=lambda run: (run.low, run.high))
+            if other is None or (path.high, -path.low) < (other.high, -other.low):
+                best[first] = path
+    return sorted(best.values(), key=lambda path: (path.low, path.high))
 
 
 def _hit(
-    capture: Capture, tracks: Mapping[str, Track], run: Run, symbols: dict[str, list[Symbol]]
+    capture: Capture, tracks: Mapping[str, Track], path: Path, symbols: dict[str, list[Symbol]]
 ) -> Hit:
-    lines = run.lines()
+    lines = path.lines()
     for line in lines:
         for part, _ in line:
             if part not in symbols:
                 symbols[part] = tracks[part].listed()
     matched = tuple(tuple(symbols[part][row] for part, row in line) for line in lines)
     fit = min(symbol.margin for line in matched for symbol in line)
-    return Hit(capture, Span(run.low, run.high), fit, matched)
+    return Hit(capture, Span(path.low, path.high), fit, matched)

@@ -1,4 +1,4 @@
-"""What a walk through a capture leaves behind: nodes, runs, and how runs lie to each other."""
+"""What a walk through a capture leaves behind: nodes, paths, and how paths lie to each other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from lanindex.search.plain.candidates import Match
-from lanindex.search.plain.track import Token
+from lanindex.search.plain.track import Claim
 
 
 class Open(NamedTuple):
@@ -43,19 +43,19 @@ class Open(NamedTuple):
         return Open(self.start, min(self.low, low), beyond, self.alone)
 
 
-class State(NamedTuple):
+class Memory(NamedTuple):
     """What a walk remembers of its past, and all that its future depends on.
 
     Attributes
     ----------
     groups : tuple of Open
         The whole line, and the groups it is in, the innermost last.
-    used : frozenset of Token
+    used : frozenset of Claim
         What it has used of that which another line might want.
     """
 
     groups: tuple[Open, ...]
-    used: frozenset[Token]
+    used: frozenset[Claim]
 
 
 @dataclass(slots=True, eq=False)
@@ -64,27 +64,27 @@ class Node:
 
     Attributes
     ----------
-    place : int
+    state : int
         Of the program.
     match : Match
         What matches it.
-    state : State
+    memory : Memory
         What it remembers.
     before : list of Node
         Where it may have come from; the first is the way that is told.
-    beside : tuple of Run
+    beside : tuple of Path
         What matched beside the groups that closed on that way.
     """
 
-    place: int
+    state: int
     match: Match
-    state: State
+    memory: Memory
     before: list[Node] = field(default_factory=list)
-    beside: tuple[Run, ...] = ()
+    beside: tuple[Path, ...] = ()
 
 
 @dataclass(slots=True, eq=False)
-class Run:
+class Path:
     """A whole line that matches.
 
     Attributes
@@ -97,9 +97,9 @@ class Run:
         The hull of the line and all beside it.
     alone : bool
         Whether it is no more than a starting position.
-    used : frozenset of Token
+    used : frozenset of Claim
         What it has used of that which another line might want.
-    beside : tuple of Run
+    beside : tuple of Path
         What matched beside the groups that closed last.
     """
 
@@ -110,8 +110,8 @@ class Run:
     low: int
     high: int
     alone: bool
-    used: frozenset[Token]
-    beside: tuple[Run, ...]
+    used: frozenset[Claim]
+    beside: tuple[Path, ...]
 
     def lines(self) -> list[list[tuple[str, int]]]:
         """Return part and row of all that matched: this line's first, then each one beside."""
@@ -125,33 +125,33 @@ class Run:
             for event in node.match.events
             for row in event.rows
         ]
-        beside = [run for node in nodes for run in node.beside] + list(self.beside)
-        return [list(dict.fromkeys(own)), *(line for run in beside for line in run.lines())]
+        beside = [path for node in nodes for path in node.beside] + list(self.beside)
+        return [list(dict.fromkeys(own)), *(line for path in beside for line in path.lines())]
 
 
 class Hull(NamedTuple):
-    """A line with what has been found beside it: their hull, what they use, the runs."""
+    """A line with what has been found beside it: their hull, what they use, the paths."""
 
     low: int
     high: int
-    used: frozenset[Token]
-    runs: tuple[Run, ...] = ()
+    used: frozenset[Claim]
+    paths: tuple[Path, ...] = ()
 
-    def joined(self, run: Run, relation: str) -> Hull:
-        """Return it with another run; what it lies inside adds no frames."""
-        low, high = (run.low, run.high) if relation != "during" else (self.low, self.high)
+    def joined(self, path: Path, relation: str) -> Hull:
+        """Return it with another path; what it lies inside adds no frames."""
+        low, high = (path.low, path.high) if relation != "during" else (self.low, self.high)
         return Hull(
-            min(self.low, low), max(self.high, high), self.used | run.used, (*self.runs, run)
+            min(self.low, low), max(self.high, high), self.used | path.used, (*self.paths, path)
         )
 
 
-RELATIONS: dict[str, Callable[[int, int, Run, int], bool]] = {
-    "with": lambda start, until, run, slack: start < run.until and run.start < until,
-    "during": lambda start, until, run, slack: run.start <= start and until <= run.until,
-    "starting with": lambda start, until, run, slack: abs(run.start - start) <= slack,
-    "ending with": lambda start, until, run, slack: abs(run.until - until) <= slack,
-    "exactly with": lambda start, until, run, slack: (
-        abs(run.start - start) <= slack and abs(run.until - until) <= slack
+RELATIONS: dict[str, Callable[[int, int, Path, int], bool]] = {
+    "with": lambda start, until, path, slack: start < path.until and path.start < until,
+    "during": lambda start, until, path, slack: path.start <= start and until <= path.until,
+    "starting with": lambda start, until, path, slack: abs(path.start - start) <= slack,
+    "ending with": lambda start, until, path, slack: abs(path.until - until) <= slack,
+    "exactly with": lambda start, until, path, slack: (
+        abs(path.start - start) <= slack and abs(path.until - until) <= slack
     ),
 }
 """How the leading line's start and end must lie to another line; slack in frames."""
@@ -160,7 +160,7 @@ RELATIONS: dict[str, Callable[[int, int, Run, int], bool]] = {
 def smallest(ways: Iterable[Hull]) -> list[Hull]:
     """Return the ways whose hull holds no other one's, among those that use the same."""
     kept: list[Hull] = []
-    best: dict[frozenset[Token], int] = {}
+    best: dict[frozenset[Claim], int] = {}
     for way in sorted(ways, key=lambda way: (way.high, -way.low)):
         if way.low > best.get(way.used, -1):
             best[way.used] = way.low
@@ -168,13 +168,13 @@ def smallest(ways: Iterable[Hull]) -> list[Hull]:
     return kept
 
 
-def longest(runs: list[Run]) -> list[Run]:
-    """Return the runs that do not go on in another one of them."""
+def longest(paths: list[Path]) -> list[Path]:
+    """Return the paths that do not go on in another one of them."""
     behind: set[Node] = set()
-    todo = [node for run in runs for node in run.node.before]
+    todo = [node for path in paths for node in path.node.before]
     while todo:
         node = todo.pop()
         if node not in behind:
             behind.add(node)
             todo += node.before
-    return [run for run in runs if run.node not in behind]
+    return [path for path in paths if path.node not in behind]

@@ -2,7 +2,7 @@
 
 Rows of a track are *shown* if the score shows them, else *passing*: on the way to the row after.
 A movement spans its row and is achieved in its last frame; a stay (``at``) lasts from there until
-the part leaves the place; a rest (``hold``) from the row's end to the next one's start. Nothing
+the part goes on; a rest (``hold``) from the row's end to the next one's start. Nothing
 crosses a gap of the capture: rows on both sides of one are of different *stretches*.
 """
 
@@ -15,9 +15,10 @@ from itertools import accumulate
 from typing import NamedTuple
 
 from lanindex.model import Track
-from lanindex.search.automaton import Place
+from lanindex.search.automaton import State
+from lanindex.search.language.words import WORD_KINDS
 
-Token = tuple[str, str, int]
+Claim = tuple[str, str, int]
 """What cannot serve two lines: a manner, a part and a row."""
 
 
@@ -56,7 +57,7 @@ class Event:
         return tuple(row for row in rows if self.passing or not self.timeline.passing[row])
 
     @cached_property
-    def tokens(self) -> frozenset[Token]:
+    def claims(self) -> frozenset[Claim]:
         """What it uses up: no other line may use it too."""
         return frozenset((self.manner, self.timeline.part, row) for row in self.rows)
 
@@ -91,13 +92,12 @@ class Timeline:
     """
 
     def __init__(self, track: Track, frames: int) -> None:
-        rows = track.symbols
+        self._track, rows = track, track.symbols
         self.part, self.frames = track.part, frames
         self.start: list[int] = rows["start"].tolist()
         self.stop: list[int] = rows["stop"].tolist()
         self.passing: list[bool] = rows["passing"].tolist()
-        self.margin: list[float] = rows["margin"].tolist()
-        self.cell = list(zip(rows["direction"].tolist(), rows["level"].tolist(), strict=True))
+        self._columns: dict[str, list[int]] = {}
         self.starting = [a == b for a, b in zip(self.start, self.stop, strict=True)]
         self.shown = [row for row, passing in enumerate(self.passing) if not passing]
         self.rank = [0, *accumulate(int(not passing) for passing in self.passing)]
@@ -118,52 +118,60 @@ class Timeline:
     def _follow(self) -> None:
         """Work out until when each shown row is the last, and how its level has changed."""
         self.until = [0] * len(self.start)
-        self.change = ["neither"] * len(self.start)
+        codes, level = WORD_KINDS["change"].codes, self._track.symbols["level"].tolist()
+        change = [codes["neither"] if it >= 0 else -1 for it in level]
         for row, after in zip(self.shown, [*self.shown[1:], -1], strict=True):
             same = after >= 0 and self.stretch[after] == self.stretch[row]
             self.until[row] = self.start[after] if same else self.spans[self.stretch[row]][1]
-            if same:
-                rise = self.cell[after][1] - self.cell[row][1]
-                self.change[after] = "rising" if rise > 0 else "sinking" if rise < 0 else "neither"
+            if same and min(level[row], level[after]) >= 0 and level[row] != level[after]:
+                change[after] = codes["rising" if level[row] < level[after] else "sinking"]
+        self._columns["change"] = change
+
+    def _fitting(self, state: State, member: int) -> list[bool]:
+        """Return, for each row, whether it is what a state says."""
+        fitting = [True] * len(self.start)
+        for kind, codes in state.fits[member].items():
+            if kind not in self._columns:
+                self._columns[kind] = self._track.symbols[WORD_KINDS[kind].column].tolist()
+            column = self._columns[kind]
+            fitting = [so and code in codes for so, code in zip(fitting, column, strict=True)]
+        return fitting
 
     # Events.
 
-    def events(self, place: Place, member: int) -> list[Event]:
-        """Return all movements, stays or rests that a place asks for, in order of their rows."""
-        cells = place.cells[member]
-        if place.manner == "at":
-            return list(self._stays(cells))
-        if place.manner == "hold":
-            return list(self._rests(cells))
-        return list(self._movements(cells, place))
+    def events(self, state: State, member: int) -> list[Event]:
+        """Return all movements, stays or rests that a state asks for, in order of their rows."""
+        fitting = self._fitting(state, member)
+        if state.manner == "at":
+            return list(self._stays(fitting))
+        if state.manner == "hold":
+            return list(self._rests(fitting))
+        return list(self._movements(fitting, state.names_passing))
 
-    def _movements(self, cells: frozenset[tuple[int, int]], place: Place) -> Iterator[Event]:
-        for row, cell in enumerate(self.cell):
-            passing = self.passing[row]
-            if cell not in cells or (passing and not place.names_passing):
-                continue
-            if not passing and self.change[row] not in place.changes:
+    def _movements(self, fitting: list[bool], names_passing: bool) -> Iterator[Event]:
+        for row, passing in enumerate(self.passing):
+            if not fitting[row] or (passing and not names_passing):
                 continue
             start, stop = self.start[row], self.stop[row]
             starting = self.starting[row]
             until = max(self.until[row], start + 1) if starting else stop
             yield Event(self, "move", row, row, start, stop, until, passing, starting)
 
-    def _stays(self, cells: frozenset[tuple[int, int]]) -> Iterator[Event]:
-        run: list[int] = []
+    def _stays(self, fitting: list[bool]) -> Iterator[Event]:
+        stay: list[int] = []
         for row in [*self.shown, -1]:
-            fits = row >= 0 and self.cell[row] in cells
-            if run and not (fits and self.stretch[row] == self.stretch[run[0]]):
-                start, end = self.arrival(run[0]), self.until[run[-1]]
+            fits = row >= 0 and fitting[row]
+            if stay and not (fits and self.stretch[row] == self.stretch[stay[0]]):
+                start, end = self.arrival(stay[0]), self.until[stay[-1]]
                 if start < end:
-                    yield Event(self, "at", run[0], run[-1], start, end, end)
-                run = []
+                    yield Event(self, "at", stay[0], stay[-1], start, end, end)
+                stay = []
             if fits:
-                run.append(row)
+                stay.append(row)
 
-    def _rests(self, cells: frozenset[tuple[int, int]]) -> Iterator[Event]:
+    def _rests(self, fitting: list[bool]) -> Iterator[Event]:
         for row in self.shown:
-            if self.cell[row] in cells and self.stop[row] < self.until[row]:
+            if fitting[row] and self.stop[row] < self.until[row]:
                 start, end = self.stop[row], self.until[row]
                 yield Event(self, "hold", row, row, start, end, end)
 
