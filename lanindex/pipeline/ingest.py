@@ -37,6 +37,12 @@ def discover(paths: Iterable[str | os.PathLike[str]]) -> Iterator[str]:
     ------
     str
         A path, once.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.ingest import discover
+    >>> list(discover(["corpus"]))[:3]
+    ['corpus/compass.bvh', 'corpus/compass.lnd', 'corpus/conductor_four.bvh']
     """
     seen: set[str] = set()
     for named in paths:
