@@ -147,10 +147,11 @@ class Library(store.Library):
         --------
         >>> import lanindex
         >>> with lanindex.open_library("dance.db") as library:
-        ...     library.search("arms side high with legs side low", within="*jacks*")[:2]
-        <2 hits in 1 capture: arms side high with legs side low>
-          corpus/jumping_jacks.bvh  [60, 76)  2.00-2.53 s  fit 0.85
-          corpus/jumping_jacks.bvh  [91, 106)  3.03-3.53 s  fit 0.85
+        ...     hits = library.search("arms side high with legs side low", within="*jacks*")
+        >>> for hit in hits[:2]:
+        ...     print(hit.capture.path, hit.span)
+        corpus/jumping_jacks.bvh Span(start=60, stop=76)
+        corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
         from lanindex.search.plain import find
 
