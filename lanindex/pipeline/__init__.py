@@ -123,7 +123,7 @@ class Library(store.Library):
         Parameters
         ----------
         pattern : str
-            ``r_arm right mid -> high``; see the README's page on the language.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
