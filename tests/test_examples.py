@@ -1,5 +1,6 @@
 """The examples in docstrings are real: each is run beside the corpus and a library of it."""
 
+import ast
 import doctest
 import importlib
 import inspect
@@ -81,3 +82,19 @@ def test_whatever_users_call_has_an_example(name: str) -> None:
     thing, around = next((thing, around) for other, thing, around in public() if other == name)
     called = re.search(rf"\.{name.split('.')[-1]}\(", around)
     assert examples_of(thing) or called, f"{name} has no example"
+
+
+def test_names_in_docstrings_are_names_of_something() -> None:
+    trees = {path: ast.parse(path.read_text()) for path in PACKAGE.rglob("*.py")}
+    names = {path.stem for path in trees} | {path.parent.name for path in trees}
+    said: dict[str, str] = {}
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
+            found = (getattr(node, field, None) for field in ("name", "id", "attr", "arg"))
+            names |= {name for name in found if isinstance(name, str)}
+            if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module):
+                text = ast.get_docstring(node) or ""
+                said |= dict.fromkeys(re.findall(r"(?<!`)`([A-Za-z_.]+)`(?!`)", text), str(path))
+    files = {path.name for path in PACKAGE.rglob("*") if path.suffix in (".toml", ".md")}
+    unknown = {name for name in said if name.split(".")[-1] not in names} - files
+    assert {name: said[name] for name in unknown} == {}
