@@ -99,9 +99,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     }
     if chosen.rate != HEADING_RATE:
         turn = limbs.heading(motion, Fraction(HEADING_RATE))
-    return Score(
-        motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
-    )
+    heading = np.round(np.degrees(turn), 1) + 0.0  # in tenths; -0 would be another number
+    return Score(motion.rate, len(motion), meter, tracks, heading=heading.astype(np.float32))
 
 
 class _Callable(ModuleType):

@@ -17,7 +17,7 @@ from typing import Any
 
 from lanindex import formats, records
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, shown
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Span
 from lanindex.notation import lnd
 from lanindex.notation.excerpt import excerpt
@@ -81,7 +81,7 @@ def padded(span: Span, frames: int, total: int) -> Span:
 
 
 def export(
-    library: Library,
+    library: Store,
     wanted: Iterable[Request],
     folder: Path,
     *,
@@ -93,7 +93,7 @@ def export(
 
     Parameters
     ----------
-    library : Library
+    library : Store
         Where the hits come from.
     wanted : iterable of Request
         What to cut.
@@ -130,7 +130,7 @@ def export(
 
 
 def clips(
-    library: Library,
+    library: Store,
     wanted: Iterable[Request],
     *,
     pad: str = "0",
@@ -173,7 +173,7 @@ def clips(
         yield formats.File(f"{MANIFEST}.jsonl", "".join(lines).encode())
 
 
-def _suspects(library: Library, replaced: Iterable[Path]) -> list[str]:
+def _suspects(library: Store, replaced: Iterable[Path]) -> list[str]:
     """Return the sources of the library that might be among some files.
 
     To look at every capture's file would take longer the more there are. A file that is a capture
@@ -193,7 +193,7 @@ def _identity(source: Capture) -> tuple[int, str, str]:
     return source.id, source.location, source.sha256
 
 
-def _held(library: Library, source: Capture) -> Capture:
+def _held(library: Store, source: Capture) -> Capture:
     """Return a hit's capture as the library has it; numbers alone are alike in all libraries."""
     remedy = "Search this library again."
     try:
@@ -209,7 +209,7 @@ def _held(library: Library, source: Capture) -> Capture:
 class _Cutter:
     """One source: its bytes, checked against what was ingested, and its score."""
 
-    def __init__(self, library: Library, source: Capture, format: str) -> None:
+    def __init__(self, library: Store, source: Capture, format: str) -> None:
         self.capture = source
         self.score: Score = library.score(source.id)
         form = source.format if format == "native" else format

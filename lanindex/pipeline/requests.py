@@ -9,7 +9,7 @@ from typing import Any
 
 from lanindex import records
 from lanindex.errors import LibraryError, UsageError, quoted, shown
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Span
 
 
@@ -45,12 +45,12 @@ def from_hits(hits: Iterable[Hit], pattern: str) -> Iterator[Request]:
         yield Request(hit.capture, hit.span, pattern, round(hit.fit, 3), symbols)
 
 
-def from_range(library: Library, named: int | str, begin: int | None, end: int | None) -> Request:
+def from_range(library: Store, named: int | str, begin: int | None, end: int | None) -> Request:
     """Return what to cut for a capture and a range.
 
     Parameters
     ----------
-    library : Library
+    library : Store
         Where the capture is.
     named : int or str
         Its number or path.
@@ -61,12 +61,12 @@ def from_range(library: Library, named: int | str, begin: int | None, end: int |
     return Request(capture, Span(begin or 0, capture.frames if end is None else end))
 
 
-def from_lines(library: Library, lines: Iterable[str | bytes]) -> list[Request]:
+def from_lines(library: Store, lines: Iterable[str | bytes]) -> list[Request]:
     """Return what to cut for the JSON lines of a search.
 
     Parameters
     ----------
-    library : Library
+    library : Store
         The one that was searched.
     lines : iterable of str or bytes
         As ``lanindex search --json`` prints them; a summary, which tells the pattern, may stand
@@ -180,7 +180,7 @@ def _checked(record: Any, keys: dict[str, _Key], place: str) -> dict[str, Any]:
     return {name: record[name] for name in keys if name in record}
 
 
-def _capture(library: Library, hit: dict[str, Any], place: str) -> Capture:
+def _capture(library: Store, hit: dict[str, Any], place: str) -> Capture:
     """Return the capture of a hit, by its number if that still has its path."""
     try:
         by_number = library.capture(hit["capture_id"])
