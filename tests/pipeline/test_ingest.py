@@ -1,4 +1,5 @@
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -12,6 +13,7 @@ from lanindex.formats.not_read import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.ingest import SUFFIXES, discover, ingest, left_out
+from lanindex.pipeline.labels import read_labels
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 

@@ -69,7 +69,7 @@ def run(
     if not files:
         _nothing(out, paths, rest)
     named = _labels(out, labels, files)
-    processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
+    processes = _processes(out, files, jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1))
     tally: Counter[str] = Counter()
     begun = time.monotonic()
     unmade = dry_run and not os.path.exists(db)
@@ -93,6 +93,16 @@ def run(
     _doubts(out, tally, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
+
+
+def _processes(out: Output, files: list[str], wanted: int) -> int:
+    """Return how many processes the memory has room for."""
+    from lanindex.pipeline.memory import affordable, size_of
+
+    found = affordable(map(size_of, files), wanted)
+    if found < wanted:
+        out.detail(f"{found} of {wanted} processes: the largest files leave no room for more")
+    return found
 
 
 def _labels(out: Output, table: str | None, files: list[str]) -> Labels:

@@ -73,7 +73,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "seconds": round(motion.seconds, 3),
         "unit": f"{motion.source.unit}: {motion.source.scale:g} mm",
         "up": motion.source.up,
-        "order of turns": motion.source.compose,
+        "compose": motion.source.compose or "the format leaves no choice",
         "height": f"{_height(motion):.0f} mm",
         "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
