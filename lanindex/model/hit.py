@@ -26,6 +26,7 @@ def readable(text: str) -> str:
 
     Examples
     --------
+    >>> from lanindex.model.hit import readable
     >>> readable("walk.bvh"), readable(chr(27) + "walk.bvh")
     ('walk.bvh', '\\x1bwalk.bvh')
     """

@@ -126,6 +126,18 @@ class Hits(Sequence[Hit]):
         ------
         LanindexError
             Where neither is.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("torso forward high -> hold 1s+")
+        >>> try:
+        ...     columns = list(hits.to_frame().columns)
+        ... except lanindex.LanindexError:  # with neither: the same as dictionaries
+        ...     columns = list(hits.dicts()[0])
+        >>> columns[:3]
+        ['capture', 'capture_id', 'label']
         """
         rows = self.dicts()
         columns = {key: [row[key] for row in rows] for key in records.HIT}
