@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import CaptureError
 from lanindex.formats.file import File, Wanted, opened
+from lanindex.formats.not_read import UNREAD, unread
 
 if TYPE_CHECKING:
     from lanindex.model import Motion, Reading, Span
@@ -103,7 +104,9 @@ def known(file: File) -> Format:
         if form.sniff(head):
             return form
     titles = " or ".join(form.title for form in FORMATS)
-    raise CaptureError(_beginning(head), place=file.name, wanted=titles)
+    kind = UNREAD.get(unread(file.name))
+    found = f"its format, {kind}, is not read yet" if kind else _beginning(head)
+    raise CaptureError(found, place=file.name, wanted=titles)
 
 
 def read(

@@ -82,8 +82,8 @@ class Store(Session):
             **rows.capture_columns(score),
         }
         with self._changing() as connection:
-            number = write.put_capture(connection, values, score, encoding)
-            write.describe(connection, number, label, metadata)
+            number, new = write.put_capture(connection, values, score, encoding)
+            write.describe(connection, number, label, metadata, new)
         return number
 
     def label(
@@ -258,11 +258,22 @@ class Store(Session):
         with self._reading() as connection:
             return read.read_score(connection, self._stored(connection, which))
 
-    def parts(self) -> list[str]:
-        """Return the parts that any capture has, in the order of the alphabet."""
+    def parts(self, *, checked: bool = True) -> list[str]:
+        """Return the parts that any capture has, in the order of the alphabet.
+
+        Parameters
+        ----------
+        checked : bool
+            Hold them against their checksums, which takes longer the more captures there are.
+
+        Raises
+        ------
+        LibraryError
+            If the tracks are not those that were stored.
+        """
         with self._reading() as connection:
-            lists = read.read_lists(connection, read.read_captures(connection))
-        found = {listed.part for tracks in lists.values() for listed in tracks}
+            asked = read.read_parts if checked else read.part_names
+            found = set(asked(connection))
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
 
     def stats(self) -> Stats:

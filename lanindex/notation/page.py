@@ -72,7 +72,7 @@ class _Placed:
     @property
     def opens_unit(self) -> bool:
         """Whether it can be the second half of a symbol across a bar line."""
-        return self.written.unit > 1 and self.written.start == 0 and self.stop > self.tick
+        return self.written.start == 0 and self.stop > self.tick
 
 
 class Page:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from lanindex import formats
 from lanindex.errors import UsageError
+from lanindex.formats.not_read import unread
 from lanindex.library.store import Store
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
@@ -26,13 +28,17 @@ SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suf
 """Endings that a folder is searched for, with the format each stands for."""
 
 
-def discover(paths: Iterable[str | os.PathLike[str]]) -> Iterator[str]:
+def discover(
+    paths: Iterable[str | os.PathLike[str]], others: list[str] | None = None
+) -> Iterator[str]:
     """Yield the files to ingest: those named, and in folders all of a known ending, sorted.
 
     Parameters
     ----------
     paths : iterable of path-like
         Files and folders.
+    others : list of str, optional
+        To which the files of folders are added that are passed over, hidden ones left aside.
 
     Yields
     ------
@@ -42,22 +48,46 @@ def discover(paths: Iterable[str | os.PathLike[str]]) -> Iterator[str]:
     seen: set[str] = set()
     for named in paths:
         path = os.fspath(named)
-        for found in _walk(path) if os.path.isdir(path) else [path]:
+        for found in _walk(path, others) if os.path.isdir(path) else [path]:
             place = os.path.abspath(found)
             if place not in seen:
                 seen.add(place)
                 yield found
 
 
-def _walk(folder: str) -> Iterator[str]:
+def _walk(folder: str, others: list[str] | None) -> Iterator[str]:
     closed: list[OSError] = []
     for place, folders, names in os.walk(folder, onerror=closed.append):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in sorted(names):
-            if Path(name).suffix.lower() in SUFFIXES and not name.startswith("."):
+        for name in sorted(name for name in names if not name.startswith(".")):
+            if Path(name).suffix.lower() in SUFFIXES:
                 yield os.path.join(place, name)
+            elif others is not None:
+                others.append(os.path.join(place, name))
     for error in closed:  # reported like a file that cannot be read
         yield str(error.filename)
+
+
+def left_out(others: Iterable[str]) -> str:
+    """Say what was passed over: captures of formats that are not read yet, by ending, and the rest.
+
+    Parameters
+    ----------
+    others : iterable of str
+        As from `discover`; each file counts once.
+
+    Returns
+    -------
+    str
+        ``24 .c3d, 7 .amc (formats that are not read yet); 3 other files``; empty if there are none.
+    """
+    kinds = Counter(map(unread, set(map(os.path.abspath, others))))
+    rest = kinds.pop("", 0)
+    by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
+    known = ", ".join(f"{number} {kind}" for kind, number in by_number)
+    said = [f"{known} (formats that are not read yet)"] if known else []
+    said += [f"{rest} other file" + "s" * (rest > 1)] if rest else []
+    return "; ".join(said)
 
 
 def ingest(

@@ -98,6 +98,7 @@ def test_lines_not_understood_keep_their_unit() -> None:
 def test_a_symbol_across_the_bar_line_stands_in_its_starting_unit() -> None:
     text = "#unit1\ndirection r_arm right mid 3 6\n"
     assert shown(text) == ["r_arm right mid [24, 48)"]
+    assert lnd.read(text).frames == 64
     assert "#unit1\ndirection r_arm right mid 3 6\n" in lnd.write(lnd.read(text))
 
 
@@ -133,6 +134,29 @@ def test_a_symbol_without_length_opens_a_new_stretch() -> None:
         "#unit_total 2\n#unit0\ndirection head place high 0 0\n#unit1\ndirection head left mid 2 2"
     )
     assert lnd.read(text).tracks["head"].known == (Span(0, 16), Span(16, 64))
+
+
+def test_a_part_seen_anew_at_a_bar_line() -> None:
+    text = (
+        "#speed=60\n#rhythm 4/4\n#unit_per_line 4\n#unit_total 3\n"
+        "#unit1\ndirection r_arm right mid 2 4\n"
+        "#unit2\ndirection r_arm right mid 0 0\ndirection r_arm right mid 0 4\n"
+        "#unit3\ndirection r_arm left mid 0 0\n"
+    )
+    score = lnd.read(text)
+    assert shown(text) == [
+        "r_arm right mid [16, 32)",
+        "r_arm right mid [32, 32)",
+        "r_arm right mid [32, 64)",
+        "r_arm left mid [64, 64)",
+    ]
+    assert score.tracks["r_arm"].known == (Span(0, 32), Span(32, 64), Span(64, 96))
+    assert lnd.write(score) == text
+
+
+def test_a_part_may_be_seen_late() -> None:
+    text = "#unit_total 2\n#unit1\ndirection head left mid 2 2\n"
+    assert lnd.read(text).tracks["head"].known == (Span(16, 64),)
 
 
 @pytest.mark.parametrize(
@@ -207,6 +231,7 @@ HEAD = "#speed=60\n#unit1\n"
         ("#rhythm 100/4", 1, 'the rhythm "100/4"'),
         ("#rhythm 4/100", 1, 'the rhythm "4/100"'),
         ("#unit_total 21601", 0, "21601 units of 4 beats at 60 beats a minute, 24 hours, wanted"),
+        ("#unit_total 21601\n#unit21601\ndirection head left mid 0 4", 0, "21601 units of 4"),
         ("#speed .1\n#unit37\ndirection head left mid 0 1", 3, "37 units of 4 beats at 0.1 beats"),
         (HEAD + "direction head left mid 0 86401\n#unit_total 9", 3, "wanted at most 24 hours"),
         ("#speed=fast", 1, 'the speed "fast"'),

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from lanindex.alphabet import DIRECTION_CODES
@@ -39,6 +41,12 @@ def test_uneven_sectors_have_their_own_middles() -> None:
     assert ranges.centre(DIRECTION_CODES["forward"]) == 85
 
 
+def test_a_sector_of_more_than_half_the_circle() -> None:
+    starts = (0, 200, 210, 220, 230, 240, 250, 260)
+    ranges = replace(lpd.parse(PAPER), starts=tuple(map(float, starts)))
+    assert [ranges.centre(code) for code in range(8)] == [100, 205, 215, 225, 235, 245, 255, 310]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -54,6 +62,8 @@ def test_uneven_sectors_have_their_own_middles() -> None:
         ("mid\t60\t240", "mid\t60", "p.lpd:11: 1 values after mid, wanted 2"),
         ("low\t300", "low\t290", "wanted mid m 360-h, high h, low 360-m"),
         ("high\t120", "high\t50", "wanted mid m 360-h, high h, low 360-m"),
+        ("r_forward\t22.5", "r_forward\t67.5", "the directions do not follow each other"),
+        ("l_forward\t112.5", "l_forward\t427.5", "the directions do not follow each other"),
         ("right\t337.5", "right\t30", "the directions do not follow each other"),
     ],
     ids=lambda text: text[:40],

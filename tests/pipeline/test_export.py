@@ -210,12 +210,31 @@ def test_what_a_hit_says_is_taken_over(library: Library) -> None:
         )
 
 
+def test_a_number_of_another_library_is_none(tmp_path: Path, library: Library) -> None:
+    bow, other = (library.capture(name) for name in ("bow.bvh", "raise.bvh"))
+    hit = {"capture": bow.path, "capture_id": other.id, "start_frame": 1, "end_frame": 2}
+    (wanted,) = from_lines(library, [json.dumps(hit)])
+    assert wanted.capture == bow
+    (wanted,) = from_lines(library, [json.dumps({**hit, "capture_id": bow.id})])
+    assert wanted.capture == bow
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [
         *(
             (f'{{{HIT}, "capture_id": {value}}}', "wanted a whole number, as in a line of")
-            for value in ("1.5", "null", "true", "[1]", '"1"', "-1", "1e999", "9" * 19, "9" * 25)
+            for value in (
+                "1.5",
+                "null",
+                "true",
+                "[1]",
+                '"1"',
+                "-1",
+                "1e999",
+                str(1 << 63),
+                "9" * 25,
+            )
         ),
         *(
             (f'{{{HIT}, "fit": {value}}}', "wanted a number from 0 to 1, as in")
@@ -317,9 +336,11 @@ def test_nor_of_one_that_is_known_by_a_linked_folder(tmp_path: Path, ingested_cl
 def test_nor_of_one_that_has_changed_since(tmp_path: Path, library: Library, ingested_clip) -> None:
     library.ingest(ingested_clip.clip)
     dance(ingested_clip.clip, BOW)
+    os.symlink(tmp_path / "clips", tmp_path / "linked")
     hits = library.search("r_arm place high", within="raise.bvh")
-    with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
-        library.export(hits, tmp_path / "clips", force=True)
+    for folder in ("clips", "linked"):
+        with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
+            library.export(hits, tmp_path / folder, force=True)
 
 
 def test_an_export_does_not_go_through_all_captures(

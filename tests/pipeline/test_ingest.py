@@ -3,17 +3,20 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.encode.profile import load
+from lanindex.formats.not_read import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.ingest import discover, ingest
+from lanindex.pipeline.ingest import SUFFIXES, discover, ingest, left_out
 from lanindex.pipeline.labels import read_labels
-from lanindex.pipeline.prepare import Outcome
+from lanindex.pipeline.pool import prepared
+from lanindex.pipeline.prepare import Outcome, Task
 
 PROFILE = load("default")
 
@@ -45,6 +48,39 @@ def test_folders_are_searched_in_order(folder: Path) -> None:
     (folder / ".hidden.bvh").write_text("")
     names = [os.path.relpath(path, folder) for path in discover([folder, folder / "bow.BVH"])]
     assert names == ["bow.BVH", "score.lnd", os.path.join("b", "raise.bvh")]
+
+
+def test_what_is_passed_over_is_counted_by_kind(folder: Path) -> None:
+    for name in (
+        "a.c3d",
+        "b.C3D",
+        "walk.amc",
+        "take.tar.gz",
+        "x.bvh.gz",
+        "b/.hidden.c3d",
+        ".x.amc",
+    ):
+        (folder / name).write_text("")
+    others: list[str] = []
+    assert len(list(discover([folder, folder / "b", folder / ".." / "in"], others))) == 3
+    said = "2 .c3d, 1 .amc, 1 .gz, 1 .tar.gz (formats that are not read yet); 1 other file"
+    assert left_out(others) == said
+    assert left_out(["a.txt", "b", "v1.2"]) == "3 other files"
+    assert left_out(["a/b.npy"]) == "1 .npy (formats that are not read yet)"
+    assert left_out([]) == ""
+
+
+def test_what_is_read_is_not_among_what_is_not() -> None:
+    assert SUFFIXES.keys().isdisjoint(UNREAD)
+    assert all(unread("a" + suffix) == suffix for suffix in UNREAD)
+
+
+def test_a_file_of_a_format_that_is_not_read_yet(library: Library, folder: Path) -> None:
+    (folder / "a.C3D").write_bytes(b"\x02\x50")
+    (folder / "b.csv").write_bytes((folder / "bow.BVH").read_bytes())
+    failed, added = take(library, folder / "a.C3D") + take(library, folder / "b.csv")
+    assert "its format, C3D, is not read yet, wanted BVH" in str(failed.error)
+    assert added.status == "added"
 
 
 def test_a_file_named_is_taken_whatever_its_ending(folder: Path) -> None:
@@ -245,3 +281,17 @@ def test_doubts_are_stored(library: Library, folder: Path) -> None:
     doubtful = {one.path: one.warnings for one in take(library, folder) if one.warnings}
     assert list(doubtful) == [str(folder / "bow.BVH")]
     assert {one.path: one.warnings for one in library.captures(doubts=True)} == doubtful
+
+
+class Sleeper:
+    """What takes for ever to arrive in another process."""
+
+    def __reduce__(self):
+        return time.sleep, (10**6,)
+
+
+def test_who_breaks_off_does_not_wait_for_what_is_half_done(folder: Path) -> None:
+    tasks = [Task(str(folder / "none.bvh"), PROFILE), *[Task("", Sleeper()) for _ in range(9)]]
+    outcomes = prepared(tasks, 2)
+    assert next(outcomes).status == "failed"
+    outcomes.close()

@@ -30,7 +30,7 @@ def test_tables_as_spreadsheets_save_them(
     tmp_path: Path, delimiter: str, encoding: str, newline: str
 ) -> None:
     rows = [
-        ["label", '"File"', "a,b;c".replace(delimiter, ".")],
+        ["label", '"File"', "a,b,c,d;e;f;g".replace(delimiter, ".")],
         ["räv", "a.bvh", "1"],
     ]
     text = newline.join(delimiter.join(row) for row in rows)
