@@ -95,18 +95,18 @@ def put_capture(
         "content": read.content(values["other"], values["heading"]),
     }
     values["checksum"] = encoded(values, name, digest)
-    number = connection.scalar(_FIND, {"location": values["location"]})
-    new = number is None
-    if new:
+    held = connection.scalar(_FIND, {"location": values["location"]})
+    if held is None:
         number = _inserted(connection, schema.capture, {"label": "", "said": -1, **values})
         connection.execute(_COUNT, {"more": 1, "one": number})
     else:
+        number = int(held)
         _clear(connection, number)
         connection.execute(_CHANGE, {"number": number, **values})
         connection.execute(_FORGET_PROFILES)
     _insert(connection, schema.track, [(number, *row) for row in made.tracks])
     _insert(connection, schema.symbol_code, list(zip(repeat(number), *made.symbols)))
-    return int(number), new
+    return number, held is None
 
 
 def describe(
