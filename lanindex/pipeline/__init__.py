@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import PARTS
-from lanindex.errors import UsageError
+from lanindex.errors import PatternError, UsageError
 from lanindex.library import store
 from lanindex.search.hits import Hits
 
@@ -208,7 +208,11 @@ class Library(store.Store):
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
-        query = parse(pattern, self.parts(), known=PARTS)
+        try:
+            query = parse(pattern, self.parts(checked=False), known=PARTS)
+        except PatternError:
+            self.parts()  # is a part unknown because the library is damaged? That would be said
+            raise
         chosen = None
         if within is not None or where:
             chosen = [capture.id for capture in self.captures(within, where)]
