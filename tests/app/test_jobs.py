@@ -52,6 +52,13 @@ class TestIngest:
         said = "no .bvh or .lnd file in out, but 1 .amc (formats that are not read yet)\n"
         assert run("ingest", "out", code=1).stderr == said
 
+    def test_what_no_reader_understands_is_refused_once(self, run, place: Path) -> None:
+        said = run("ingest", "in", "--unit", "furlong", code=2).stderr
+        assert said.startswith("lanindex: ")
+        assert "furlong" in said
+        assert said.count("\n") == 1
+        assert not (place / "lanindex.db").exists()
+
     def test_nothing_new(self, run) -> None:
         run("ingest", "in")
         assert run("ingest", "in").stderr == "nothing new: 2 files unchanged\n"
