@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from lanindex.pipeline import Library as Library
     from lanindex.pipeline import open_library as open_library
 
+    __version__: str
+
 _PUBLIC = {
     "read": ("lanindex.formats", "read"),
     "encode": ("lanindex.encode", "encode"),
@@ -59,6 +61,7 @@ __all__ = [
     "Motion",
     "Score",
     "Symbol",
+    "__version__",
     "animate",
     "encode",
     "load_profile",
@@ -72,6 +75,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first asked for: the command's start shall be quick."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("lanindex")
     if name not in _PUBLIC:
         raise AttributeError(f"module 'lanindex' has no attribute {name!r}")
     module, attribute = _PUBLIC[name]

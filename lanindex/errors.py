@@ -114,14 +114,18 @@ class PatternError(LanindexError):
         made = partial(type(self), text=self.text, start=self.start, stop=self.stop)
         return made, (self.found,)
 
-    def __str__(self) -> str:
-        """Return the line of the pattern, or what is near of a long one, a caret, the sentence."""
+    def line(self) -> tuple[str, int, int]:
+        """Return the line of the pattern, or what is near of a long one, and what it is about."""
         begin = self.text.rfind("\n", 0, self.start) + 1
         end = self.text.find("\n", self.start)
         end = len(self.text) if end < 0 else end
         first = begin if self.start - begin <= _NEAR else self.start - _NEAR // 2
         last = end if end - first <= 2 * _NEAR else first + 2 * _NEAR
         line = "…" * (first > begin) + self.text[first:last] + "…" * (last < end)
-        indent = self.start - first + (first > begin)
-        width = max(1, min(self.stop, last) - self.start)
-        return f"{line}\n{' ' * indent}{'^' * width}\n{self.found}"
+        start = self.start - first + (first > begin)
+        return line, start, start + max(0, min(self.stop, last) - self.start)
+
+    def __str__(self) -> str:
+        """Return the line of the pattern, a caret below it, and the sentence."""
+        line, start, stop = self.line()
+        return f"{line}\n{' ' * start}{'^' * max(1, stop - start)}\n{self.found}"

@@ -11,6 +11,12 @@ from typing import Any
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.symbol import FIELDS
 
+HIT = (
+    *("capture", "capture_id", "label", "fps", "start_frame", "end_frame", "start", "end"),
+    *("fit", "symbols", "pattern"),
+)
+"""The keys of a hit, in order."""
+
 _BRIEF = ("direction", "level", "start", "stop")
 _MORE = ("passing", "swings", "margin")
 
@@ -63,21 +69,24 @@ def of_capture(capture: Capture) -> dict[str, Any]:
         "seconds": seconds(capture, capture.frames),
         "sha256": capture.sha256,
         "metadata": dict(capture.metadata),
+        "warnings": list(capture.warnings),
     }
 
 
-def of_hit(hit: Hit) -> dict[str, Any]:
+def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
     """Return a hit: a line of ``search``.
 
     Parameters
     ----------
     hit : Hit
         Any.
+    pattern : str, optional
+        What found it, so that a line tells it by itself.
 
     Returns
     -------
     dict
-        Capture, frames, seconds, fit and the symbols that matched.
+        Capture, frames, seconds, fit, the symbols that matched, and the pattern if it is given.
     """
     capture = hit.capture
     return {
@@ -91,6 +100,7 @@ def of_hit(hit: Hit) -> dict[str, Any]:
         "end": seconds(capture, hit.span.stop),
         "fit": round(hit.fit, 3),
         "symbols": [of_symbol(symbol) for symbol in hit.symbols],
+        **({} if pattern is None else {"pattern": pattern}),
     }
 
 

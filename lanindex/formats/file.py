@@ -61,6 +61,14 @@ class File:
         return digest.hexdigest()
 
 
+def holding(content: Content, first: int, stop: int) -> tuple[bytes, int]:
+    """Return bytes that hold a stretch of some, and which of them is their first.
+
+    What is in memory is returned as it is, for to copy a small file costs as much as to read it.
+    """
+    return (content, 0) if isinstance(content, bytes) else (content[first:stop], first)
+
+
 @dataclass(frozen=True, slots=True)
 class Wanted:
     """What a motion is read for.

@@ -12,6 +12,7 @@ from lanindex.errors import LibraryError
 from lanindex.library import read, rows
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.schema import capture, profile
+from lanindex.library.texts import printable
 from lanindex.model import Capture, Score
 
 _MOST = 5
@@ -86,7 +87,7 @@ def _spare_profiles(connection: Connection) -> Iterator[str]:
         .where(capture.c.id.is_(None))
     )
     for name in connection.scalars(unused):
-        yield f"the profile {name} wrote nothing down"
+        yield f"the profile {printable(str(name))} wrote nothing down"
 
 
 def _view(connection: Connection) -> Iterator[str]:

@@ -26,6 +26,7 @@ from sqlalchemy.pool import NullPool
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library.faults import translated
 from lanindex.library.schema import REVISION, state, tables, version
+from lanindex.library.texts import printable
 
 DEFAULT = "lanindex.db"
 MEMORY = ":memory:"
@@ -193,7 +194,7 @@ def revision(connection: Connection, place: str) -> str | None:
             wanted="a library",
             remedy="Name a library, or a new file, with --db.",
         )
-    return str(stamps[0])
+    return printable(str(stamps[0]))
 
 
 def found_revision(connection: Connection, place: str) -> str | None:
@@ -283,7 +284,7 @@ def make_tables(connection: Connection, place: str) -> None:
         if revision(connection, place) is not None:
             return
         tables.create_all(connection)
-        connection.execute(sqlalchemy.insert(state).values(id=1, stamp=0, captures=0))
+        connection.execute(sqlalchemy.insert(state).values(id=1, stamp=0, captures=0, numbers=0))
         version.create(connection)
         connection.execute(sqlalchemy.insert(version).values(version_num=REVISION))
 

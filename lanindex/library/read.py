@@ -66,7 +66,7 @@ def capture_numbers(connection: Connection) -> list[int]:
     """
     column = schema.capture.c.id
     found = list(connection.scalars(select(column).order_by(column)))
-    check_count(connection, len(found))
+    check_numbers(connection, found)
     return found
 
 
@@ -76,21 +76,22 @@ def read_numbers(connection: Connection, numbers: Sequence[int]) -> list[int]:
     return list(connection.scalars(select(column).where(column.in_(numbers))))
 
 
-def check_count(connection: Connection, found: int) -> None:
-    """Refuse a library that has more or fewer captures than were stored.
+def check_numbers(connection: Connection, found: Sequence[int]) -> None:
+    """Refuse a library that has other captures than were stored.
 
     Raises
     ------
     LibraryError
-        With both numbers.
+        With how many there are and were.
     """
-    stored = read_state(connection).captures
-    if stored != found:
+    stored, now = read_state(connection), (len(found), sum(found))
+    if now != (stored.captures, stored.numbers):
         raise LibraryError(
-            f"the library holds {found} captures",
-            wanted=f"{stored}, as were stored",
-            remedy="Ingest the captures into a new library; or, if others were taken out with "
-            f"another program on purpose, tell it so: UPDATE state SET captures = {found}",
+            f"the library holds {now[0]} captures whose numbers add up to {now[1]}",
+            wanted=f"{stored.captures} and {stored.numbers}, as were stored",
+            remedy="Ingest the captures into a new library; or, if another program took some out "
+            "on purpose, tell this one: UPDATE state SET "
+            f"captures = {now[0]}, numbers = {now[1]}",
         )
 
 
@@ -206,7 +207,7 @@ def read_captures(connection: Connection, numbers: Sequence[int] | None = None) 
         if isinstance(one, LibraryError):
             raise one
     if numbers is None:
-        check_count(connection, len(found))
+        check_numbers(connection, [one.capture.id for one in found if isinstance(one, Stored)])
     return [one for one in found if isinstance(one, Stored)]
 
 

@@ -52,6 +52,7 @@ state = Table(
     Column("id", Integer, primary_key=True),
     Column("stamp", Integer, nullable=False),  # raised by every change
     Column("captures", Integer, nullable=False),  # how many there are
+    Column("numbers", BigInteger, nullable=False),  # the sum of theirs
     CheckConstraint("id = 1", name="one"),
 )
 """One row: what is true of the library as a whole."""

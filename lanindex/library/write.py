@@ -45,7 +45,10 @@ _SAID = select(schema.capture.c.label, schema.capture.c.said).where(schema.captu
 _METADATA = select(schema.metadata.c.key, schema.metadata.c.value).where(
     schema.metadata.c.capture_id == _NUMBER
 )
-_COUNT = update(schema.state).values(captures=_STATE.captures + bindparam("more"))
+_COUNT = update(schema.state).values(
+    captures=_STATE.captures + bindparam("more"),
+    numbers=_STATE.numbers + bindparam("more") * bindparam("one"),
+)
 _TOUCH = update(schema.state).values(stamp=_STATE.stamp + 1)
 _FIND_PROFILE = select(schema.profile.c.id).where(
     schema.profile.c.name == bindparam("name"), schema.profile.c.digest == bindparam("digest")
@@ -90,7 +93,7 @@ def put_capture(
     number = connection.scalar(_FIND, {"location": values["location"]})
     if number is None:
         number = _inserted(connection, schema.capture, {"label": "", "said": -1, **values})
-        connection.execute(_COUNT, {"more": 1})
+        connection.execute(_COUNT, {"more": 1, "one": number})
     else:
         _clear(connection, number)
         connection.execute(_CHANGE, {"number": number, **values})
@@ -136,7 +139,7 @@ def remove_capture(connection: Connection, number: int) -> None:
     _clear(connection, number)
     connection.execute(_FORGET, {"number": number})
     connection.execute(_REMOVE, {"number": number})
-    connection.execute(_COUNT, {"more": -1})
+    connection.execute(_COUNT, {"more": -1, "one": number})
     connection.execute(_FORGET_PROFILES)
 
 

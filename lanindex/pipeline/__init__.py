@@ -17,6 +17,7 @@ from lanindex.search.hits import Hits
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from lanindex.library.find import Where
     from lanindex.model import Capture, Hit, Reading, Track
     from lanindex.pipeline.prepare import Outcome
     from lanindex.search.language.query import Query
@@ -85,6 +86,7 @@ class Library(store.Store):
         tolerance: float = 0.1,
         overlaps: str = "none",
         within: str | None = None,
+        where: Where | None = None,
     ) -> Hits:
         """Find movement by pattern.
 
@@ -98,6 +100,8 @@ class Library(store.Store):
             ``none``, or ``all``.
         within : str, optional
             Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
 
         Returns
         -------
@@ -115,11 +119,13 @@ class Library(store.Store):
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        query, recordings = self._asked(pattern, within)
+        query, recordings = self._asked(pattern, within, where)
         span = Fraction(str(tolerance))
         return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
 
-    def explain(self, pattern: str, *, within: str | None = None) -> str:
+    def explain(
+        self, pattern: str, *, within: str | None = None, where: Where | None = None
+    ) -> str:
         """Say how a pattern is understood.
 
         Parameters
@@ -128,6 +134,8 @@ class Library(store.Store):
             As for `search`.
         within : str, optional
             Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
 
         Returns
         -------
@@ -141,10 +149,10 @@ class Library(store.Store):
         """
         from lanindex.search.explain import explanation
 
-        return explanation(*self._asked(pattern, within))
+        return explanation(*self._asked(pattern, within, where))
 
     def _asked(
-        self, pattern: str, within: str | None
+        self, pattern: str, within: str | None, where: Where | None
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
         from lanindex.search.language import parse
@@ -152,8 +160,8 @@ class Library(store.Store):
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         query = parse(pattern, self.parts(), known=PARTS)
         chosen = None
-        if within is not None:
-            chosen = [capture.id for capture in self.captures(within)]
+        if within is not None or where:
+            chosen = [capture.id for capture in self.captures(within, where)]
         return query, self.tracks(chosen, query.parts)
 
     def export(

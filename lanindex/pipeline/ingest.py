@@ -15,6 +15,7 @@ from lanindex.formats.not_read import unread
 from lanindex.library.store import Store
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
+from lanindex.pipeline.moved import Moved
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 
@@ -132,10 +133,12 @@ def ingest(
         Where the library cannot be written; what was stored before stays.
     """
     held = library.known() if library else {}
-    known, told = {} if force else held, reading or Reading()
-    tasks = (Task(path, profile, told, known.get(os.path.abspath(path))) for path in paths)
+    moved, told = Moved(held), reading or Reading()
+    tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
     for outcome in prepared(tasks, jobs):
-        outcome = replace(outcome, held=os.path.abspath(outcome.path) in held)
+        place = os.path.abspath(outcome.path)
+        before = moved.found.get(place, "")
+        outcome = replace(outcome, held=place in held or bool(before), moved=before)
         done = outcome if dry_run else _store(library, outcome, labels or {})
         yield replace(done, score=None)
 
@@ -148,6 +151,8 @@ def _store(
     if library is None or outcome.status == "failed":
         return outcome
     place = os.path.abspath(outcome.path)
+    if outcome.moved:
+        library.move(outcome.moved, outcome.path)
     label, metadata = labels.get(key_of(place), (None, {}))
     if metadata and outcome.held:
         metadata = {**library.capture(place).metadata, **metadata}
@@ -163,6 +168,7 @@ def _store(
             encoding=outcome.encoding,
             label=label,
             metadata=metadata or None,
+            warnings=outcome.warnings,
         )
     except UsageError as error:
         return Outcome(outcome.path, "failed", error=str(error), held=outcome.held)

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lanindex.errors import CaptureError, UsageError
+from lanindex.pipeline.memory import affordable, size_of
 from lanindex.pipeline.prepare import Outcome, Task, prepare
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     tasks : iterable of Task
         What to read.
     jobs : int
-        Processes.
+        Processes; fewer where the memory has no room for so many of the largest files.
 
     Yields
     ------
@@ -43,7 +44,13 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     """
     if jobs < 1:
         raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
-    yield from map(prepare, tasks) if jobs == 1 else _in_processes(tasks, jobs)
+    waiting = list(tasks)
+    sizes = [size_of(task.path) for task in waiting]
+    jobs = affordable(sizes, jobs)
+    # what the library holds is most likely unchanged
+    new = sum(size for task, size in zip(waiting, sizes, strict=True) if task.known is None)
+    shared = (replace(task, total=new // jobs) for task in waiting)
+    yield from map(prepare, shared) if jobs == 1 else _in_processes(shared, jobs)
 
 
 def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:

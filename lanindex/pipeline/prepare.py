@@ -68,6 +68,8 @@ class Outcome:
         Whether the library held it before.
     labelled : bool
         Whether it was unchanged and the user's words of it were not.
+    moved : str
+        Where it was before, if that is elsewhere; else empty.
     """
 
     path: str
@@ -80,6 +82,7 @@ class Outcome:
     division: int = 0
     held: bool = False
     labelled: bool = False
+    moved: str = ""
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""
@@ -105,18 +108,26 @@ def prepare(task: Task) -> Outcome:
         return Outcome(task.path, "failed", error=str(error))
 
 
+def _is_notated(task: Task) -> bool:
+    return Path(task.path).suffix.lower() == ".lnd"
+
+
+def encoding_of(task: Task) -> Encoding:
+    """Return how a file is going to be written down."""
+    if _is_notated(task):
+        return Encoding()
+    return Encoding(task.profile.name, task.profile.digest, task.reading.told())
+
+
 def _prepare(task: Task) -> Outcome:
     file = formats.opened(task.path)
     sha256 = file.sha256()
-    notated = Path(task.path).suffix.lower() == ".lnd"
-    encoding = Encoding()
-    if not notated:
-        encoding = Encoding(task.profile.name, task.profile.digest, task.reading.told())
+    encoding = encoding_of(task)
     if task.known == (sha256, encoding):
         return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
     if task.only_look:
         return Outcome(task.path, "added")
-    score, form, warnings = (_notated if notated else _written_down)(task, file)
+    score, form, warnings = (_notated if _is_notated(task) else _written_down)(task, file)
     return Outcome(
         task.path,
         "added",

@@ -44,7 +44,7 @@ def upgrade() -> None:
     numbers = connection.execute(sa.text("SELECT id FROM old_capture ORDER BY id")).scalars().all()
     for number in numbers:
         _copy(connection, number)
-    op.execute(f"INSERT INTO state (id, stamp, captures) VALUES (1, 0, {len(numbers)})")
+    op.execute(f"INSERT INTO state VALUES (1, 0, {len(numbers)}, {sum(numbers)})")
     _check_copied(connection)
     for name in reversed(_OLD):
         op.drop_table(f"old_{name}")
@@ -56,6 +56,7 @@ def _create_state() -> None:
         sa.Column("id", sa.Integer(), nullable=False),
         sa.Column("stamp", sa.Integer(), nullable=False),
         sa.Column("captures", sa.Integer(), nullable=False),
+        sa.Column("numbers", sa.BigInteger(), nullable=False),
         sa.PrimaryKeyConstraint("id", name="pk_state"),
         sa.CheckConstraint("id = 1", name=op.f("ck_state_one")),
     )

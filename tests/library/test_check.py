@@ -20,7 +20,7 @@ def damage(number: int, what: str) -> str:
 
 
 def lost(found: int) -> str:
-    return f"the library holds {found} captures, wanted 2, as were stored. Ingest the captures into"
+    return f"the library holds {found} captures whose numbers add up to 2, wanted 2 and 3, as were"
 
 
 FILE, LIST = "what is known of its file", "the list of its tracks"
@@ -48,7 +48,8 @@ WRONG = {
     "UPDATE track SET kind = 1 WHERE capture_id = 2 AND part = 'head'": damage(2, LIST),
     "DELETE FROM capture WHERE id = 1": lost(1),
     "DELETE FROM state": "the library's state is [], wanted one row of whole numbers.",
-    "UPDATE state SET captures = 3": "the library holds 2 captures, wanted 3, as were stored.",
+    "UPDATE state SET captures = 3": "captures whose numbers add up to 3, wanted 3 and 3, as were",
+    "UPDATE state SET numbers = 9": "captures whose numbers add up to 3, wanted 2 and 9, as were",
     "UPDATE state SET stamp = x'ff'": "wanted one row of whole numbers.",
     "INSERT INTO profile VALUES (7, 'spare', 'x')": "the profile spare wrote nothing down",
     "UPDATE profile SET name = 'other'": damage(1, FILE),

@@ -86,7 +86,7 @@ ROWS = {
         " 'right', 'high')",
     ],
     "0002": [
-        "UPDATE state SET stamp = 3, captures = 1",
+        "UPDATE state SET stamp = 3, captures = 1, numbers = 1",
         "INSERT INTO profile VALUES (1, 'default', 'aa')",
         "INSERT INTO capture VALUES (1, 'a.bvh', '/a.bvh', 'bvh', 'ff', 'walk', 30, '30', 9, '60',"
         " 4, 4, 32, 1, '{}', '[]', -511303186, -1594958232, 658399323, -1535379441, '[]',"

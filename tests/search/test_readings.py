@@ -114,6 +114,13 @@ class TestArrows:
         assert found(self.ARM, "start ...[<2s] r_arm left? -> mid") == [(10, 20)]
         assert found(self.ARM, "r_arm low -> left? ->[<1s] end") == []
 
+    def test_time_passes_behind_a_passing_symbol_unless_the_next_one_follows(self):
+        arm = "r_arm: place low 0 0, right low* 5 8, right mid 5 20, place high 30 40"
+        for limit, hit in (("<2s", []), ("2.2s..2.2s", [(0, 40)])):
+            assert found(arm, f"r_arm low -> right low ...[{limit}] high") == hit
+        assert found(arm, "r_arm low -> right low ->[0f] right mid") == [(0, 20)]
+        assert found(arm, "r_arm low -> right low ...[0f] right mid") == [(0, 20)]
+
     def test_a_rest_follows_its_own_movement_only(self):
         assert found(self.ARM, "r_arm high -> hold") == []
         assert found(self.ARM, "r_arm high ... hold") == [(30, 60)]
@@ -311,6 +318,8 @@ class TestOneMovementServesOneLine:
         assert found(self.ARMS, "r_arm any with head") == [(5, 28)]
         assert found(self.ARMS, "(r_arm mid/high with head) x2") == []
         assert found(self.ARMS, "(r_arm mid/high with head) x2+") == []
+        once = found(self.ARMS, "(r_arm mid/high with head) x1+", overlaps="all")
+        assert once == [(5, 28), (5, 30)]
 
     def test_a_rest_is_another_thing_than_its_movement(self):
         assert found(self.ARMS, "r_arm low ... high with r_arm hold 0.2s") == [(0, 30)]
@@ -329,6 +338,14 @@ def test_the_latest_start_of_what_ends_earliest():
     left = "l_arm: place low 0 0, left mid 2 11, left mid 12 19"
     arms = f"r_arm: place low 0 0, right high 10 20; {left}"
     assert found(arms, "r_arm high with l_arm mid") == [(10, 20)]
+
+
+def test_the_latest_start_of_alternatives_that_begin_and_end_alike():
+    others = "l_arm: place low 0 0, left mid 2 11; head: forward mid 0 0, left mid 8 12"
+    arms = f"r_arm: place low 0 0, right high 10 20; {others}"
+    one, other = "r_arm high with l_arm mid", "r_arm high with head left"
+    assert found(arms, f"{one} or {other}") == [(8, 20)]
+    assert found(arms, f"{other} or {one}") == [(8, 20)]
 
 
 def test_tracks_may_be_empty_or_missing():

@@ -42,7 +42,7 @@ def run(
     for warning in motion.warnings:
         out.note(f"{file}: {warning}")
     if output == options.STDOUT:
-        out.line(text.removesuffix("\n"))
+        out.content(text)
     else:
         write_all([(output, text.encode())], force=force, sources=[file])
         out.note(str(output))

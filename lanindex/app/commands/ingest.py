@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, say_error
 
 if TYPE_CHECKING:
     from lanindex.pipeline.labels import Labels
@@ -69,7 +69,7 @@ def run(
     if not files:
         _nothing(out, paths, rest)
     named = _labels(out, labels, files)
-    processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
+    processes = _processes(out, files, jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1))
     tally: Counter[str] = Counter()
     begun = time.monotonic()
     unmade = dry_run and not os.path.exists(db)
@@ -90,9 +90,19 @@ def run(
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
     if rest:
         out.note(f"left out: {rest}")
-    _doubts(out, tally, chosen.meter.division)
+    _doubts(out, tally, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
+
+
+def _processes(out: Output, files: list[str], wanted: int) -> int:
+    """Return how many processes the memory has room for."""
+    from lanindex.pipeline.memory import affordable, size_of
+
+    found = affordable(map(size_of, files), wanted)
+    if found < wanted:
+        out.detail(f"{found} of {wanted} processes: the largest files leave no room for more")
+    return found
 
 
 def _labels(out: Output, table: str | None, files: list[str]) -> Labels:
@@ -151,11 +161,12 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
     )
 
 
-def _doubts(out: Output, tally: Counter[str], division: int) -> None:
+def _doubts(out: Output, tally: Counter[str], division: int, dry_run: bool) -> None:
     from lanindex.app.formatting import counted
 
     if tally["warnings"] and not (out.verbose or out.json):
-        out.note(f"{counted(tally['warnings'], 'warning')}: --force -v shows them")
+        shown = "-v shows" if dry_run else "lanindex list --doubts tells"
+        out.note(f"{counted(tally['warnings'], 'warning')}: {shown} more")
     if tally["finer"]:
         finer = counted(tally["finer"], "score")
         out.detail(f"grid finer than 1/{division} of a unit: {finer}")
@@ -173,8 +184,6 @@ def _report(out: Output, outcome: Outcome) -> None:
         }
         out.record(record)
     if outcome.error:
-        from lanindex.app.cli import say_error
-
         say_error(outcome.error)
     for warning in outcome.warnings:
         out.detail(f"{outcome.path}: {warning}")

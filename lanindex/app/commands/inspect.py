@@ -32,25 +32,26 @@ def run(
     out = Output(json, quiet, verbose, color)
     from lanindex.formats import read
 
-    told = options.reading(unit, up, fps, compose)
+    given = options.reading(unit, up, fps, compose)
     motion = read(
-        file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose, body_only=True
+        file, unit=given.unit, up=given.up, rate=given.rate, compose=given.compose, body_only=True
     )
     seen = _seen(motion)
     if json:
-        out.record(seen)
+        told = {key.replace(" ", "_"): seen[key] for key in seen if key not in ("file", "rate")}
+        out.record({"capture": seen["file"], "fps": round(float(motion.rate), 6), **told})
         return
     body = seen.pop("body")
     warnings = seen.pop("warnings")
     joints = seen.pop("joints")
     for key, value in seen.items():
-        out.line(f"{key:12} {value}")
-    out.line(f"{'joints':12} {len(joints)}: {' '.join(joints)}")
+        out.line(f"{key:14} {value}")
+    out.line(f"{'joints':14} {len(joints)}: {' '.join(joints)}")
     out.line("body")
     for joint, name in body.items():
-        out.line(f"  {joint:10} {name or '(absent)'}")
+        out.line(f"  {joint:12} {name or '(absent)'}")
     for warning in warnings:
-        out.line(out.paint(f"warning      {warning}", "warn"))
+        out.line(out.paint(f"warning        {warning}", "warn"))
 
 
 def _seen(motion: Motion) -> dict[str, Any]:
@@ -72,7 +73,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "seconds": round(motion.seconds, 3),
         "unit": f"{motion.source.unit}: {motion.source.scale:g} mm",
         "up": motion.source.up,
-        "order of turns": motion.source.compose,
+        "compose": motion.source.compose or "the format leaves no choice",
         "height": f"{_height(motion):.0f} mm",
         "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh.hierarchy import Hierarchy, line_of, parse, text_of
-from lanindex.formats.file import Content
+from lanindex.formats.file import Content, holding
 
 _COUNT = re.compile(rb"\s*Frames[ \t]*:[ \t]*([^\s]*)[^\r\n]*", re.IGNORECASE)
 _TIME = re.compile(rb"\s*(Frame[ \t]*Time[ \t]*:[ \t]*([^\s]*)[^\r\n]*)", re.IGNORECASE)
@@ -167,10 +167,11 @@ def _breaks(data: Content, first: int) -> tuple[Places, NDArray[np.bool_]]:
     breaks: list[Places] = [np.zeros(0, np.int64)]
     pairs: list[NDArray[np.bool_]] = [np.zeros(0, bool)]
     for start in range(first, len(data), _BLOCK):
-        piece = data[start : start + _BLOCK + 1]  # and the byte behind, for a pair across
-        text = np.frombuffer(piece, np.uint8)
+        stop = min(start + _BLOCK + 1, len(data))  # and the byte behind, for a pair across
+        held, begin = holding(data, start, stop)
+        text = np.frombuffer(held, np.uint8)[start - begin : stop - begin]
         here = text[:_BLOCK]
-        returns = b"\r" in piece
+        returns = held.find(b"\r", start - begin, stop - begin) >= 0
         found = np.flatnonzero((here == 10) | (here == 13) if returns else here == 10)
         pair = np.zeros(len(found), bool)
         if returns:

@@ -16,7 +16,7 @@ from lanindex.formats.bvh import floats
 from lanindex.formats.bvh.compiled import Paths, paths
 from lanindex.formats.bvh.hierarchy import line_of
 from lanindex.formats.bvh.layout import Layout, scan
-from lanindex.formats.file import File, Wanted
+from lanindex.formats.file import File, Wanted, holding
 from lanindex.formats.rates import rate_doubt, rate_of
 from lanindex.model import Motion, Reading, Skeleton, Source
 
@@ -142,8 +142,7 @@ class _Frames:
     def _places(self, start: int, stop: int) -> Floats:
         """Read some frames, or say which of them is damaged and how."""
         lines = self.layout.frames[start:stop]
-        begin = int(lines[0, 0])
-        data = self.file.content[begin : int(lines[-1, 1])]
+        data, begin = holding(self.file.content, int(lines[0, 0]), int(lines[-1, 1]))
         values, bad = self._numbers(data, lines - begin)
         if bad is None:
             return self.paths.positions(self.work, values)
