@@ -284,6 +284,6 @@ class Store(Session):
                 return numbers[0]
             others = [one.capture for one in read.read_captures(connection)]
             return find_capture(others, named, self.place).id
-        if is_number(which) and which in read.read_numbers(connection, [which]):
+        if is_number(which) and read.read_numbers(connection, [int(which)]):
             return int(which)
         return find_capture([], str(which), self.place).id  # which says that there is none
