@@ -135,6 +135,7 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally["milliseconds"] += round(1000 * outcome.seconds)
     tally["warnings"] += len(outcome.warnings)
     tally["anew"] += outcome.held and outcome.status == "added"
+    tally["moved"] += bool(outcome.moved) and outcome.status == "unchanged"
     tally["labelled"] += outcome.labelled
     tally["finer"] += outcome.division > division
 
@@ -142,14 +143,15 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
 def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
     from lanindex.app.formatting import counted, duration
 
-    if tally["unchanged"] == files and not tally["labelled"]:
+    if tally["unchanged"] == files and not (tally["labelled"] or tally["moved"]):
         out.note(f"nothing new: {counted(files, 'file')} unchanged")
         return
     would = "would be " if dry_run else ""
     counts = {
         f"{would}added": tally["added"] - tally["anew"],
         f"{would}written anew": tally["anew"],
-        "unchanged": tally["unchanged"],
+        "unchanged": tally["unchanged"] - tally["moved"],
+        "moved": tally["moved"],
         "labelled anew": tally["labelled"],
         "failed": tally["failed"],
     }
@@ -185,5 +187,7 @@ def _report(out: Output, outcome: Outcome) -> None:
         out.record(record)
     if outcome.error:
         say_error(outcome.error)
+    if outcome.moved:
+        out.detail(f"{outcome.path}: was {outcome.moved} before")
     for warning in outcome.warnings:
         out.detail(f"{outcome.path}: {warning}")
