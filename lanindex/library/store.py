@@ -125,6 +125,14 @@ class Store(Session):
             Its number or its path, as in `capture`.
         path : str or path-like
             Where it is, as given; no capture may be known from there.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.move("compass.bvh", "archive/compass.bvh")
+        ...     library.capture("compass.bvh").path
+        'archive/compass.bvh'
         """
         shown = os.fspath(path)
         check_text(shown, [shown])

@@ -45,6 +45,12 @@ def discover(
     ------
     str
         A path, once.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.ingest import discover
+    >>> list(discover(["corpus"]))[:3]
+    ['corpus/compass.bvh', 'corpus/compass.lnd', 'corpus/conductor_four.bvh']
     """
     seen: set[str] = set()
     for named in paths:

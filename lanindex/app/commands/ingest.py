@@ -69,9 +69,8 @@ def run(
     if not files:
         _nothing(out, paths, rest)
     named = _labels(out, labels, files)
-    processes = _processes(out, files, jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1))
-    tally: Counter[str] = Counter()
-    begun = time.monotonic()
+    processes = _processes(out, files, jobs)
+    tally, begun = Counter[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         done = ingest(
@@ -95,10 +94,11 @@ def run(
         raise typer.Exit(2)
 
 
-def _processes(out: Output, files: list[str], wanted: int) -> int:
-    """Return how many processes the memory has room for."""
+def _processes(out: Output, files: list[str], told: int | None) -> int:
+    """Return how many processes are worth their start and have room in memory."""
     from lanindex.pipeline.memory import affordable, size_of
 
+    wanted = told or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     found = affordable(map(size_of, files), wanted)
     if found < wanted:
         out.detail(f"{found} of {wanted} processes: the largest files leave no room for more")
