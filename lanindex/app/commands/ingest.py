@@ -87,9 +87,7 @@ def run(
             _count(tally, outcome, chosen.meter.division)
             _report(out, outcome)
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
-    if rest:
-        out.note(f"left out: {rest}")
-    _doubts(out, tally, chosen.meter.division, dry_run)
+    _afterwards(out, tally, rest, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
 
@@ -163,9 +161,11 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
     )
 
 
-def _doubts(out: Output, tally: Counter[str], division: int, dry_run: bool) -> None:
+def _afterwards(out: Output, tally: Counter[str], rest: str, division: int, dry_run: bool) -> None:
     from lanindex.app.formatting import counted
 
+    if rest:
+        out.note(f"left out: {rest}")
     if tally["warnings"] and not (out.verbose or out.json):
         shown = "-v shows" if dry_run else "lanindex list --doubts tells"
         out.note(f"{counted(tally['warnings'], 'warning')}: {shown} more")
