@@ -65,6 +65,10 @@ def test_what_is_passed_over_is_counted_by_kind(folder: Path) -> None:
     assert len(list(discover([folder, folder / "b", folder / ".." / "in"], others))) == 3
     said = "2 .c3d, 1 .amc, 1 .gz, 1 .tar.gz (formats that are not read yet); 1 other file"
     assert left_out(others) == said
+    os.symlink(folder / "b", folder / "linked")
+    os.symlink(folder / "b", folder / ".linked")
+    assert len(list(discover([folder], others))) == 3
+    assert left_out(others) == said + "; 1 linked folder"
     assert left_out(["a.txt", "b", "v1.2"]) == "3 other files"
     assert left_out(["a/b.npy"]) == "1 .npy (formats that are not read yet)"
     assert left_out([]) == ""

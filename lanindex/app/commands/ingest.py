@@ -86,9 +86,7 @@ def run(
             _count(tally, outcome, chosen.meter.division)
             _report(out, outcome)
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
-    if rest:
-        out.note(f"left out: {rest}")
-    _doubts(out, tally, chosen.meter.division, dry_run)
+    _afterwards(out, tally, rest, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
 
@@ -134,6 +132,7 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally["milliseconds"] += round(1000 * outcome.seconds)
     tally["warnings"] += len(outcome.warnings)
     tally["anew"] += outcome.held and outcome.status == "added"
+    tally["moved"] += bool(outcome.moved) and outcome.status == "unchanged"
     tally["labelled"] += outcome.labelled
     tally["finer"] += outcome.division > division
 
@@ -141,14 +140,15 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
 def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
     from lanindex.app.formatting import counted, duration
 
-    if tally["unchanged"] == files and not tally["labelled"]:
+    if tally["unchanged"] == files and not (tally["labelled"] or tally["moved"]):
         out.note(f"nothing new: {counted(files, 'file')} unchanged")
         return
     would = "would be " if dry_run else ""
     counts = {
         f"{would}added": tally["added"] - tally["anew"],
         f"{would}written anew": tally["anew"],
-        "unchanged": tally["unchanged"],
+        "unchanged": tally["unchanged"] - tally["moved"],
+        "moved": tally["moved"],
         "labelled anew": tally["labelled"],
         "failed": tally["failed"],
     }
@@ -160,9 +160,11 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
     )
 
 
-def _doubts(out: Output, tally: Counter[str], division: int, dry_run: bool) -> None:
+def _afterwards(out: Output, tally: Counter[str], rest: str, division: int, dry_run: bool) -> None:
     from lanindex.app.formatting import counted
 
+    if rest:
+        out.note(f"left out: {rest}")
     if tally["warnings"] and not (out.verbose or out.json):
         shown = "-v shows" if dry_run else "lanindex list --doubts tells"
         out.note(f"{counted(tally['warnings'], 'warning')}: {shown} more")
@@ -184,5 +186,7 @@ def _report(out: Output, outcome: Outcome) -> None:
         out.record(record)
     if outcome.error:
         say_error(outcome.error)
+    if outcome.moved:
+        out.detail(f"{outcome.path}: was {outcome.moved} before")
     for warning in outcome.warnings:
         out.detail(f"{outcome.path}: {warning}")
