@@ -5,7 +5,7 @@ Source: ``encode/METHOD.md``, stages 2 and 2b; Matsumoto and Hachimura (2001), 4
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import dist
 from typing import NamedTuple
@@ -113,14 +113,14 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
     borders = np.ones(len(level) + 1, bool)
     borders[1:-1] = level[1:] != level[:-1]
     edges = np.flatnonzero(borders)
-    starts, stops = edges[:-1], edges[1:] - 1
-    heights = level[starts]
-    rises = np.arange(len(heights) + 1) > 0
+    heights = level[edges[:-1]]
+    rises = np.ones(len(heights) + 1, bool)
+    rises[0] = False
     rises[1:-1] = heights[1:] > heights[:-1]
     lowest = np.flatnonzero((rises[1:] > rises[:-1]) & (heights <= slow))
     deep = _deep(heights, lowest, prominence)
     chosen = np.zeros(len(level), bool)
-    chosen[0] = chosen[-1] = chosen[starts[deep]] = chosen[stops[deep]] = True
+    chosen[0] = chosen[-1] = chosen[edges[deep]] = chosen[edges[deep + 1] - 1] = True
     return np.flatnonzero(chosen)
 
 
@@ -169,31 +169,46 @@ def holds(
     [Hold(first=0, last=2), Hold(first=3, last=5)]
     """
     found: list[Hold] = []
-    frames = stops.tolist()
-    points = list(map(tuple, curve[stops].tolist()))
     limit = path_check or np.inf
-    reach = _reach(curve, stops) if path_check else [0.0] * len(frames)
     within = min(distance, limit)
-    first = 0
-    for last, stop in pairwise(range(len(frames))):
-        near = dist(points[stop], points[first]) <= within
-        if near and dist(points[last], points[first]) + reach[last] > limit:
-            near = sizes(curve[frames[last] : frames[stop]] - curve[frames[first]]).max() <= limit
+    marks = _marks(curve, stops, path_check)
+    first, origin, strays = next(marks)
+    last, before = first, origin
+    for stop, point, further in marks:
+        near = dist(point, origin) <= within
+        if near and dist(before, origin) + strays > limit:
+            near = sizes(curve[last:stop] - curve[first]).max() <= limit
         if not near:
-            found.append(Hold(frames[first], frames[last]))
-            first = stop
-    found.append(Hold(frames[first], frames[-1]))
+            found.append(Hold(first, last))
+            first, origin = stop, point
+        last, before, strays = stop, point, further
+    found.append(Hold(first, last))
     return found
 
 
-def _reach(curve: Floats, stops: NDArray[np.int64]) -> list[float]:
+def _marks(
+    curve: Floats, stops: NDArray[np.int64], path_check: float
+) -> Iterator[tuple[int, tuple[float, ...], float]]:
+    """Yield frame and place of each candidate, and how far the limb strays until the next.
+
+    As numbers of Python they take ten times the memory, so they are made a few at a time.
+    """
+    reach = np.zeros(len(stops))
+    if path_check:
+        reach[:-1] = _reach(curve, stops)
+    for part in blocks(len(stops)):
+        some = stops[part.inner]
+        places = map(tuple, curve[some].tolist())
+        yield from zip(some.tolist(), places, reach[part.inner].tolist(), strict=True)
+
+
+def _reach(curve: Floats, stops: NDArray[np.int64]) -> Floats:
     """Return how far the limb strays from each candidate until the next."""
     away = np.empty(max(len(curve) - 1, 0))
     origins = stops[:-1].repeat(stops[1:] - stops[:-1])
     for part in blocks(len(away)):
         away[part.inner] = sizes(curve[part.inner] - curve.T.take(origins[part.inner], axis=1).T)
-    reach: list[float] = np.maximum.reduceat(away, stops[:-1]).tolist()
-    return reach
+    return np.maximum.reduceat(away, stops[:-1])
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:

@@ -12,7 +12,7 @@ from bodies import SIMPLE, hierarchy, motion, person
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError
-from lanindex.formats.bvh.compiled import PLAIN, compiled
+from lanindex.formats.bvh.compiled import PLAIN, WORTH, compiled, paths
 
 READER = sys.modules["lanindex.formats.bvh.read"]
 
@@ -245,6 +245,26 @@ def test_small_work_does_not_load_numba(walk):
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert result.stdout.strip() == "False", result.stderr
+
+
+@pytest.mark.parametrize(("compose", "place"), [("parent", (0, 0, 240)), ("child", (-240, 0, 0))])
+def test_whose_turn_stands_first(compose, place):
+    # the root turns by a quarter about z, the chest about x; the neck lies 24 cm above the chest
+    width = person().split(b"\n")[-2].count(b" ") + 1
+    frame = [0.0, 92, 0, 90, 0, 0, 0, 90, *[0.0] * (width - 8)]
+    data = (hierarchy() + motion([frame] * 2)).encode()
+    seen = formats.read("x.bvh", data=data, compose=compose, up="y", unit="cm")
+    chest, neck = (seen.positions[0, seen.skeleton.names.index(name)] for name in ("Chest", "Neck"))
+    assert neck - chest == pytest.approx(place, abs=1e-3)
+
+
+def test_the_compiled_path_is_for_much_work_or_where_it_is_loaded(monkeypatch):
+    fast = compiled()
+    assert fast is not None
+    assert paths(WORTH) is paths(0) is fast
+    monkeypatch.delitem(sys.modules, "lanindex.formats.bvh.floats_fast")
+    assert paths(WORTH - 1) is PLAIN
+    assert paths(WORTH) is fast
 
 
 def test_every_role_of_the_test_body_is_a_joint():
