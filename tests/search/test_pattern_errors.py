@@ -317,6 +317,22 @@ def test_endless_texts_come_to_an_end(text):
         parse(text)
 
 
+def test_how_long_a_pattern_may_be():
+    text = "r_arm high//"
+    assert str(parse(text + "x" * (10_000 - len(text)))) == "r_arm high"
+    with pytest.raises(PatternError, match="A pattern of 10001 characters; 10000 is the most"):
+        parse(text + "x" * (10_001 - len(text)))
+
+
+def test_what_is_said_where_nothing_is_like_a_word():
+    with pytest.raises(PatternError) as caught:
+        parse("r_arm qqq")
+    assert caught.value.found == (
+        'I don\'t know "qqq". A movement has a direction (right, r_forward, forward, l_forward …) '
+        "and a level (high, mid, low)."
+    )
+
+
 @pytest.mark.fuzz
 @settings(max_examples=100_000, deadline=None)
 @given(st.lists(st.sampled_from(_SOUP), max_size=25), st.sampled_from(["", " "]))
