@@ -11,6 +11,9 @@ pattern::
         library.ingest("captures/")
         hits = library.search("r_arm right mid -> high")
         library.export(hits, "clips")
+
+The examples of each function and class are typed in a folder with the choreographies of
+``corpus/`` and, where they open ``dance.db``, a library into which those were ingested.
 """
 
 from __future__ import annotations
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
     from lanindex.perform import perform as animate
     from lanindex.pipeline import Library as Library
     from lanindex.pipeline import open_library as open_library
+
+    __version__: str
 
 _PUBLIC = {
     "read": ("lanindex.formats", "read"),
@@ -59,6 +64,7 @@ __all__ = [
     "Motion",
     "Score",
     "Symbol",
+    "__version__",
     "animate",
     "encode",
     "load_profile",
@@ -72,6 +78,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first asked for: the command's start shall be quick."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("lanindex")
     if name not in _PUBLIC:
         raise AttributeError(f"module 'lanindex' has no attribute {name!r}")
     module, attribute = _PUBLIC[name]

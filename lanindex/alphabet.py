@@ -56,7 +56,10 @@ JOINTS = (
     "LAnkle",
     "LToe",
 )
-"""The 20 joints of the body model (METHOD, stage 0; figure 2 of the paper)."""
+"""The 20 joints of the body model.
+
+Source: ``encode/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 2.
+"""
 
 JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 
@@ -151,7 +154,14 @@ GROUPS = (*_PAIRED, *_SINGLE)
 
 
 def mirrored_part(name: str) -> str:
-    """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``."""
+    """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``.
+
+    Examples
+    --------
+    >>> from lanindex.alphabet import mirrored_part
+    >>> mirrored_part("r_arm"), mirrored_part("head")
+    ('l_arm', 'head')
+    """
     return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]
 
 
@@ -159,5 +169,12 @@ _KIND_OF_GROUP = {"support": "support"}
 
 
 def kind_of(part: str) -> str:
-    """Return of which kind a part's track is; of a part that nobody knows, a gesture."""
+    """Return of which kind a part's track is; of a part that nobody knows, a gesture.
+
+    Examples
+    --------
+    >>> from lanindex.alphabet import kind_of
+    >>> kind_of("r_arm"), kind_of("l_support")
+    ('gesture', 'support')
+    """
     return _KIND_OF_GROUP.get(part[2:] if part[:2] in ("r_", "l_") else part, "gesture")

@@ -12,6 +12,19 @@ from functools import partial
 from typing import Any
 
 
+def shown(text: str, most: int = 60) -> str:
+    """Return what a message shows of a text from outside: its beginning, where it is long."""
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def quoted(value: object, most: int = 60) -> str:
+    """Return what a message shows of a value from outside, as Python writes it."""
+    try:
+        return shown(repr(value), most)
+    except (ValueError, RecursionError):  # a number of too many digits, lists in lists in lists
+        return "something too large to show"
+
+
 class LanindexError(Exception):
     """The root of all errors that LanIndex raises on purpose.
 
@@ -25,6 +38,15 @@ class LanindexError(Exception):
         What would have been right.
     remedy : str, optional
         One sentence that says what to do.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> try:
+    ...     lanindex.read("corpus/none.bvh")
+    ... except lanindex.LanindexError as error:
+    ...     print(error)
+    corpus/none.bvh: there is no such file, wanted a file that can be read
     """
 
     def __init__(self, found: str, *, place: str = "", wanted: str = "", remedy: str = "") -> None:
@@ -101,14 +123,18 @@ class PatternError(LanindexError):
         made = partial(type(self), text=self.text, start=self.start, stop=self.stop)
         return made, (self.found,)
 
-    def __str__(self) -> str:
-        """Return the line of the pattern, or what is near of a long one, a caret, the sentence."""
+    def line(self) -> tuple[str, int, int]:
+        """Return the line of the pattern, or what is near of a long one, and what it is about."""
         begin = self.text.rfind("\n", 0, self.start) + 1
         end = self.text.find("\n", self.start)
         end = len(self.text) if end < 0 else end
         first = begin if self.start - begin <= _NEAR else self.start - _NEAR // 2
         last = end if end - first <= 2 * _NEAR else first + 2 * _NEAR
         line = "…" * (first > begin) + self.text[first:last] + "…" * (last < end)
-        indent = self.start - first + (first > begin)
-        width = max(1, min(self.stop, last) - self.start)
-        return f"{line}\n{' ' * indent}{'^' * width}\n{self.found}"
+        start = self.start - first + (first > begin)
+        return line, start, start + max(0, min(self.stop, last) - self.start)
+
+    def __str__(self) -> str:
+        """Return the line of the pattern, a caret below it, and the sentence."""
+        line, start, stop = self.line()
+        return f"{line}\n{' ' * start}{'^' * max(1, stop - start)}\n{self.found}"

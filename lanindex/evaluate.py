@@ -6,18 +6,19 @@ A capture counts as found if a pattern has at least one hit in it.
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lanindex.errors import PatternError, UsageError
-from lanindex.model import Capture
-from lanindex.notation.text import read_text
+from lanindex import records
+from lanindex.errors import PatternError, UsageError, quoted, shown
+from lanindex.model import Capture, Meter
+from lanindex.notation.text import read_toml
 from lanindex.pipeline.ingest import discover
-from lanindex.pipeline.labels import Labels
+from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
@@ -32,13 +33,40 @@ RESAMPLES = 2000
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
-    """A pattern, and the labels of the captures that it should find."""
+class Expectation:
+    """A pattern, and the labels of the captures that it should find.
+
+    Attributes
+    ----------
+    name, text : str
+        What it is called, and how it is written.
+    query : Query
+        How it is understood.
+    positives : frozenset of str
+        Labels, or globs that fit them: ``walk*``.
+    """
 
     name: str
     text: str
     query: Query
     positives: frozenset[str]
+
+    def wants(self, label: str) -> bool:
+        """Return whether captures of this label should be found."""
+        return any(_fits(label, positive) for positive in self.positives)
+
+    def unused(self, labels: Iterable[str]) -> list[str]:
+        """Return the positives that none of these labels fits, in order."""
+        known = set(labels)
+        return sorted(
+            positive
+            for positive in self.positives
+            if not any(_fits(label, positive) for label in known)
+        )
+
+
+def _fits(label: str, positive: str) -> bool:
+    return label == positive or (bool(label) and fnmatchcase(label, positive))
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +113,7 @@ class Result:
 
     Attributes
     ----------
-    pattern : Pattern
+    expectation : Expectation
         Which.
     found, wanted : tuple of bool
         By clip.
@@ -93,7 +121,7 @@ class Result:
         The clips where the two differ.
     """
 
-    pattern: Pattern
+    expectation: Expectation
     found: tuple[bool, ...]
     wanted: tuple[bool, ...]
     misses: tuple[Miss, ...]
@@ -103,12 +131,12 @@ class Result:
         pairs = list(zip(self.found, self.wanted, strict=True))
         return pairs.count((True, True)), pairs.count((True, False)), pairs.count((False, True))
 
-    def record(self) -> dict[str, Any]:
-        """Return the figures as one JSON line."""
+    def record(self, *, misses: bool = False) -> dict[str, Any]:
+        """Return the figures, and what was judged wrongly if that is wanted, as one JSON line."""
         right, wrong, missed = self.counts()
         return {
-            "name": self.pattern.name,
-            "pattern": self.pattern.text,
+            "name": self.expectation.name,
+            "pattern": self.expectation.text,
             "precision": _ratio(right, right + wrong),
             "recall": _ratio(right, right + missed),
             "f1": _ratio(2 * right, 2 * right + wrong + missed) if right + missed else None,
@@ -117,51 +145,62 @@ class Result:
             "missed": missed,
             "positives": right + missed,
             "clips": len(self.found),
+            **({"misses": [self._miss(miss) for miss in self.misses]} if misses else {}),
         }
+
+    def obstacle(self, miss: Miss) -> str:
+        """Say why a capture that should have been found was not."""
+        from lanindex.search.explain import obstacle
+
+        return obstacle(self.expectation.query, miss.capture, miss.tracks)
+
+    def _miss(self, miss: Miss) -> dict[str, Any]:
+        said = {"capture": miss.capture.path, "label": miss.capture.label}
+        if miss.hit is None:
+            return {**said, "kind": "missed", "obstacle": self.obstacle(miss)}
+        return {**said, "kind": "wrong", "hit": records.of_hit(miss.hit)}
 
 
 def _ratio(part: int, whole: int) -> float:
     return part / whole if whole else 0.0
 
 
-def read_patterns(path: str | os.PathLike[str]) -> list[Pattern]:
-    """Read the patterns to evaluate.
+def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
+    """Read the patterns to evaluate, and what each should find.
 
     Parameters
     ----------
     path : path-like
-        TOML: ``name = {pattern = "...", positives = ["label", ...]}``.
+        TOML: ``name = {pattern = "...", positives = ["label", ...]}``; a label may be a glob.
 
     Returns
     -------
-    list of Pattern
+    list of Expectation
 
     Raises
     ------
+    NotationError
+        Where it cannot be read, or is no TOML.
     UsageError
-        Where it is no such file, or a pattern is not understood.
+        Where an entry is no such line, or a pattern is not understood.
     """
-    try:
-        table = tomllib.loads(read_text(Path(path)))
-    except tomllib.TOMLDecodeError as error:
-        raise UsageError(str(error), place=str(path), wanted="TOML") from error
-    patterns = []
-    for name, entry in table.items():
+    expectations = []
+    for name, entry in read_toml(Path(path)).items():
         match entry:
             case {"pattern": str(text), "positives": [*positives]} if len(entry) == 2 and all(
                 isinstance(label, str) for label in positives
             ):
-                query = _parsed(text, f"{path}: {name}")
-                patterns.append(Pattern(name, text, query, frozenset(positives)))
+                query = _parsed(text, f"{path}: {shown(name)}")
+                expectations.append(Expectation(name, text, query, frozenset(positives)))
             case _:
                 raise UsageError(
-                    f"{name} = {entry!r}"[:120],
+                    f"{shown(name)} = {quoted(entry)}",
                     place=str(path),
                     wanted='name = {pattern = "...", positives = ["label", ...]}',
                 )
-    if not patterns:
+    if not expectations:
         raise UsageError("no patterns", place=str(path), wanted="one at least")
-    return patterns
+    return expectations
 
 
 def _parsed(text: str, place: str) -> Query:
@@ -192,10 +231,10 @@ def read_clips(
     Clip
         In order of path.
     """
-    paths = [path for path in discover([folder]) if os.path.abspath(path) in labels]
+    paths = [path for path in discover([folder]) if key_of(path) in labels]
     tasks = (Task(path, profile) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs), 1):
-        label, metadata = labels[os.path.abspath(outcome.path)]
+        label, metadata = labels[key_of(outcome.path)]
         yield _clip(number, outcome, label or "", metadata)
 
 
@@ -209,40 +248,56 @@ def _clip(number: int, outcome: Outcome, label: str, metadata: Mapping[str, str]
         label,
         score.rate if score else Fraction(1),
         score.frames if score else 0,
+        score.meter if score else Meter(),
         metadata=metadata,
     )
     return Clip(capture, score.tracks if score else {}, outcome.error)
 
 
-def evaluate(clips: Sequence[Clip], patterns: Iterable[Pattern]) -> list[Result]:
+def evaluate(clips: Sequence[Clip], expectations: Iterable[Expectation]) -> list[Result]:
     """Search all clips for each pattern.
 
     Parameters
     ----------
     clips : sequence of Clip
         As from `read_clips`.
-    patterns : iterable of Pattern
+    expectations : iterable of Expectation
         As from `read_patterns`.
 
     Returns
     -------
     list of Result
         One a pattern.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from lanindex.encode.profile import load
+    >>> from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
+    >>> from lanindex.pipeline.labels import read_labels
+    >>> _ = Path("own.toml").write_text("bow = {pattern='torso forward', positives=['greeting']}")
+    >>> labels = read_labels("corpus/labels.csv")
+    >>> clips = list(read_clips("corpus/greetings.bvh", labels, load()))
+    >>> (bow,) = evaluate(clips, read_patterns("own.toml"))
+    >>> bow.counts()  # rightly found, wrongly found, missed
+    (1, 0, 0)
+    >>> summary([bow])["mean_f1"]
+    1.0
     """
     recordings = [(clip.capture, clip.tracks) for clip in clips]
     results = []
-    for pattern in patterns:
+    for expectation in expectations:
         hits: dict[int, Hit] = {}
-        for hit in find(pattern.query, recordings):
+        for hit in find(expectation.query, recordings):
             hits.setdefault(hit.capture.id, hit)
         found = tuple(clip.capture.id in hits for clip in clips)
-        wanted = tuple(clip.capture.label in pattern.positives for clip in clips)
+        wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
         misses = tuple(
             Miss(clip.capture, hits.get(clip.capture.id), clip.tracks)
             for clip, got, should in zip(clips, found, wanted, strict=True)
             if got != should
         )
-        results.append(Result(pattern, found, wanted, misses))
+        results.append(Result(expectation, found, wanted, misses))
     return results
 
 

@@ -11,6 +11,12 @@ from typing import Any
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.symbol import FIELDS
 
+HIT = (
+    *("capture", "capture_id", "label", "fps", "start_frame", "end_frame", "start", "end"),
+    *("fit", "symbols", "pattern"),
+)
+"""The keys of a hit, in order."""
+
 _BRIEF = ("direction", "level", "start", "stop")
 _MORE = ("passing", "swings", "margin")
 
@@ -29,7 +35,16 @@ def _said(symbol: Symbol, fields: tuple[str, ...]) -> dict[str, Any]:
 
 
 def of_symbol(symbol: Symbol) -> dict[str, Any]:
-    """Return the five keys that tell a symbol, and its amount where it has one."""
+    """Return the five keys that tell a symbol, and its amount where it has one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex import records
+    >>> score = lanindex.read_lnd("corpus/compass.lnd")
+    >>> records.of_symbol(score.symbols("r_arm")[0])
+    {'part': 'r_arm', 'direction': 'place', 'level': 'low', 'start_frame': 0, 'end_frame': 0}
+    """
     amount = {} if symbol.amount is None else {"amount": symbol.amount}
     return {"part": symbol.part, **_said(symbol, _BRIEF), **amount}
 
@@ -63,21 +78,24 @@ def of_capture(capture: Capture) -> dict[str, Any]:
         "seconds": seconds(capture, capture.frames),
         "sha256": capture.sha256,
         "metadata": dict(capture.metadata),
+        "warnings": list(capture.warnings),
     }
 
 
-def of_hit(hit: Hit) -> dict[str, Any]:
+def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
     """Return a hit: a line of ``search``.
 
     Parameters
     ----------
     hit : Hit
         Any.
+    pattern : str, optional
+        What found it, so that a line tells it by itself.
 
     Returns
     -------
     dict
-        Capture, frames, seconds, fit and the symbols that matched.
+        Capture, frames, seconds, fit, the symbols that matched, and the pattern if it is given.
     """
     capture = hit.capture
     return {
@@ -91,6 +109,7 @@ def of_hit(hit: Hit) -> dict[str, Any]:
         "end": seconds(capture, hit.span.stop),
         "fit": round(hit.fit, 3),
         "symbols": [of_symbol(symbol) for symbol in hit.symbols],
+        **({} if pattern is None else {"pattern": pattern}),
     }
 
 

@@ -6,7 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.library.store import Encoding, Library
+from lanindex.library.encoding import Encoding
+from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
 
@@ -27,7 +28,7 @@ def sample_score(seed: int = 0, parts=("r_arm", "l_arm", "head"), length: int = 
     rows["direction"], rows["level"] = (order + seed) % 9, (order + seed) % 3
     rows["start"], rows["stop"] = np.maximum(order * 10 - 9, 0), order * 10
     rows["tick"], rows["ticks"] = rows["start"], rows["stop"] - rows["start"]
-    rows["margin"] = np.linspace(0.1, 0.9, length)
+    rows["margin"] = np.linspace(0.1, 0.9, length).round(3)
     rows["runner_direction"], rows["runner_level"] = (order + 1) % 9, -1
     tracks = {part: Track(part, rows, (Span(0, length * 10),)) for part in parts}
     return Score(Fraction(30000, 1001), length * 10, Meter(), tracks, other=("// kept",))
@@ -35,7 +36,7 @@ def sample_score(seed: int = 0, parts=("r_arm", "l_arm", "head"), length: int = 
 
 def fill(path, captures: int) -> None:
     """Make a library of captures named 0.bvh, 1.bvh …."""
-    with Library.open(path, create=True) as library:
+    with Store.open(path, create=True) as library:
         for number in range(captures):
             add_sample(library, number)
 

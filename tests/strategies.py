@@ -19,9 +19,11 @@ INT32 = st.integers(-(2**31), 2**31 - 1)
 parts = st.sampled_from(list(PARTS))
 directions = st.integers(0, len(DIRECTIONS) - 1)
 levels = st.integers(0, len(LEVELS) - 1)
-margins = st.floats(0, 1, width=32)
-headings = st.lists(st.floats(width=32), max_size=20).map(
-    lambda values: np.array(values, np.float32)
+margins = st.integers(0, 1000).map(lambda thousandths: np.float32(thousandths / 1000))
+tenths = st.integers(-4000, 4000).map(lambda tenths: tenths / 10)
+headings = st.one_of(
+    st.lists(angle, max_size=20).map(lambda values: np.array(values, np.float32))
+    for angle in (tenths, st.floats(width=32))
 )
 rates = st.one_of(
     st.sampled_from(
@@ -95,8 +97,9 @@ def scores(draw, only=parts, most_frames=400):
 
 
 _wild_rest = st.tuples(
-    *(INT32, INT32, st.booleans(), INT32, INT32, st.floats(width=32)),
-    *(directions | st.just(-1), levels | st.just(-1), st.just(-1)),
+    *(st.integers(0, 2**31 - 1), st.integers(0, 2**31 - 1), st.booleans()),
+    *(st.integers(0, 2**16 - 1), st.integers(0, 2**24 - 1), margins),
+    *(directions | st.just(-1), levels | st.just(-1), st.integers(-1, 2**15 - 2)),
 )
 """The fields of a row from its tick on."""
 

@@ -3,7 +3,7 @@ import pickle
 import pytest
 
 from lanindex import errors
-from lanindex.errors import LanindexError, PatternError
+from lanindex.errors import LanindexError, PatternError, quoted, shown
 
 KINDS = [
     kind
@@ -27,3 +27,11 @@ def test_a_pattern_error_comes_whole_from_another_process() -> None:
     assert type(again) is PatternError
     assert vars(again) == vars(error)
     assert str(again) == str(error)
+
+
+def test_long_texts_are_cut() -> None:
+    assert shown("x" * 60) == "x" * 60
+    assert shown("x" * 61) == "x" * 59 + "…"
+    assert quoted("a\n") == "'a\\n'"
+    assert len(quoted(["x" * 5000])) == 60
+    assert quoted({"speed": 1 << 20_000}) == "something too large to show"

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lanindex.encode.profile import load
-from lanindex.errors import UsageError
+from lanindex.errors import LanindexError
 from lanindex.evaluate import (
     Clip,
-    Pattern,
+    Expectation,
     Result,
     evaluate,
     read_clips,
@@ -24,12 +24,12 @@ from lanindex.evaluate import (
 from lanindex.model import Capture
 from lanindex.search.language import parse
 
-UP = Pattern("up", "r_arm high", parse("r_arm high"), frozenset({"raise"}))
+UP = Expectation("up", "r_arm high", parse("r_arm high"), frozenset({"raise"}))
 
 
-def result(found: str, wanted: str, pattern: Pattern = UP) -> Result:
+def result(found: str, wanted: str, expectation: Expectation = UP) -> Result:
     """Return a result from rows of + and -."""
-    return Result(pattern, *(tuple(it == "+" for it in row) for row in (found, wanted)), ())
+    return Result(expectation, *(tuple(it == "+" for it in row) for row in (found, wanted)), ())
 
 
 def test_figures_by_hand() -> None:
@@ -138,22 +138,77 @@ def test_patterns_are_read(tmp_path: Path) -> None:
     [
         ("", "no patterns"),
         ("up = ", "wanted TOML"),
+        (f"up = {'9' * 5000}", "a number without end, wanted at most 4300 digits"),
+        (f"up = {'[' * 100_000}", "brackets inside brackets, too many, wanted TOML"),
+        (f"up = 0x{'f' * 5000}", "up = something too large to show, wanted name = {"),
+        (f"{'u' * 5000} = 1", f"{'u' * 59}… = 1, wanted name = {{"),
         ('up = "r_arm high"', "up = 'r_arm high'"),
         ('up = {pattern = "r_arm high"}', "up = {"),
         ('up = {pattern = "r_arm high", positives = [1]}', "up = {"),
         ('up = {pattern = "r_arm high", positives = [], more = 1}', "up = {"),
         ('up = {pattern = "r_arm hgih", positives = []}', 'Did you mean "high"?'),
     ],
+    ids=lambda text: text[:40],
 )
 def test_bad_patterns_are_told(tmp_path: Path, text: str, found: str) -> None:
     path = tmp_path / "p.toml"
     path.write_text(text)
-    with pytest.raises(UsageError) as caught:
+    with pytest.raises(LanindexError) as caught:
         read_patterns(path)
     assert str(path) in str(caught.value)
+    assert len(str(caught.value)) < 400
     assert found in str(caught.value)
 
 
 def test_a_clip_without_tracks_is_never_found() -> None:
     clip = Clip(Capture(1, "a", "bvh", "", "raise", Fraction(30), 10), {}, "torn")
     assert evaluate([clip], [UP])[0].found == (False,)
+
+
+def wants(*positives: str) -> Expectation:
+    return Expectation("up", "r_arm high", parse("r_arm high"), frozenset(positives))
+
+
+@pytest.mark.parametrize(
+    ("positives", "label", "fits"),
+    [
+        (["walk*"], "walk slow", True),
+        (["walk*"], "Walk", False),
+        (["run", "walk [a]"], "walk [a]", True),
+        (["walk [ab]"], "walk b", True),
+        (["*"], "run", True),
+        (["*"], "", False),
+        (["walk"], "walks", False),
+        ([], "", False),
+    ],
+)
+def test_positives_are_labels_or_globs(positives: list[str], label: str, fits: bool) -> None:
+    assert wants(*positives).wants(label) is fits
+
+
+def test_positives_that_fit_no_label_are_told() -> None:
+    assert wants("run", "walk*", "jump*").unused(["walk slow", "", "jum"]) == ["jump*", "run"]
+
+
+def test_a_score_counts_in_its_own_beats(tmp_path: Path) -> None:
+    slow = "#speed=30\n#unit0\ndirection r_arm place low 0 0\n#unit1\n"
+    (tmp_path / "slow.lnd").write_text(slow + "direction r_arm place high 1 3\n")
+    labels = {str(tmp_path / "slow.lnd"): ("raise", {})}
+    (clip,) = read_clips(tmp_path, labels, load())
+    for text, found in (("r_arm high 2b", True), ("r_arm high 4s", True), ("r_arm high 4b", False)):
+        question = Expectation("up", text, parse(text), frozenset({"raise"}))
+        assert evaluate([clip], [question])[0].found == (found,)
+
+
+def test_the_record_holds_what_was_judged_wrongly(folder: Path) -> None:
+    names = {"raise": "other", "bow": "raise"}
+    labels = {str(folder / f"{name}.bvh"): (label, {}) for name, label in names.items()}
+    (judged,) = evaluate(list(read_clips(folder, labels, load())), [UP])
+    assert "misses" not in judged.record()
+    missed, wrong = judged.record(misses=True)["misses"]
+    assert (missed["kind"], missed["label"]) == ("missed", "raise")
+    assert missed["capture"].endswith("bow.bvh")
+    assert missed["obstacle"] == judged.obstacle(judged.misses[0])
+    assert (wrong["kind"], wrong["label"]) == ("wrong", "other")
+    assert wrong["hit"]["capture"] == wrong["capture"]
+    assert wrong["hit"]["symbols"][0]["level"] == "high"

@@ -1,4 +1,4 @@
-"""METHOD's laws on a few real captures; tests/benchmarks/laws.py takes all of them."""
+"""The laws of encode/METHOD.md on a few real captures; tests/benchmarks/laws.py takes all."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,8 +1,9 @@
 """The README does what it shows: its sessions are typed on a terminal, its Python is run."""
 
+import json
 import os
-import pty
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from conftest import REPOSITORY
+from terminal import screen, written
 
 README = REPOSITORY / "README.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -33,31 +35,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def typed(command: str, place: Path) -> str:
     """Return what a terminal shows, output and notes together."""
-    ours, theirs = pty.openpty()
-    path = f"{place / 'bin'}:{os.environ['PATH']}"
-    process = subprocess.Popen(
-        command,
-        shell=True,
-        cwd=place,
-        stdin=subprocess.DEVNULL,
-        stdout=theirs,
-        stderr=theirs,
-        env={**os.environ, "PATH": path, "NO_COLOR": "1", "COLUMNS": "200"},
-    )
-    os.close(theirs)
-    seen = b""
-    while True:
-        try:
-            chunk = os.read(ours, 65536)
-        except OSError:  # the other end is closed
-            break
-        if not chunk:
-            break
-        seen += chunk
-    os.close(ours)
-    process.wait()
-    shown = re.sub(r"(?m)^.*\r(?!\n)", "", seen.decode().replace("\r\n", "\n"))
-    return shown.replace("\x1b[K", "")
+    return screen(written(command, place, PATH=f"{place / 'bin'}:{os.environ['PATH']}"))
 
 
 def settled(text: str) -> str:
@@ -111,3 +89,52 @@ def test_the_test_command_is_what_ci_runs() -> None:
     (line,) = [block for block in blocks("sh") if "[dev]" in block]
     assert line.startswith("python3 -m venv .venv && ")
     assert line.rstrip().endswith("pytest -n auto")
+
+
+def test_rooms_are_those_of_the_house() -> None:
+    rooms = README.read_text().partition("| `lanindex/app/`")[2].partition("\n\n")[0]
+    named = set(re.findall(r"`(?:lanindex/)?(\w+)(?:/|\.py)`", rooms)) - {"profiles", "migrations"}
+    package = REPOSITORY / "lanindex"
+    there = {path.parent.name for path in package.glob("*/__init__.py")}
+    there |= {path.stem for path in package.glob("*.py") if not path.stem.startswith("_")}
+    assert {"app", *named} == there
+
+
+ROWS: dict[str, set[str]] = {}
+for verbs, keys in re.findall(
+    r"^\| (`.*`) \| [^|]* \| `(\w+ [\w ]+)` \|$", README.read_text(), re.MULTILINE
+):
+    for verb in re.findall("`(.*?)`", verbs):
+        ROWS.setdefault(verb, set()).add(keys)
+ARGUMENTS = {
+    "search": "'r_arm high'",
+    "search --count": "'r_arm high'",
+    "export": "'r_arm high' --in *greetings.bvh -o records",
+    "show": "1",
+    "remove": "1 --dry-run",
+    "ingest": "corpus/greetings.bvh --force",
+    "inspect": "corpus/greetings.bvh",
+    "evaluate": "corpus --labels corpus/labels.csv --patterns records.toml",
+}
+
+
+@pytest.mark.parametrize("verb", ROWS)
+def test_records_are_as_the_table_says(place: Path, verb: str) -> None:
+    env = {**os.environ, "LANINDEX_DB": str(place / "records.db")}
+    pattern = 'up = {pattern = "r_arm high", positives = ["semaphore"]}'
+    (place / "records.toml").write_text(pattern)
+    command = [str(place / "bin" / "lanindex"), *verb.split(), "--json"]
+    if not (place / "records.db").exists():
+        ingest = [command[0], "ingest", "corpus/greetings.bvh"]
+        subprocess.run(ingest, cwd=place, env=env, check=True)
+    words = f"{shlex.join(command)} {ARGUMENTS.get(verb, '')}"
+    done = subprocess.run(words, cwd=place, env=env, shell=True, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    kinds = {" ".join(json.loads(line)) for line in done.stdout.splitlines()}
+    assert kinds == ROWS[verb]
+
+
+def test_every_verb_with_records_is_in_the_table() -> None:
+    commands = (REPOSITORY / "lanindex" / "app" / "commands").glob("*.py")
+    told = {path.stem for path in commands if "out.record(" in path.read_text()}
+    assert told == {verb.split()[0] for verb in ROWS}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from itertools import pairwise
 from typing import Annotated, Any
@@ -12,6 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from lanindex.app.output import end_progress, escaped, say_error
 from lanindex.errors import LanindexError, UsageError
 
 VERBS = {
@@ -28,6 +30,7 @@ VERBS = {
     "animate": "Let a standard body carry out a score",
     "evaluate": "Measure patterns against labelled captures",
     "db": "Look after the library: status, upgrade, check",
+    "words": "Show the language of patterns on a page",
 }
 SETTINGS: dict[str, Any] = {
     "add_completion": False,
@@ -37,12 +40,25 @@ SETTINGS: dict[str, Any] = {
 }
 
 
+COMPLETE = "_LANINDEX_COMPLETE"
+"""The variable in which a shell asks what may come next."""
+
+_BAD_CALL: Any = typer.BadParameter.__base__
+"""What the parser of arguments raises; only its child has a public name."""
+
+
 class Verbs(TyperGroup):
     """The group of all verbs; imports a verb when it is called."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the verbs in the order of the table."""
         return list(VERBS)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the verb that was typed; refuse what is none with the nearest one."""
+        if args and args[0] not in VERBS and not ctx.resilient_parsing:
+            raise UsageError(f'"{args[0]}" is no verb', remedy=_guess(args[0]))
+        return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Import a verb's module and return its command."""
@@ -63,48 +79,87 @@ class Verbs(TyperGroup):
         with formatter.section("Verbs"):
             formatter.write_dl(list(VERBS.items()))
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options that stand before the verb."""
+        with _told(ctx):
+            return list(super().parse_args(ctx, args))
+
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; turn errors into one message and an exit code."""
-        try:
+        with _told(ctx):
             _refuse_empty(ctx.args)
             result = super().invoke(ctx)
             sys.stdout.flush()
             return result
-        except LanindexError as error:
-            say_error(str(error))
-            raise typer.Exit(2) from error
-        except BrokenPipeError as error:
+
+
+@contextmanager
+def _told(ctx: Any) -> Iterator[None]:
+    """Tell errors in one message, and escape what the parser repeats of the arguments."""
+    try:
+        yield
+    except _BAD_CALL as error:
+        lines = (error.message or "").split("\n")  # where nothing was asked, the help is in it
+        error.message = "\n".join(map(escaped, lines))
+        raise
+    except (LanindexError, OSError, KeyboardInterrupt) as error:
+        end_progress()
+        raise typer.Exit(_reported(error, ctx.invoked_subcommand)) from error
+
+
+def _reported(error: BaseException, verb: str | None) -> int:
+    """Say what broke a verb off, and return its exit code."""
+    match error:
+        case LanindexError():
+            say_error(error)
+            return 2
+        case BrokenPipeError():
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise typer.Exit(0) from error
-        except OSError as error:
+            return 0
+        case OSError():
             say_error(f"standard output: cannot be written ({error.strerror})")
-            raise typer.Exit(2) from error
-        except KeyboardInterrupt as error:
-            kept = "; what was finished is kept" if ctx.invoked_subcommand == "ingest" else ""
+            return 2
+        case _:
+            kept = "; what was finished is kept" if verb == "ingest" else ""
             say_error(f"interrupted{kept}")
-            raise typer.Exit(130) from error
+            return 130
+
+
+def _guess(word: str) -> str:
+    from rapidfuzz import process
+
+    near = process.extractOne(word.lower(), list(VERBS), score_cutoff=60)
+    return f"Did you mean {near[0]}?" if near else "All are shown by: lanindex --help"
 
 
 def _refuse_empty(words: Sequence[str]) -> None:
     """Refuse an empty argument: mostly a variable of the shell that is not set."""
     for before, word in pairwise(["", *words]):
-        if not word or (word.startswith("--") and word.endswith("=")):
+        if not word or (word.startswith("--") and word.find("=") == len(word) - 1):
             option = (word or before).rstrip("=")
             place = option if option.startswith("-") else ""
             raise UsageError("an empty argument", place=place, wanted="something in it")
 
 
-def say_error(message: str) -> None:
-    """Print an error as users see it, on standard error; a drawing stands by itself."""
-    print(message if "\n" in message else f"lanindex: {message}", file=sys.stderr)
-
-
 def _version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        import lanindex
 
-        print(f"lanindex {version('lanindex')}")
+        print(f"lanindex {lanindex.__version__}")
         raise typer.Exit
+
+
+def _complete(doing: str) -> Callable[[bool], None]:
+    """Return what installs or shows the completion of a shell."""
+
+    def act(wanted: bool) -> None:
+        if wanted:
+            from lanindex.app import completion
+
+            getattr(completion, doing)()
+            raise typer.Exit
+
+    return act
 
 
 app = typer.Typer(cls=Verbs, no_args_is_help=True, **SETTINGS)
@@ -116,6 +171,24 @@ def lanindex(
         bool,
         typer.Option("--version", callback=_version, is_eager=True, help="Say which version."),
     ] = False,
+    install_completion: Annotated[
+        bool,
+        typer.Option(
+            "--install-completion",
+            callback=_complete("install"),
+            is_eager=True,
+            help="Let your shell complete verbs and options.",
+        ),
+    ] = False,
+    show_completion: Annotated[
+        bool,
+        typer.Option(
+            "--show-completion",
+            callback=_complete("show"),
+            is_eager=True,
+            help="Show what that installs.",
+        ),
+    ] = False,
 ) -> None:
     """Find human movement by what it is.
 
@@ -124,8 +197,19 @@ def lanindex(
     """
 
 
+def _read_as_unicode() -> None:
+    """Begin again where the locale cannot spell what archives hold: names beyond ASCII."""
+    if sys.getfilesystemencoding() == "ascii" and "utf8" not in sys._xoptions:
+        os.execv(sys.executable, [sys.executable, "-X", "utf8", *sys.orig_argv[1:]])
+
+
 def main() -> None:
     """Run the command."""
+    _read_as_unicode()
+    if COMPLETE in os.environ:
+        from typer._completion_classes import completion_init
+
+        completion_init()
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # the caller has closed it
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (lasts as long as we do)

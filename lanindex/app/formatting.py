@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 from lanindex import records
+from lanindex.app.columns import room, wrapped
 from lanindex.app.output import Output
+from lanindex.model.hit import in_words
 
 if TYPE_CHECKING:
     from lanindex.model import Hit, Symbol
 
 
+NARROW = 24
+"""Cells that the symbols of a hit need at least, to hang below each other."""
+
+
 def words(symbols: Iterable[Symbol]) -> str:
     """Return symbols in short: a part is named where it changes."""
-    words: list[str] = []
-    part = ""
-    for symbol in symbols:
-        name = symbol.words
-        words.append(name if symbol.part == part else f"{symbol.part} {name}")
-        part = symbol.part
-    return ", ".join(words)
+    return ", ".join(in_words(symbols))
 
 
-def hits(out: Output, found: Iterable[Hit]) -> None:
-    """Print hits: grouped by capture on a terminal, a line each elsewhere."""
+def hits(out: Output, found: Iterable[Hit], pattern: str) -> None:
+    """Print the hits of a pattern: grouped by capture on a terminal, a line each elsewhere."""
     if out.json:
         for hit in found:
-            out.record(records.of_hit(hit))
+            out.record(records.of_hit(hit, pattern))
     elif not out.terminal:
         for hit in found:
             record = records.of_hit(hit)
@@ -43,13 +44,18 @@ def hits(out: Output, found: Iterable[Hit]) -> None:
 
 def _group(out: Output, found: list[Hit]) -> None:
     capture = found[0].capture
-    label = f"  {out.paint(capture.label, 'dim')}" if capture.label else ""
-    out.line(out.paint(capture.path, "path") + label)
+    label = ("  ", out.paint(capture.label, "dim")) if capture.label else ()
+    out.line(out.paint(capture.path, "path"), *label)
     for hit in found:
         begin, end = (records.seconds(capture, frame) for frame in (hit.span.start, hit.span.stop))
-        time = out.paint(f"{begin:8.2f}-{end:.2f} s", "place")
-        frames = out.paint(f"[{hit.span.start}, {hit.span.stop})", "dim")
-        out.line(f"{time}  {frames}  fit {hit.fit:.2f}  {words(hit.symbols)}")
+        time, frames = f"{begin:8.2f}-{end:.2f} s", f"[{hit.span.start}, {hit.span.stop})"
+        fit = f"  fit {hit.fit:.2f}  "
+        before = len(f"{time}  {frames}{fit}")
+        left = room() - before
+        first, *others = wrapped(in_words(hit.symbols), left if left >= NARROW else sys.maxsize)
+        out.line(out.paint(time, "place"), "  ", out.paint(frames, "dim"), fit, first)
+        for other in others:
+            out.line(" " * before + other)
 
 
 def duration(value: float) -> str:

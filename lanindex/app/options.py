@@ -54,6 +54,33 @@ Overlaps = Annotated[
 In = Annotated[
     str | None, typer.Option("--in", metavar="GLOB", help="Only captures whose path matches.")
 ]
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--where",
+        metavar="KEY=GLOB",
+        help="Only captures whose label, format or other column matches.",
+    ),
+]
+
+
+def where(given: list[str] | None) -> list[tuple[str, str]]:
+    """Return columns of captures, each with the glob that it shall match.
+
+    Raises
+    ------
+    UsageError
+        Where one of them is no ``KEY=GLOB``.
+    """
+    from lanindex.errors import UsageError
+
+    pairs = []
+    for text in given or []:
+        key, equals, glob = text.partition("=")
+        if not (key and equals):
+            raise UsageError(f'"{text}"', place="--where", wanted="KEY=GLOB, such as label=walk*")
+        pairs.append((key, glob))
+    return pairs
 
 
 def rate(text: str) -> Fraction:

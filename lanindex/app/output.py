@@ -1,21 +1,58 @@
-"""Where results and notes go: standard output and standard error, for people and for pipes."""
+"""Where results and notes go: standard output and standard error, for people and for pipes.
+
+This is the one place that decides what reaches a terminal: whatever comes from files, tables,
+names or arguments is escaped here, so that no character of it can steer the terminal.
+"""
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, TextIO
 
-from lanindex.errors import UsageError
+from lanindex.errors import PatternError, UsageError
 
-ESCAPED = {code: f"\\x{code:02x}" for code in (*range(32), 127)}
-"""Control characters, as they are shown where a line is a record."""
+if TYPE_CHECKING:
+    from lanindex.app.progress import Bar
+
+_CONTROLS = (*range(0x20), *range(0x7F, 0xA0))
+_UNSEEN = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
+ESCAPED = {code: f"\\x{code:02x}" for code in _CONTROLS} | {
+    code: f"\\u{code:04x}" for code in _UNSEEN
+}
+"""Characters that would steer a terminal (C0, DEL, C1) or turn and break its lines without being
+seen (bidirectional marks, line and paragraph separators), and how they are shown instead."""
+
+_IN_JSON = {code: f"\\u{code:04x}" for code in ESCAPED if code >= 0x7F}
 
 STYLES = {"path": "35", "place": "32", "match": "1;31", "dim": "2", "warn": "33"}
 """Terminal styles by meaning (ECMA-48)."""
+
+_bars: list[Bar] = []
+
+
+class Painted(str):
+    """Text that is escaped already and carries the program's own colours."""
+
+    __slots__ = ()
+
+
+def escaped(text: str) -> str:
+    r"""Return text that may be printed: what would steer a terminal is escaped.
+
+    Parameters
+    ----------
+    text : str
+        Anything; what `Output.paint` returned stays as it is.
+
+    Examples
+    --------
+    >>> print(escaped("walk\x1b[31m.bvh"))
+    walk\x1b[31m.bvh
+    """
+    return text if isinstance(text, Painted) or text.isprintable() else text.translate(ESCAPED)
 
 
 @dataclass(frozen=True)
@@ -51,61 +88,93 @@ class Output:
         wanted = self.color == "always" or (
             self.color == "auto" and self.terminal and not os.environ.get("NO_COLOR")
         )
-        return f"\x1b[{STYLES[style]}m{text}\x1b[0m" if wanted else text
+        return Painted(f"\x1b[{STYLES[style]}m{escaped(text)}\x1b[0m") if wanted else text
 
-    def line(self, line: str = "") -> None:
-        """Print a line of results."""
-        print(line)
+    def line(self, *pieces: str) -> None:
+        """Print a line of results; a painted piece stands by itself among the others."""
+        _say("".join(map(escaped, pieces)), sys.stdout)
+
+    def text(self, text: str) -> None:
+        """Print lines of results."""
+        for line in text.split("\n"):
+            self.line(line)
+
+    def content(self, text: str) -> None:
+        """Print a file: as it is in a pipe, as lines where a person reads it."""
+        if self.terminal:
+            self.text(text.removesuffix("\n"))
+        else:
+            _say(text.removesuffix("\n"), sys.stdout)
 
     def record(self, values: dict[str, Any]) -> None:
         """Print a result as a line of JSON."""
-        print(json.dumps(values, ensure_ascii=False))
+        from json import dumps
+
+        spelled = dumps(values, ensure_ascii=not _unicode(sys.stdout))
+        _say(spelled if spelled.isprintable() else spelled.translate(_IN_JSON), sys.stdout)
 
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as fields between tabs."""
-        print("\t".join(str(value).translate(ESCAPED) for value in values))
+        _say("\t".join(escaped(str(value)) for value in values), sys.stdout)
 
     def note(self, line: str) -> None:
         """Say something beside the results, unless it shall be quiet."""
         if not self.quiet:
-            print(line, file=sys.stderr, flush=True)
+            _say(escaped(line), sys.stderr)
 
     def detail(self, line: str) -> None:
         """Say something that only the curious want to know."""
         if self.verbose:
-            print(line, file=sys.stderr, flush=True)
+            _say(escaped(line), sys.stderr)
 
     def table(self, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-        """Print rows in columns, numbers to the right; tab-separated in a pipe."""
-        lines = [[str(cell) for cell in row] for row in rows]
+        """Print rows in columns as wide as the terminal; tab-separated in a pipe."""
+        lines = [[escaped(str(cell)) for cell in row] for row in [head, *rows]]
         if not self.terminal:
-            for line in [list(head), *lines]:
+            for line in lines:
                 self.row(line)
             return
-        widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
-        for index, line in enumerate([list(head), *lines]):
-            cells = [
-                cell.rjust(width) if _numeric(cell) else cell.ljust(width)
-                for cell, width in zip(line, widths, strict=True)
-            ]
-            text = "  ".join(cells).rstrip()
+        from lanindex.app.columns import laid_out
+
+        for index, text in enumerate(laid_out(lines)):
             self.line(self.paint(text, "dim") if index == 0 else text)
 
     def progress(self, things: Iterator[Any], total: int, noun: str) -> Iterator[Any]:
-        """Yield things and, on a terminal, keep count of them on standard error."""
-        shown = sys.stderr.isatty() and not self.quiet
+        """Yield things and, on a terminal, show on standard error how far they are."""
+        if self.quiet or total < 2 or not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
+            yield from things
+            return
+        from lanindex.app.progress import Bar
+
+        bar = Bar(total, noun, colors=self.color != "never")
+        _bars.append(bar)
+        bar.show()
         try:
-            for index, thing in enumerate(things, 1):
-                if shown:
-                    print(f"\r{index}/{total} {noun}", end="", file=sys.stderr, flush=True)
+            for thing in things:
+                bar.advance()
                 yield thing
         finally:
-            if shown:
-                print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+            bar.hide()
+            if bar in _bars:
+                _bars.remove(bar)
 
 
-def _numeric(cell: str) -> bool:
-    return cell.replace(".", "", 1).lstrip("-").isdigit()
+def say_error(error: Exception | str) -> None:
+    """Print an error as people see it, on standard error: one line, or a pattern's drawing."""
+    said, drawing = str(error), error if isinstance(error, PatternError) else None
+    if isinstance(error, Exception) and isinstance(error.__cause__, PatternError):
+        drawing, said = error.__cause__, said.removesuffix(f"\n{error.__cause__}")
+    if drawing is not error:
+        _say(f"lanindex: {escaped(said)}", sys.stderr)
+    if drawing is not None:
+        _say(_drawn(drawing), sys.stderr)
+
+
+def end_progress() -> None:
+    """Take what is shown of a job's progress from the terminal: it will not go on."""
+    for bar in _bars:
+        bar.hide()
+    _bars.clear()
 
 
 def one_of(name: str, value: str, choices: Sequence[str]) -> str:
@@ -119,3 +188,25 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
     if value not in choices:
         raise UsageError(f'"{value}"', place=name, wanted=" or ".join(choices))
     return value
+
+
+def _say(line: str, stream: TextIO) -> None:
+    for bar in _bars:  # what tells progress steps aside
+        bar.hide()
+    print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
+    for bar in _bars:
+        bar.show()
+
+
+def _unicode(stream: TextIO) -> bool:
+    return (stream.encoding or "").lower().startswith("utf")
+
+
+def _drawn(error: PatternError) -> str:
+    """Return a pattern error with its caret below the word, however wide that is shown."""
+    from lanindex.app.columns import width
+
+    line, start, stop = error.line()
+    before, meant = escaped(line[:start]), escaped(line[start:stop])
+    caret = " " * width(before) + "^" * max(1, width(meant))
+    return f"{before}{meant}{escaped(line[stop:])}\n{caret}\n{escaped(error.found)}"

@@ -57,6 +57,33 @@ _UPRIGHT = 0.7
 _CALIBRATION_SPEED = 25_000.0  # mm/s
 
 
+def told_unit(unit: str) -> str:
+    """Return a unit that the user names, as a key of `UNITS`.
+
+    Raises
+    ------
+    UsageError
+        There is no such unit.
+    """
+    name = _OTHER_NAMES.get(unit.lower(), unit.lower())
+    if name not in UNITS:
+        raise UsageError(f"unit {unit!r}", wanted=f"one of {', '.join(UNITS)}")
+    return name
+
+
+def told_up(up: str) -> str:
+    """Return a vertical axis that the user names, as a key of `AXES`.
+
+    Raises
+    ------
+    UsageError
+        There is no such axis.
+    """
+    if up.lower() not in AXES:
+        raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
+    return up.lower()
+
+
 def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float, tuple[str, ...]]:
     """Return the unit.
 
@@ -72,11 +99,15 @@ def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float,
     -------
     tuple of str, float and tuple of str
         Name, millimetres in one, warnings.
+
+    Examples
+    --------
+    >>> from lanindex.body.calibration import unit_of
+    >>> unit_of({"Hip Knee Ankle": 84.0}, None), unit_of({"Hip Knee Ankle": 84.0}, "mm")
+    (('cm (detected)', 10.0, ()), ('mm', 1.0, ()))
     """
     if unit is not None:
-        name = _OTHER_NAMES.get(unit.lower(), unit.lower())
-        if name not in UNITS:
-            raise UsageError(f"unit {unit!r}", wanted=f"one of {', '.join(UNITS)}")
+        name = told_unit(unit)
         return name, UNITS[name], ()
     known = [
         (limb, length, typical)
@@ -133,11 +164,19 @@ def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ..
     -------
     tuple of str and tuple of str
         A key of `AXES`, and warnings.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.alphabet import JOINT_CODES
+    >>> from lanindex.body.calibration import up_of
+    >>> body = np.zeros((1, 20, 3))
+    >>> body[0, JOINT_CODES["Neck"]] = 0, 0, 140  # over ankles at 0: z is up
+    >>> up_of(body, None)
+    ('z', ())
     """
     if up is not None:
-        if up.lower() not in AXES:
-            raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
-        return up.lower(), ()
+        return told_up(up), ()
     spine = _middle(body, _TOPS) - _middle(body, _BOTTOMS)
     length = math.sqrt(float((spine * spine).sum()) / len(spine))
     mean = (spine.sum(axis=0) / len(spine)).tolist()
@@ -188,6 +227,13 @@ def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> 
         (2, W, 3) mm: the wrists that are there, in the first two frames.
     rate : Fraction
         Hz.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.body.calibration import first_frame
+    >>> first_frame([[(0, 0, 0)], [(500, 0, 0)]], Fraction(120))  # 60 m/s
+    1
     """
     if len(wrists) < 2:
         return 0

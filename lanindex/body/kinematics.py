@@ -115,6 +115,13 @@ def sine_cosine(degrees: Array) -> tuple[Array, Array]:
     -------
     tuple of ndarray and ndarray
         Within 2e-16.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.body.kinematics import sine_cosine
+    >>> sine_cosine(np.array([0.0, 30.0, 60.0]))
+    (array([0.       , 0.5      , 0.8660254]), array([1.       , 0.8660254, 0.5      ]))
     """
     quarter = np.rint(degrees / 90.0)
     rest = (degrees - 90.0 * quarter) * RADIANS
@@ -149,6 +156,15 @@ def positions(work: Plan, values: Array) -> Array:
     -------
     ndarray
         (T, J, 3) float64, units of the file.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.body.kinematics import plan, positions
+    >>> work = plan([-1, 0], [(0, 0, 0), (0, -30, 0)], [(0, 1, 2, 5), ()])  # x, y, z, about z
+    >>> positions(work, np.array([[0.0, 90, 0, 0], [0, 90, 0, 90]]))[1].round(3)
+    array([[ 0., 90.,  0.],
+           [30., 90.,  0.]])
     """
     places = np.empty((len(values), len(work.parents), 3))
     for start in range(0, len(values), _BLOCK):

@@ -4,6 +4,8 @@ Names first (`by_name`), then, for what names do not tell, the shape of the skel
 
 A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
 down to the ankles or both arms from shoulder to wrist.
+
+Source: ``encode/METHOD.md``, stage 0.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from lanindex.body.by_name import LIMBS, by_name
 from lanindex.body.names import keys, tables
 from lanindex.body.rig import Rig
 from lanindex.errors import BodyError
-from lanindex.model import Reading
+from lanindex.model import Reading, Skeleton
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +62,10 @@ class Understanding:
     doubts: tuple[str, ...]
 
     def oriented(
-        self, places: Floats, out: NDArray[np.float32] | None = None
+        self,
+        places: Floats,
+        out: NDArray[np.float32] | None = None,
+        kept: NDArray[np.int64] | None = None,
     ) -> NDArray[np.float32]:
         """Turn places to y up and scale them to millimetres.
 
@@ -70,12 +75,16 @@ class Understanding:
             (..., 3) float64, units and axes of the file.
         out : ndarray, optional
             (..., 3) float32: where to.
+        kept : ndarray, optional
+            (K,) int64, which joints of (..., J, 3) places; else all.
 
         Returns
         -------
         ndarray
             (..., 3) float32, mm, y up.
         """
+        if kept is not None:
+            places = places.take(kept, axis=-2)
         result = np.empty(places.shape, np.float32) if out is None else out
         for axis, (source, sign) in enumerate(calibration.AXES[self.up]):
             factor = sign * self.scale
@@ -84,7 +93,14 @@ class Understanding:
 
 
 def sampled(frames: int) -> NDArray[np.int64]:
-    """Return the frames whose poses tell the body: spread over the capture, at most `POSES`."""
+    """Return the frames whose poses tell the body: spread over the capture, at most `POSES`.
+
+    Examples
+    --------
+    >>> from lanindex.body.understand import sampled
+    >>> sampled(5), len(sampled(100_000))
+    (array([0, 1, 2, 3, 4]), 32)
+    """
     return np.linspace(0, frames - 1, min(frames, POSES)).astype(np.int64)
 
 
@@ -126,6 +142,20 @@ def understand(
         This is no human skeleton; names the joints that are missing.
     UsageError
         Unit or axis are not known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import lanindex
+    >>> from lanindex.body.understand import sampled, understand
+    >>> from lanindex.model import Reading
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> places = motion.positions.astype(float) / 1000  # as a file in metres would have them
+    >>> names, parents = motion.skeleton.names, motion.skeleton.parents.tolist()
+    >>> poses = places[sampled(len(places))]
+    >>> found = understand(names, parents, poses, places[:2], motion.rate, Reading())
+    >>> found.unit, found.scale, found.up, names[found.body[0]]
+    ('m (detected)', 1000.0, 'y', 'Hips')
     """
     body, doubts = find_body(Rig(names, parents, poses), path)
     seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)
@@ -139,6 +169,34 @@ def understand(
     posed = ("frame 0 is a calibration pose: frame 1 stands in for it",) if first else ()
     doubts = (*doubts, *unit_doubts, *up_doubts, *facing_doubts, *posed)
     return Understanding(body, unit, scale, up, first, doubts)
+
+
+def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
+    """Leave out the joints that play no part in the body.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Of a file.
+
+    Returns
+    -------
+    tuple of ndarray and Skeleton
+        (K,) int64, the joints that stay, in their order; and the skeleton that they make, each
+        joined to the nearest above it that stays.
+    """
+    kept = np.unique(skeleton.body[skeleton.body >= 0]).astype(np.int64)
+    place = np.full(len(skeleton.names) + 1, -1, np.int16)  # the last one stands for -1: none
+    place[kept] = np.arange(len(kept))
+    offsets = skeleton.offsets.copy()
+    parents = skeleton.parents.copy()
+    for joint in range(len(parents)):  # parents stand before children
+        parent = parents[joint]
+        if parent >= 0 and place[parent] < 0:
+            offsets[joint] += offsets[parent]
+            parents[joint] = parents[parent]
+    names = tuple(skeleton.names[joint] for joint in kept.tolist())
+    return kept, Skeleton(names, place[parents[kept]], offsets[kept], place[skeleton.body])
 
 
 def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, ...]]:
@@ -160,6 +218,17 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
     ------
     BodyError
         This is no human skeleton; names the joints that are missing.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.body.rig import Rig
+    >>> from lanindex.body.understand import find_body
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> names, parents = motion.skeleton.names, motion.skeleton.parents.tolist()
+    >>> body, doubts = find_body(Rig(names, parents, motion.positions[:3].astype(float)))
+    >>> [names[index] for index in body[:4]], doubts
+    (['Hips', 'Chest', 'Neck', 'Head'], ())
     """
     body = by_name(rig)
     warnings: tuple[str, ...] = ()

@@ -7,16 +7,19 @@ it.
 from __future__ import annotations
 
 import sys
+from fractions import Fraction
+from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from lanindex.alphabet import PARTS
 from lanindex.errors import EncodeError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from lanindex.encode.profile import Profile
-    from lanindex.encode.track import Trace
+    from lanindex.encode.track import Trace, Written
     from lanindex.model import Motion, Score
 
 
@@ -50,37 +53,54 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
 
     Notes
     -----
-    The method is that of Matsumoto and Hachimura (2001), section 4, made exact.
+    The method is that of Matsumoto and Hachimura (2001), section 4, made exact:
+    ``encode/METHOD.md``.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
+    >>> score
+    <Score 18 parts, 438 symbols, 360 frames at 30 Hz>
+    >>> for symbol in score.symbols("r_arm")[:4]:  # the * says: only passed on the way
+    ...     print(symbol)
+    r_arm place low [0, 0)
+    r_arm right low* [60, 67)
+    r_arm right mid [60, 70)
+    r_arm right high [70, 76)
     """
     import numpy as np
 
     from lanindex.encode import limbs
     from lanindex.encode.timing import quantise
-    from lanindex.encode.track import write_limbs
+    from lanindex.encode.track import written
     from lanindex.model import Score, Track
+    from lanindex.notation.excerpt import HEADING_RATE
 
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
-    joints = limbs.body(motion)
-    turn = limbs.heading(joints, motion.rate, chosen.rate)
-    traces: dict[str, list[Trace]] = {}
-    for group in limbs.limbs(joints, turn, motion.rate, chosen):
-        for found in write_limbs(group, chosen):
-            traces.setdefault(found.part, []).append(found)
-    if not traces:
+    turn = limbs.heading(motion, chosen.rate)
+    found: dict[str, list[Written]] = {}
+    for group in map(partial(written, profile=chosen), limbs.limbs(motion, turn, chosen)):
+        for one in group:
+            found.setdefault(one.part, []).append(one)
+    if not found:
         raise EncodeError(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
-    rows = {part: np.concatenate([one.rows for one in found]) for part, found in traces.items()}
+    ordered = sorted(
+        found, key=lambda part: (found[part][0].known.start, found[part][0].known.stop)
+    )
+    rows = {part: np.concatenate([one.rows for one in found[part]]) for part in ordered}
     meter = quantise(rows.values(), len(motion), motion.rate, chosen.meter)
     tracks = {
-        part: Track(part, rows[part], tuple(one.known for one in found))
-        for part, found in traces.items()
+        part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered
     }
-    return Score(
-        motion.rate, len(motion), meter, tracks, heading=np.degrees(turn).astype(np.float32)
-    )
+    if chosen.rate != HEADING_RATE:
+        turn = limbs.heading(motion, Fraction(HEADING_RATE))
+    heading = np.round(np.degrees(turn), 1) + 0.0  # in tenths; -0 would be another number
+    return Score(motion.rate, len(motion), meter, tracks, heading=heading.astype(np.float32))
 
 
 class _Callable(ModuleType):
@@ -115,19 +135,28 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
         Where the profile cannot be read.
     EncodeError
         Where the part is not known.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> (found,) = lanindex.trace(lanindex.read("corpus/jumping_jacks.bvh"), "r_arm")
+    >>> for run in found.runs[0]:  # of the first move, in resampled frames
+    ...     print(run.start, run.stop, run.cell, run.outcome)
+    118 129 24 in force
+    129 135 0 passing
+    135 142 1 symbol
+    142 151 2 symbol
     """
     from lanindex.encode import limbs
     from lanindex.encode.track import write_limbs
 
     chosen = _profile(profile)
-    joints = limbs.body(motion)
-    turn = limbs.heading(joints, motion.rate, chosen.rate)
+    turn = limbs.heading(motion, chosen.rate)
+    parts = [name for name in PARTS if name == part]
     found = [
         one
-        for group in limbs.limbs(joints, turn, motion.rate, chosen)
-        if part in group.parts
+        for group in limbs.limbs(motion, turn, chosen, parts)
         for one in write_limbs(group, chosen)
-        if one.part == part
     ]
     if not found:
         raise EncodeError(f'no part "{part}" is known', place=motion.source.path)

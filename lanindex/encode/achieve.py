@@ -1,6 +1,6 @@
 """Stage 4: what a move passes through, and where each direction is achieved.
 
-Source: METHOD, stage 4; the paper, 4.5.3.
+Source: ``encode/METHOD.md``, stage 4; Matsumoto and Hachimura (2001), 4.5.3.
 """
 
 from __future__ import annotations
@@ -62,6 +62,22 @@ def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
     -------
     list of list of Run
         By move, in order of time; the last is achieved at the move's end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import lanindex
+    >>> from lanindex.encode.achieve import runs
+    >>> from lanindex.encode.direction import course, space
+    >>> from lanindex.encode.segment import Segment
+    >>> turn = np.radians(np.linspace(0, 90, 10))  # an arm lifted to the side
+    >>> arm = 550 * np.stack([0 * turn, -np.cos(turn), np.sin(turn)], axis=-1)
+    >>> (passed,) = course(arm[None], [space(lanindex.load_profile().ranges["r_arm"], 550)])
+    >>> for run in runs(passed, [Segment(0, 9, 0, 9)])[0]:
+    ...     print(run.cell, run.start, run.stop, "nearest at", run.achieved)
+    24 0 3 nearest at 0
+    0 3 7 nearest at 4
+    1 7 10 nearest at 9
     """
     cells, apart, angle = course.cells, course.apart, course.angle
     changed = np.append(True, cells[1:] != cells[:-1])
@@ -101,6 +117,17 @@ def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:
     list of Run
         The same runs, with their outcome; a run that is joined with a later one hands it its
         nearest frame if that comes nearer.
+
+    Examples
+    --------
+    >>> from lanindex.encode.achieve import Run, achieve
+    >>> low, passed, mid = (
+    ...     Run(24, 0, 5, 0, 0.0, 0.0),
+    ...     Run(0, 5, 9, 8, 30.0, 0.5),
+    ...     Run(1, 9, 12, 11, 5.0, 0.1),
+    ... )
+    >>> [run.outcome for run in achieve([low, passed, mid], in_force=24, within=20)]
+    ['in force', 'not achieved', 'symbol']
     """
     result, last = list(found), len(found) - 1
     kept: list[int] = []

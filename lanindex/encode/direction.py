@@ -1,6 +1,6 @@
 """Stage 3: which cell of space a limb points into, and how clearly.
 
-Source: METHOD, stages 3 and 4, "Margin"; the paper, 4.5.2.
+Source: ``encode/METHOD.md``, stages 3 and 4; Matsumoto and Hachimura (2001), 4.5.2.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, PLACE
-from lanindex.encode.arithmetic import sizes
+from lanindex.encode.arithmetic import blocks, sizes
 from lanindex.notation.lpd import Ranges
 
 Floats = NDArray[np.float64]
@@ -73,7 +73,16 @@ class Course:
 
 
 def space(ranges: Ranges, length: float) -> Space:
-    """Divide the space around a joint for a limb of `length` mm."""
+    """Divide the space around a joint for a limb of `length` mm.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.direction import space
+    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
+    >>> around.reference(0 * 3 + 2).round()  # right high: forward, up, right
+    array([  0., 389., 389.])
+    """
     return Space(ranges, length, _references(ranges))
 
 
@@ -134,7 +143,28 @@ def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
     -------
     list of Course
         (P) of (N) points.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> import numpy as np
+    >>> from lanindex.encode.direction import course, space
+    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
+    >>> hand = np.array([[[0.0, -550, 0], [0, -389, 389], [0, 0, 550]]])  # forward, up, right
+    >>> (passed,) = course(hand, [around])
+    >>> passed.cells, passed.angle.round()  # place low, right low, right mid
+    (array([24,  0,  1]), array([0., 0., 0.]))
     """
+    shape = curves.shape[:-1]
+    cells, apart, angle = np.empty(shape, np.int64), np.empty(shape), np.empty(shape)
+    for part in blocks(curves.shape[1]):
+        found = _course(curves[:, part.inner], around)
+        cells[:, part.inner], apart[:, part.inner], angle[:, part.inner] = found
+    return list(map(Course, cells, apart, angle))
+
+
+def _course(curves: Floats, around: Sequence[Space]) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """Return the fields of `Course` for some frames of each curve, (P, N) each."""
     length, radius, mid, high = _numbers(around)[..., None]
     away, azimuth, elevation = _polar(curves)
     place = away <= radius
@@ -147,7 +177,7 @@ def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
     apart = sizes((curves.transpose(2, 0, 1) / scale - middle).transpose(1, 2, 0))
     angle = np.degrees(2 * np.arcsin(np.minimum(apart / 2, 1)))
     upright = np.where(level == LOW, elevation, np.where(level == HIGH, 180 - elevation, 0.0))
-    return list(map(Course, code, apart, np.where(place, upright, angle)))
+    return code, apart, np.where(place, upright, angle)
 
 
 def margins(
@@ -172,6 +202,17 @@ def margins(
         (N,) float64, 0 at a border, 1 at 22.5 degrees or one radius of place from every border.
     runner_up : ndarray
         (N,) int64, the cell across the border that is nearest in this measure.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> import numpy as np
+    >>> from lanindex.encode.direction import margins, space
+    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
+    >>> hand = np.array([[0.0, -550, 0], [0, -100, 540]])  # forward, up, right
+    >>> clear, other = margins(hand, np.array([24, 1]), [around], np.array([0, 0]))
+    >>> clear.round(2), other  # the second, right mid, might have been right low
+    (array([1.  , 0.53]), array([0, 0]))
     """
     _, radius, mid, high = _numbers(around)[:, limb]
     away, azimuth, elevation = _polar(points)

@@ -1,12 +1,12 @@
 """Stages 0 and 1: joints of the body, resampled, turned to face forward, part by part.
 
-Source: METHOD, stages 0 and 1; the paper, 2 and 4.2.
+Source: ``encode/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 2 and 4.2.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -15,15 +15,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import JOINT_CODES, PARTS
-from lanindex.encode.arithmetic import median
+from lanindex.alphabet import JOINT_CODES, JOINTS, PARTS
+from lanindex.body.made import MADE, weighted
+from lanindex.encode.arithmetic import blocks, median
 from lanindex.encode.profile import Profile
+from lanindex.encode.resample import Resampling, resample
 from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]
 
 GAP = Fraction(1, 5)
 """Seconds: shorter gaps are filled."""
+
+TOGETHER = 1 << 20
+"""Frames times parts that are worked out together: some 120 MB."""
+
+AXES = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
+"""What tells where the body faces, the first that is there."""
 
 SHORTEST_AXIS = 1.0
 """Millimetres: a hip axis shorter than this on the ground tells no heading."""
@@ -57,32 +65,80 @@ class Limbs:
     lengths: Floats
 
 
-def body(motion: Motion) -> Floats:
-    """Return the 20 joints of the body model, with a calibration pose replaced and gaps filled.
+@dataclass(frozen=True, slots=True, eq=False)
+class Joints:
+    """Joints of the body over a whole capture.
+
+    Attributes
+    ----------
+    names : tuple of str
+        (K) of ``alphabet.JOINTS``.
+    places : ndarray
+        (T, K, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere.
+    """
+
+    names: tuple[str, ...]
+    places: Floats
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.places)
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return the places of one joint, (T, 3)."""
+        return self.places[:, self.names.index(name)]
+
+
+def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
+    """Return joints of the body model, with a calibration pose replaced and gaps filled.
 
     Parameters
     ----------
     motion : Motion
         Any skeleton.
+    names : iterable of str
+        Which joints; all 20 of a long capture are many.
 
     Returns
     -------
-    ndarray
-        (T, 20, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere.
+    Joints
+        In the order of ``alphabet.JOINTS``.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import body
+    >>> joints = body(lanindex.read("corpus/compass.bvh"), ["RShoulder", "RWrist"])
+    >>> joints.names, joints["RWrist"][0].round()
+    (('RShoulder', 'RWrist'), array([-185.,  805.,    0.]))
     """
-    index = motion.skeleton.body
+    wanted = set(names)
+    ordered = tuple(name for name in JOINTS if name in wanted)
+    places = _seen(motion, ordered)
+    for column, name in enumerate(ordered):
+        if name in MADE and motion.skeleton.body[JOINT_CODES[name]] < 0:
+            shares = MADE[name].items()
+            places[:, column] = weighted(
+                (_seen(motion, (of,))[:, 0], share) for of, share in shares
+            )
+    if 0 < motion.first < len(places):
+        places[: motion.first] = places[motion.first]
+    for column in np.flatnonzero(_unknown(places).any(axis=0)).tolist():
+        _fill(places[:, column], math.floor(GAP * motion.rate))
+    return Joints(ordered, places)
+
+
+def _seen(motion: Motion, names: Sequence[str]) -> Floats:
+    """Return joints as the file has them, (T, K, 3)."""
+    index = motion.skeleton.body[[JOINT_CODES[name] for name in names]]
     # a coordinate's frames lie side by side in memory, here and in all that is made of it
-    joints = np.asarray(motion.positions[:, index], dtype=np.float64, order="F")
-    joints[:, index < 0] = np.nan
-    joints[np.isinf(joints)] = np.nan
-    if index[JOINT_CODES["Pelvis"]] < 0:
-        hips = [JOINT_CODES["LHip"], JOINT_CODES["RHip"]]
-        joints[:, JOINT_CODES["Pelvis"]] = joints[:, hips].mean(axis=1)
-    if 0 < motion.first < len(joints):
-        joints[: motion.first] = joints[motion.first]
-    for joint in np.flatnonzero(_unknown(joints).any(axis=0)):
-        _fill(joints[:, joint], math.floor(GAP * motion.rate))
-    return joints
+    places = np.empty((len(motion), len(names), 3), order="F")
+    for part in blocks(len(motion)):
+        some = motion.positions[part.inner].take(index, axis=1)
+        some[np.isinf(some)] = np.nan
+        places[part.inner] = some
+    places[:, index < 0] = np.nan
+    return places
 
 
 def _fill(points: Floats, longest: int) -> None:
@@ -106,73 +162,36 @@ def _runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise([0, *edges, len(mask)]) if a < b and mask[a]]
 
 
-def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tuple[int, Floats]:
-    """Resample by a cubic Hermite, slopes by central differences, one-sided at the ends.
-
-    Parameters
-    ----------
-    points : ndarray
-        (T, ...) float64, values at source frames `start` and on.
-    start : int
-        Number of the first of these frames.
-    rate, target : Fraction
-        Frames a second before and after.
-
-    Returns
-    -------
-    begin : int
-        Number of the first frame of the result; frame k lies at source frame k · rate / target.
-    values : ndarray
-        (N, ...) float64; no frame lies after the last of the source.
-    """
-    if rate == target:
-        return start, points
-    step = rate / target
-    begin = math.ceil(start / step)
-    if len(points) < 2:
-        return begin, points[: int(begin * step == start)]
-    frames = np.arange(begin, math.floor((start + len(points) - 1) / step) + 1)
-    whole, rest = np.divmod(frames * step.numerator, step.denominator)
-    index = np.minimum(whole - start, len(points) - 2)
-    share = rest / step.denominator + (whole - start - index)
-    slope = np.gradient(points, axis=0).T
-    here, there = points.T.take(index, axis=-1), points.T.take(index + 1, axis=-1)
-    square, cube = share**2, share**3
-    bend = 3 * square - 2 * cube
-    values: Floats = (
-        here * (1 - bend)
-        + there * bend
-        + slope.take(index, axis=-1) * (cube - 2 * square + share)
-        + slope.take(index + 1, axis=-1) * (cube - square)
-    )
-    return begin, values.T
-
-
-def heading(joints: Floats, rate: Fraction, target: Fraction) -> Floats:
+def heading(motion: Motion, target: Fraction) -> Floats:
     """Return the turn that brings the hip axis to +z, frame by frame.
 
     Parameters
     ----------
-    joints : ndarray
-        (T, 20, 3) float64, mm.
-    rate, target : Fraction
-        Frames a second of `joints` and of the result.
+    motion : Motion
+        The capture.
+    target : Fraction
+        Frames a second of the result.
 
     Returns
     -------
     ndarray
         (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
         kept. A body without hips is turned by its shoulders.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import heading
+    >>> turn = heading(lanindex.read("corpus/compass.bvh"), Fraction(60))
+    >>> turn.shape, round(float(turn[0]), 3)  # faces +z; forward shall be +x
+    ((1679,), -1.571)
     """
-    for pair in (("LHip", "RHip"), ("LShoulder", "RShoulder")):
-        left, right = (joints[:, JOINT_CODES[name]] for name in pair)
-        axis = (right - left)[:, [0, 2]]
-        if not _unknown(axis).all():
-            break
-    count = math.floor((len(axis) - 1) * target / rate) + 1
-    across = np.full((count, 2), np.nan)
+    axis = _axis(motion)
+    count = math.floor((len(axis) - 1) * target / motion.rate) + 1
+    across = np.full((2, count), np.nan).T
     for start, stop in _runs(~_unknown(axis)):
-        begin, values = resample(axis[start:stop], start, rate, target)
+        begin, values = resample(axis[start:stop], start, motion.rate, target)
         across[begin : begin + len(values)] = values
     turn: Floats = np.arctan2(across[:, 0], across[:, 1])
     clear = np.hypot(across[:, 0], across[:, 1]) >= SHORTEST_AXIS
@@ -184,6 +203,17 @@ def heading(joints: Floats, rate: Fraction, target: Fraction) -> Floats:
     last[last < 0] = np.argmax(clear)
     held: Floats = turn[last]
     return held
+
+
+def _axis(motion: Motion) -> Floats:
+    """Return the way from left to right over the ground, (T, 2)."""
+    for pair in AXES:
+        joints = body(motion, pair)
+        left, right = (joints[name] for name in pair)
+        axis = np.stack([right[:, level] - left[:, level] for level in (0, 2)]).T
+        if not _unknown(axis).all():
+            break
+    return axis
 
 
 def smooth(curve: Floats, window: int) -> Floats:
@@ -216,17 +246,25 @@ def smooth(curve: Floats, window: int) -> Floats:
 
 
 def window(seconds: float, rate: Fraction) -> int:
-    """Return the odd number of frames nearest to `seconds`."""
+    """Return the odd number of frames nearest to `seconds`.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.limbs import window
+    >>> window(0.083, Fraction(60)), window(0.15, Fraction(60))
+    (5, 9)
+    """
     return 2 * int(seconds * float(rate) / 2) + 1
 
 
-def lengths(joints: Floats, parts: Iterable[str]) -> Floats:
+def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
     """Return the length of each part: median over time of the sum of its bones.
 
     Parameters
     ----------
-    joints : ndarray
-        (T, 20, 3) float64, mm.
+    joints : Joints
+        Those of the parts' chains among them.
     parts : iterable of str
         (P) names.
 
@@ -234,82 +272,115 @@ def lengths(joints: Floats, parts: Iterable[str]) -> Floats:
     -------
     ndarray
         (P,) float64, mm; NaN where a part was never seen.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import body, lengths
+    >>> joints = body(lanindex.read("corpus/compass.bvh"))
+    >>> lengths(joints, ["r_arm", "r_leg"]).round()
+    array([570., 820.])
     """
-    missing = np.count_nonzero(_unknown(joints), axis=0)
+    missing = np.count_nonzero(_unknown(joints.places), axis=0)
+    nowhere = {
+        name for name, count in zip(joints.names, missing, strict=True) if count == len(joints)
+    }
     result = []
     for name in parts:
-        chain = [JOINT_CODES[joint] for joint in PARTS[name].chain]
-        inner = [code for code in chain[1:-1] if missing[code] < len(joints)]
-        chain = [chain[0], *inner, chain[-1]]
-        bones = sum(np.linalg.norm(joints[:, b] - joints[:, a], axis=1) for a, b in pairwise(chain))
+        chain = PARTS[name].chain
+        inner = [joint for joint in chain[1:-1] if joint not in nowhere]
+        pairs = list(pairwise((chain[0], *inner, chain[-1])))
+        bones = np.zeros(len(joints))
+        for part in blocks(len(joints)):
+            for one, other in pairs:
+                bone = joints[other][part.inner] - joints[one][part.inner]
+                bones[part.inner] += np.linalg.norm(bone, axis=1)
         known = bones[~np.isnan(bones)]
         result.append(median(known) if len(known) else math.nan)
     return np.array(result)
 
 
-def limbs(joints: Floats, turn: Floats, rate: Fraction, profile: Profile) -> list[Limbs]:
-    """Return the curves of all parts that the capture knows, stretch by stretch.
+def limbs(
+    motion: Motion, turn: Floats, profile: Profile, parts: Iterable[str] = PARTS
+) -> Iterator[Limbs]:
+    """Yield the curves of parts, as far as the capture knows them, stretch by stretch.
 
     Parameters
     ----------
-    joints : ndarray
-        (T, 20, 3) float64, mm, as from `body`.
+    motion : Motion
+        The capture.
     turn : ndarray
         (N,) float64, radians, as from `heading`.
-    rate : Fraction
-        Frames a second of `joints`.
     profile : Profile
         Rate and smoothing.
+    parts : iterable of str
+        Which; by default all.
 
-    Returns
-    -------
-    list of Limbs
-        Parts that are known over the same stretch stand together.
+    Yields
+    ------
+    Limbs
+        Parts that are known over the same stretch stand together; of a long capture only a few
+        parts are worked out at a time.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import heading, limbs
+    >>> motion, profile = lanindex.read("corpus/compass.bvh"), lanindex.load_profile()
+    >>> (found,) = limbs(motion, heading(motion, profile.rate), profile)
+    >>> found.known, found.curve.shape, found.parts[:2]
+    (Span(start=0, stop=840), (18, 1679, 3), ('r_arm', 'l_arm'))
+    >>> [round(float(number)) for number in found.curve[0, 0]]  # the right arm hangs
+    [0, -570, 0]
     """
-    unknown = _unknown(joints)
+    names = list(parts)
+    few = max(TOGETHER // max(len(motion), len(turn), 1), 1)
+    for start in range(0, len(names), few):
+        found = _known(motion, turn, profile, names[start : start + few])
+        while found:
+            yield found.pop(0)
+
+
+def _known(motion: Motion, turn: Floats, profile: Profile, parts: Sequence[str]) -> list[Limbs]:
+    joints = body(motion, {joint for name in parts for joint in PARTS[name].chain})
+    size = dict(zip(parts, lengths(joints, parts).tolist(), strict=True))
+    unknown = dict(zip(joints.names, _unknown(joints.places).T, strict=True))
     stretches: dict[tuple[int, int], list[str]] = {}
-    for name, part in PARTS.items():
-        seen = ~(unknown[:, JOINT_CODES[part.parent]] | unknown[:, JOINT_CODES[part.child]])
-        for stretch in _runs(seen):
-            stretches.setdefault(stretch, []).append(name)
-    found = (
-        _stretch(joints, turn, rate, profile, Span(*stretch), names)
-        for stretch, names in sorted(stretches.items())
-    )
-    return [limb for limb in found if limb is not None]
+    for name in parts:
+        if size[name] > 0:
+            for stretch in _runs(~(unknown[PARTS[name].parent] | unknown[PARTS[name].child])):
+                stretches.setdefault(stretch, []).append(name)
+    found = []
+    for stretch, names in sorted(stretches.items()):
+        known, sizes = Span(*stretch), np.array([size[name] for name in names])
+        begin, curve = _curve(joints, turn, motion.rate, profile, known, names)
+        if curve.shape[1]:
+            found.append(Limbs(tuple(names), known, motion.rate, begin, curve, sizes))
+    return found
 
 
-def _stretch(
-    joints: Floats,
+def _curve(
+    joints: Joints,
     turn: Floats,
     rate: Fraction,
     profile: Profile,
     known: Span,
     names: Sequence[str],
-) -> Limbs | None:
-    size = lengths(joints, names)
-    kept = [index for index, length in enumerate(size) if length > 0]
-    parts = tuple(names[index] for index in kept)
-    ends = np.array(
-        [[JOINT_CODES[PARTS[name].parent], JOINT_CODES[PARTS[name].child]] for name in parts]
-    )
-    if not len(ends):
-        return None
-    points = joints[known.start : known.stop]
-    begin, curve = resample(
-        points[:, ends[:, 1]] - points[:, ends[:, 0]], known.start, rate, profile.rate
-    )
-    if not len(curve):
-        return None
-    angle = turn[begin : begin + len(curve)]
-    sine, cosine = np.sin(angle), np.cos(angle)
-    forward, up, right = curve.T
-    turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
-    return Limbs(
-        parts,
-        known,
-        rate,
-        begin,
-        smooth(turned.transpose(1, 2, 0), window(profile.smoothing, profile.rate)),
-        size[kept],
-    )
+) -> tuple[int, Floats]:
+    """Return the first frame of a stretch and its curves, (P, N, 3), block by block."""
+    parents = [joints.names.index(PARTS[name].parent) for name in names]
+    children = [joints.names.index(PARTS[name].child) for name in names]
+    points = joints.places[known.start : known.stop]
+    work = Resampling(known.start, len(known), rate / profile.rate)
+    frames, width = work.frames, window(profile.smoothing, profile.rate)
+    curve = np.empty((3, len(names), len(frames)))
+    for part in blocks(len(frames), width // 2):
+        some = frames[part.outer]
+        near = points[work.sources(some)]
+        forward, up, right = work.values(near[:, children] - near[:, parents], some).T
+        angle = turn[some.start : some.stop]
+        sine, cosine = np.sin(angle), np.cos(angle)
+        turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
+        calm = smooth(turned.transpose(1, 2, 0), width)
+        curve[..., part.inner] = calm.transpose(2, 0, 1)[..., part.within]
+    return frames.start, curve.transpose(1, 2, 0)

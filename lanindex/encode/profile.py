@@ -2,13 +2,15 @@
 
 ``profile.toml`` holds the parameters; an LPD and an LDD file a part, a group of parts or ``all``
 hold the directions and the rules. Users copy a folder and edit it.
+
+Source: ``encode/METHOD.md``, "Profiles".
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -17,10 +19,10 @@ from typing import Any
 
 from lanindex.alphabet import GROUPS, PARTS
 from lanindex.encode.rules import Rules
-from lanindex.errors import NotationError
+from lanindex.errors import NotationError, quoted, shown
 from lanindex.model import Meter
 from lanindex.notation import ldd, lpd
-from lanindex.notation.text import read_text
+from lanindex.notation.text import read_toml
 
 BUILT_IN = Path(__file__).parent / "profiles"
 
@@ -41,7 +43,14 @@ class Measure:
     relative: bool
 
     def of(self, length: float) -> float:
-        """Return millimetres (a second) for a limb of `length` mm."""
+        """Return millimetres (a second) for a limb of `length` mm.
+
+        Examples
+        --------
+        >>> from lanindex.encode.profile import Measure
+        >>> Measure(0.09, relative=True).of(550), Measure(50, relative=False).of(550)
+        (49.5, 50)
+        """
         return self.value * length if self.relative else self.value
 
 
@@ -60,7 +69,7 @@ class Profile:
     smoothing : float
         Seconds of the moving average.
     candidate_speed, prominence, still : Measure
-        Speeds (METHOD, stage 2).
+        Speeds: v0, how far a rim must stand above a minimum, what counts as no speed.
     distance : Measure
         d_t.
     path_check : float
@@ -100,8 +109,8 @@ def _text(value: Any) -> str:
 
 
 def _positive(value: Any) -> Fraction:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= 1000:
-        raise ValueError("a number above 0, at most 1000")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.1 <= value <= 1000:
+        raise ValueError("a number from 0.1 to 1000")
     return Fraction(str(value))
 
 
@@ -127,19 +136,26 @@ def _matched(value: Any, pattern: str, wanted: str) -> re.Match[str]:
     return match
 
 
+def _bounded(number: str) -> float:
+    value = float(number)
+    if value > 1e6:
+        raise ValueError("a number of at most 1000000")
+    return value
+
+
 def _seconds(value: Any) -> float:
     match = _matched(value, "(ms|s)", '"83 ms" or "0.083 s"')
-    return float(match[1]) / (1000 if match[2] == "ms" else 1)
+    return _bounded(match[1]) / (1000 if match[2] == "ms" else 1)
 
 
 def _speed(value: Any) -> Measure:
     match = _matched(value, "(mm|L)/s", '"600 mm/s" or "1.09 L/s"')
-    return Measure(float(match[1]), match[2] == "L")
+    return Measure(_bounded(match[1]), match[2] == "L")
 
 
 def _length(value: Any) -> Measure:
     match = _matched(value, "(mm|L)", '"50 mm" or "0.09 L"')
-    return Measure(float(match[1]), match[2] == "L")
+    return Measure(_bounded(match[1]), match[2] == "L")
 
 
 def _rhythm(value: Any) -> tuple[int, int]:
@@ -167,13 +183,11 @@ _FIELDS: dict[str, Callable[[Any], Any]] = {
 
 
 def _parameters(path: Path) -> dict[str, Any]:
-    try:
-        table = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise NotationError(str(error), place=str(path), wanted="TOML") from error
+    table = read_toml(path)
     for key in [*table, *_FIELDS]:
         if key not in _FIELDS:
-            raise NotationError(f'"{key}"', place=str(path), wanted="one of " + ", ".join(_FIELDS))
+            wanted = "one of " + ", ".join(_FIELDS)
+            raise NotationError(f'"{shown(key)}"', place=str(path), wanted=wanted)
         if key not in table:
             raise NotationError(f"no {key}", place=str(path), wanted="a line for it")
     values = {}
@@ -181,7 +195,8 @@ def _parameters(path: Path) -> dict[str, Any]:
         try:
             values[key] = _FIELDS[key](value)
         except ValueError as error:
-            raise NotationError(f"{key} = {value!r}", place=str(path), wanted=str(error)) from error
+            found = f"{key} = {quoted(value)}"
+            raise NotationError(found, place=str(path), wanted=str(error)) from error
     return values
 
 
@@ -202,7 +217,7 @@ def _check_names(folder: Path) -> None:
     for path in sorted(folder.iterdir()):
         if path.suffix in (".lpd", ".ldd") and path.stem not in {*PARTS, *GROUPS, "all"}:
             raise NotationError(
-                f'no part is called "{path.stem}"',
+                f'no part is called "{shown(path.stem)}"',
                 place=str(path),
                 wanted=f"a part ({', '.join(PARTS)}), a group ({', '.join(GROUPS)}) or all",
             )
@@ -210,11 +225,11 @@ def _check_names(folder: Path) -> None:
 
 def _folder(name: str | Path) -> Path:
     for folder in (BUILT_IN / name, Path(name)):
-        if (folder / "profile.toml").is_file():
+        if os.path.isfile(folder / "profile.toml"):
             return folder
     known = ", ".join(sorted(path.name for path in BUILT_IN.iterdir() if path.is_dir()))
     raise NotationError(
-        f'no profile "{name}"',
+        f'no profile "{shown(str(name))}"',
         wanted=f"{known}, or a folder with a profile.toml",
     )
 
@@ -235,6 +250,13 @@ def load(name: str | Path = "default") -> Profile:
     ------
     NotationError
         With the file, and the line where there is one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> profile = lanindex.load_profile("paper")
+    >>> float(profile.rate), profile.distance, profile.ranges["r_arm"].place
+    (60.0, Measure(value=50.0, relative=False), 250.0)
     """
     folder = _folder(name)
     _check_names(folder)

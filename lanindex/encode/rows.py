@@ -1,6 +1,6 @@
 """From runs to rows: which frames each symbol takes.
 
-Source: METHOD, stages 2b, 4 and 5.
+Source: ``encode/METHOD.md``, stages 2b, 4 and 5.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Writer:
 
     def _stay(self, move: Segment) -> None:
         """Count a move that leaves the symbol in force as it is."""
-        if dist(self.curve[move.last], self.curve[move.first]) > self.distance:
+        if dist(self.curve[move.last], self.curve[move.first]) >= self.distance:
             self.in_force.swings += 1
         touches = self.in_force.stop > 0 and move.begin <= self.in_force.stop
         if self.lengthen and touches and self._gain(move, self.in_force.cell) > 0:

@@ -1,6 +1,6 @@
 """Stage 5: which symbols of a move are only passed on the way.
 
-Source: METHOD, stage 5; the paper, 4.6.
+Source: ``encode/METHOD.md``, stage 5; Matsumoto and Hachimura (2001), 4.6.
 """
 
 from __future__ import annotations
@@ -58,6 +58,17 @@ def apply(runs: Sequence[Run], in_force: int, rules: Rules) -> list[Run]:
     -------
     list of Run
         The same runs, some of them ``passing`` or ``rejoined``.
+
+    Examples
+    --------
+    >>> from lanindex.encode.achieve import Run
+    >>> from lanindex.encode.profile import BUILT_IN
+    >>> from lanindex.encode.rules import Rules, apply
+    >>> from lanindex.notation import ldd
+    >>> rules = Rules(ldd.read(BUILT_IN / "default" / "all.ldd"))
+    >>> side = [Run(0, 5, 9, 8, 2.0, 0.1), Run(1, 9, 12, 11, 5.0, 0.1)]  # right low, right mid
+    >>> [run.outcome for run in apply(side, 24, rules)]  # after place low
+    ['passing', 'symbol']
     """
     result = list(runs)
     alive = [index for index, run in enumerate(runs) if run.outcome == "symbol"]

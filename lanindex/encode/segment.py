@@ -1,6 +1,6 @@
-"""Stage 2: where a limb stops, and the moves between the stops.
+"""Stage 2: where a part holds still, and the moves between the holds.
 
-Source: METHOD, stages 2 and 2b; the paper, 4.3 and 4.4.
+Source: ``encode/METHOD.md``, stages 2 and 2b; Matsumoto and Hachimura (2001), 4.3 and 4.4.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import median, sizes
+from lanindex.encode.arithmetic import blocks, median, sizes
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ LONG_HOLD = 6
 
 
 class Hold(NamedTuple):
-    """A stop: the limb stays near one point.
+    """Where a part stays near one point, from one candidate to another.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class Hold(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A move between two stops.
+    """A move between two holds.
 
     Attributes
     ----------
     first, last : int
-        Resampled frames, both included: the last of the stop before, the first of the one after.
+        Resampled frames, both included: the last of the hold before, the first of the one after.
     begin, end : int
         When the move is seen to begin and to end (stage 2b), both included.
     """
@@ -65,10 +65,21 @@ def speeds(curve: Floats, rate: float) -> Floats:
     -------
     ndarray
         (..., N) float64, mm/s.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.segment import speeds
+    >>> speeds(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]), rate=60)
+    array([ 60.,  90., 120.])
     """
     if curve.shape[-2] < 2:
         return np.zeros(curve.shape[:-1])
-    return sizes(np.gradient(curve, axis=-2) * rate)
+    speed = np.empty(curve.shape[:-1])
+    for part in blocks(curve.shape[-2], 1):
+        slope = np.gradient(curve[..., part.outer, :], axis=-2)
+        speed[..., part.inner] = sizes(slope[..., part.within, :] * rate)
+    return speed
 
 
 def candidates(speed: Floats, slow: float, prominence: float, still: float) -> NDArray[np.int64]:
@@ -89,6 +100,14 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
     -------
     ndarray
         (C,) int64, rising; always the first frame and the last.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.segment import candidates
+    >>> speed = np.array([900.0, 5, 3, 4, 800, 300, 280, 290, 700])
+    >>> candidates(speed, slow=600, prominence=50, still=10)
+    array([0, 1, 3, 6, 8])
     """
     level = np.maximum(speed, still)
     borders = np.ones(len(level) + 1, bool)
@@ -139,6 +158,15 @@ def holds(
     -------
     list of Hold
         In order of time.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.segment import holds
+    >>> curve = np.zeros((6, 3))
+    >>> curve[:, 0] = 0, 10, 20, 300, 310, 320
+    >>> holds(curve, np.array([0, 2, 3, 5]), distance=50, path_check=100)
+    [Hold(first=0, last=2), Hold(first=3, last=5)]
     """
     found: list[Hold] = []
     frames = stops.tolist()
@@ -160,13 +188,16 @@ def holds(
 
 def _reach(curve: Floats, stops: NDArray[np.int64]) -> list[float]:
     """Return how far the limb strays from each candidate until the next."""
-    origins = curve[stops[:-1]].T.repeat(stops[1:] - stops[:-1], axis=1)
-    reach: list[float] = np.maximum.reduceat(sizes(curve[:-1] - origins.T), stops[:-1]).tolist()
+    away = np.empty(max(len(curve) - 1, 0))
+    origins = stops[:-1].repeat(stops[1:] - stops[:-1])
+    for part in blocks(len(away)):
+        away[part.inner] = sizes(curve[part.inner] - curve.T.take(origins[part.inner], axis=1).T)
+    reach: list[float] = np.maximum.reduceat(away, stops[:-1]).tolist()
     return reach
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:
-    """Return the moves between the stops, with the times at which they begin and end.
+    """Return the moves between the holds, with the times at which they begin and end.
 
     Parameters
     ----------
@@ -182,6 +213,15 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
     Returns
     -------
     list of Segment
+        In order of time: one between each hold and the next.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.segment import Hold, segments
+    >>> speed = np.array([0.0, 10, 20, 400, 900, 400, 20, 10, 0])
+    >>> segments(speed, [Hold(0, 1), Hold(7, 8)], onset=0.03, still=5)
+    [Segment(first=1, last=7, begin=2, end=6)]
     """
     if not onset:
         return [Segment(a.last, b.first, a.last, b.first) for a, b in pairwise(stops)]

@@ -1,6 +1,6 @@
 """Stage 6: from resampled frames to frames of the source and ticks of the score.
 
-Source: METHOD, "Rate and frames" and stage 6; the paper, 4.7.
+Source: ``encode/METHOD.md``, stage 6; Matsumoto and Hachimura (2001), 4.7.
 """
 
 from __future__ import annotations
@@ -40,6 +40,18 @@ def to_source(rows: Rows, known: Span, rate: Fraction, target: Fraction) -> Rows
         (S,) of `model.SYMBOL`: every row but the first has a frame at least, none overlap, and a
         passing row lies inside the row after it. Where the stretch has fewer frames than symbols,
         the first of them become passing.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.timing import to_source
+    >>> from lanindex.model import Span
+    >>> from lanindex.model.symbol import blank
+    >>> rows = blank(2)
+    >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
+    >>> seen = to_source(rows, Span(0, 30), Fraction(30), Fraction(60))
+    >>> seen["start"], seen["stop"]
+    (array([ 0, 16], dtype=int32), array([ 0, 27], dtype=int32))
     """
     rows = rows.copy()
     step = rate / target
@@ -104,6 +116,18 @@ def quantise(tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter) 
     Meter
         The grid that was used: as wanted, or finer by a power of two where a symbol found no
         room. Each symbol has a tick at least; they neither overlap nor get lost.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.timing import quantise
+    >>> from lanindex.model import Meter
+    >>> from lanindex.model.symbol import blank
+    >>> rows = blank(2)
+    >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
+    >>> meter = quantise([rows], 60, Fraction(30), Meter())
+    >>> meter.division, rows["tick"], rows["ticks"]
+    (32, array([0, 8], dtype=int32), array([0, 6], dtype=int32))
     """
     tracks = list(tracks)
     scale = meter.tick_rate / rate

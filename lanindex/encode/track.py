@@ -1,13 +1,13 @@
 """The stages of one part in a row, with everything that a researcher may ask about.
 
-Source: METHOD, stages 2 to 5.
+Source: ``encode/METHOD.md``, stages 2 to 5.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +93,19 @@ class Trace:
         return "\n".join(lines)
 
 
+class Written(NamedTuple):
+    """What stays of a part over one stretch."""
+
+    part: str
+    known: Span
+    rows: NDArray[Any]
+
+
+def written(limbs: Limbs, profile: Profile) -> list[Written]:
+    """Do `write_limbs` and let go of all that led to the rows."""
+    return [Written(one.part, one.known, one.rows) for one in write_limbs(limbs, profile)]
+
+
 def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:
     """Write down parts that are known over one stretch.
 
@@ -113,19 +126,26 @@ def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:
         for part, length in zip(limbs.parts, limbs.lengths.tolist(), strict=True)
     ]
     speed = speeds(limbs.curve, float(profile.rate))
+    parts = list(zip(limbs.parts, limbs.curve, around, speed, strict=True))
+    moved = [_moves(*part[1:], profile) for part in parts]
+    # the cells come last: what leads to the moves takes as much memory again
     passed = course(limbs.curve, around)
-    parts = list(zip(limbs.parts, limbs.curve, around, speed, passed, strict=True))
-    stages = [_follow(*part, profile) for part in parts]
-    written = tables([writer for *_, writer in stages], limbs.begin)
-    for part, stage, table in zip(parts, stages, written, strict=True):
+    followed = [
+        _follow(*part[:3], cells, moves, profile)
+        for part, cells, (*_, moves) in zip(parts, passed, moved, strict=True)
+    ]
+    listed = tables([writer for _, writer in followed], limbs.begin)
+    for part, stops, cells, (found, _), table in zip(
+        parts, moved, passed, followed, listed, strict=True
+    ):
         rows = to_source(table, limbs.known, limbs.rate, profile.rate)
-        yield Trace(part[0], limbs.known, limbs.begin, *part[1:], *stage[:-1], rows)
+        yield Trace(part[0], limbs.known, limbs.begin, *part[1:], cells, *stops, found, rows)
 
 
-def _follow(
-    part: str, curve: Floats, around: Space, speed: Floats, passed: Course, profile: Profile
-) -> tuple[NDArray[np.int64], list[Hold], list[Segment], list[list[Run]], Writer]:
-    """Return the stages between the course of a part and its table."""
+def _moves(
+    curve: Floats, around: Space, speed: Floats, profile: Profile
+) -> tuple[NDArray[np.int64], list[Hold], list[Segment]]:
+    """Return where a part may have stopped, where it did, and the moves between."""
     length = around.length
     still = profile.still.of(length)
     distance = profile.distance.of(length)
@@ -133,7 +153,19 @@ def _follow(
         speed, profile.candidate_speed.of(length), profile.prominence.of(length), still
     )
     grouped = holds(curve, stops, distance, profile.path_check * distance)
-    moves = segments(speed, grouped, profile.onset, still)
+    return stops, grouped, segments(speed, grouped, profile.onset, still)
+
+
+def _follow(
+    part: str,
+    curve: Floats,
+    around: Space,
+    passed: Course,
+    moves: list[Segment],
+    profile: Profile,
+) -> tuple[list[list[Run]], Writer]:
+    """Return what became of the runs of each move, and the writer that knows the symbols."""
+    distance = profile.distance.of(around.length)
     writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
     found = []
     for move, seen in zip(moves, runs(passed, moves), strict=True):
@@ -143,4 +175,4 @@ def _follow(
         )
         writer.add(move, judged)
         found.append(judged)
-    return stops, grouped, moves, found, writer
+    return found, writer

@@ -2,7 +2,7 @@
 
 A format is a module (or a folder) with
 
-- ``read(file, told) -> Motion``,
+- ``read(file, told, wanted) -> Motion``,
 - ``cutter(file) -> Cutter``, if clips can be cut out of its bytes,
 - ``write(motion) -> bytes``, if motions can be written in it,
 
@@ -19,12 +19,25 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import CaptureError
-from lanindex.formats.file import File, load, opened
+from lanindex.formats.file import File, Wanted, opened
+from lanindex.formats.not_read import UNREAD, unread
 
 if TYPE_CHECKING:
-    from lanindex.model import Motion, Span
+    from lanindex.model import Motion, Reading, Span
 
-__all__ = ["FORMATS", "Cutter", "File", "Format", "cutter", "known", "load", "opened", "read"]
+__all__ = [
+    "FORMATS",
+    "Cutter",
+    "File",
+    "Format",
+    "Wanted",
+    "check",
+    "cutter",
+    "known",
+    "opened",
+    "read",
+    "read_file",
+]
 
 Cutter = Callable[["Span"], bytes]
 """Gives the bytes of a clip: a stretch of one file, in its own format."""
@@ -85,13 +98,21 @@ def known(file: File) -> Format:
     ------
     CaptureError
         None; says how it begins.
+
+    Examples
+    --------
+    >>> from lanindex.formats import known, opened
+    >>> known(opened("corpus/compass.bvh")).name
+    'bvh'
     """
     head = file.content[:_HEAD]
     for form in FORMATS:
         if form.sniff(head):
             return form
     titles = " or ".join(form.title for form in FORMATS)
-    raise CaptureError(_beginning(head), place=file.name, wanted=titles)
+    kind = UNREAD.get(unread(file.name))
+    found = f"its format, {kind}, is not read yet" if kind else _beginning(head)
+    raise CaptureError(found, place=file.name, wanted=titles)
 
 
 def read(
@@ -102,6 +123,7 @@ def read(
     rate: Fraction | float | str | None = None,
     compose: str | None = None,
     data: bytes | None = None,
+    body_only: bool = False,
 ) -> Motion:
     """Read a capture.
 
@@ -120,6 +142,8 @@ def read(
         as one exporter has it. Else told from the names of the joints.
     data : bytes, optional
         The file's content, where it is at hand.
+    body_only : bool
+        Leave out the joints that play no part in the body: half of the memory.
 
     Returns
     -------
@@ -132,11 +156,51 @@ def read(
         The file cannot be read; says where and why.
     BodyError
         It holds no human skeleton.
+    UsageError
+        What is told of it is not understood.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> motion
+    <Motion corpus/compass.bvh: 840 frames at 30 Hz, 28.00 s, 28 joints>
+    >>> lanindex.read("corpus/compass.bvh", rate=60).seconds
+    14.0
     """
     from lanindex.model import Reading
 
     file = opened(path) if data is None else File(os.fspath(path), data)
-    motion: Motion = known(file).does.read(file, Reading(unit, up, rate, compose))
+    return read_file(file, Reading(unit, up, rate, compose), Wanted(body_only))
+
+
+def check(told: Reading) -> None:
+    """Refuse what is told of files and no reader would understand, before one is read.
+
+    Raises
+    ------
+    UsageError
+        Unit, axis, rate or order of rotations are not known.
+    """
+    from lanindex.formats import told as words
+
+    words.check(told)
+
+
+def read_file(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read a capture: see `read`.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        What the user says in place of what would be found.
+    wanted : Wanted
+        What for.
+    """
+    check(told)
+    motion: Motion = known(file).does.read(file, told, wanted)
     return motion
 
 
@@ -147,6 +211,14 @@ def cutter(file: File) -> Cutter:
     ------
     CaptureError
         The file cannot be read.
+
+    Examples
+    --------
+    >>> from lanindex.formats import cutter, opened
+    >>> from lanindex.model import Span
+    >>> clip = cutter(opened("corpus/compass.bvh"))(Span(30, 60))
+    >>> clip[clip.index(b"Frames:") :].split()[1]
+    b'30'
     """
     cut: Cutter = known(file).does.cutter(file)
     return cut

@@ -1,13 +1,31 @@
-"""Bytes with a name, from wherever they come."""
+"""Bytes with a name, from wherever they come; of a large file never all at once."""
 
 from __future__ import annotations
 
+import hashlib
 import os
 import stat
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from lanindex.errors import CaptureError
+
+WHOLE = 32 << 20
+"""Bytes up to which a file of the disk is held whole."""
+
+PIECE = 1 << 20
+"""Bytes of a file that are held at a time where it is gone through."""
+
+
+class Content(Protocol):
+    """What `bytes` can do that a reader may ask for: a length, and slices, which are bytes."""
+
+    def __len__(self) -> int:
+        """Return how many bytes there are."""
+
+    def __getitem__(self, piece: slice, /) -> bytes:
+        """Return some of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,12 +36,12 @@ class File:
     ----------
     name : str
         A path, as given; messages show it.
-    content : bytes
-        All of it.
+    content : Content
+        All of it; ``content[:]`` has it in memory.
     """
 
     name: str
-    content: bytes
+    content: Content
 
     def beside(self, suffix: str) -> File:
         """Return a second file that a format needs, of the same name with another ending.
@@ -35,6 +53,75 @@ class File:
         """
         return opened(Path(self.name).with_suffix(suffix))
 
+    def sha256(self) -> str:
+        """Return what tells this content from any other."""
+        digest = hashlib.sha256()
+        for start in range(0, len(self.content), PIECE):
+            digest.update(self.content[start : start + PIECE])
+        return digest.hexdigest()
+
+
+def holding(content: Content, first: int, stop: int) -> tuple[bytes, int]:
+    """Return bytes that hold a stretch of some, and which of them is their first.
+
+    What is in memory is returned as it is, for to copy a small file costs as much as to read it.
+    """
+    return (content, 0) if isinstance(content, bytes) else (content[first:stop], first)
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What a motion is read for.
+
+    Attributes
+    ----------
+    body_only : bool
+        Whether the joints of the body will do; else all of the file.
+    total : int
+        Bytes that are going to be read in all, this file's among them: whether a faster way is
+        worth its start.
+    """
+
+    body_only: bool = False
+    total: int = 0
+
+
+class _OnDisk:
+    """A file's bytes, fetched from the disk slice by slice.
+
+    It is opened for each slice, so that nothing has to be closed; a file that another program
+    changes meanwhile is refused, for its slices would not belong together.
+    """
+
+    def __init__(self, path: str, status: os.stat_result) -> None:
+        self._path, self._state, self._size = path, _state(status), status.st_size
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getitem__(self, piece: slice, /) -> bytes:
+        start, stop, _ = piece.indices(self._size)
+        try:
+            with open(self._path, "rb") as file:
+                same = _state(os.fstat(file.fileno())) == self._state
+                file.seek(start)
+                data = file.read(max(stop - start, 0))
+        except OSError as error:
+            raise _error(self._path, error) from error
+        if not same or len(data) < stop - start:
+            raise CaptureError(
+                "has changed while it was read",
+                place=self._path,
+                wanted="a file that stays as it is",
+                remedy="Try again when nothing writes to it.",
+            )
+        return data
+
+
+def _state(status: os.stat_result) -> tuple[int, ...]:
+    """Return what changes when a file does."""
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+
 
 def opened(path: str | os.PathLike[str]) -> File:
     """Return a file of the disk.
@@ -44,29 +131,21 @@ def opened(path: str | os.PathLike[str]) -> File:
     CaptureError
         It is not there, or no file, or may not be read.
     """
-    return File(os.fspath(path), load(path))
-
-
-def load(path: str | os.PathLike[str]) -> bytes:
-    """Return a file's bytes.
-
-    Raises
-    ------
-    CaptureError
-        It is not there, or no file, or may not be read.
-    """
+    name = os.fspath(path)
     try:
-        mode = os.stat(path).st_mode
-        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # a pipe might never end
+        status = os.stat(path)
+        regular = stat.S_ISREG(status.st_mode)
+        if not (regular or stat.S_ISDIR(status.st_mode)):  # a pipe might never end
             raise ValueError("is no regular file")
         with open(path, "rb") as file:
-            return file.read()
+            large = regular and status.st_size > WHOLE
+            return File(name, _OnDisk(os.path.abspath(path), status) if large else file.read())
     except (OSError, ValueError) as error:
-        raise CaptureError(
-            _unreadable(os.fspath(path), error),
-            place=os.fspath(path),
-            wanted="a file that can be read",
-        ) from error
+        raise _error(name, error) from error
+
+
+def _error(name: str, error: OSError | ValueError) -> CaptureError:
+    return CaptureError(_unreadable(name, error), place=name, wanted="a file that can be read")
 
 
 def _unreadable(path: str, error: OSError | ValueError) -> str:

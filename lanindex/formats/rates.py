@@ -27,7 +27,8 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
     Returns
     -------
     Fraction
-        The nearest n or n * 1000/1001 within 0.02 %, else the exact value (METHOD, stage 0).
+        The nearest n or n * 1000/1001 within 0.02 %, else the exact value
+        (``encode/METHOD.md``, stage 0).
 
     Raises
     ------
@@ -37,12 +38,7 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
         The user's rate makes no sense.
     """
     if wanted is not None:
-        given = _fraction(str(wanted))
-        if given is None or given < _SLOWEST:
-            raise UsageError(
-                f"a rate of {wanted} frames a second", wanted=f"a number of {_SLOWEST} or more"
-            )
-        return nearest_rate(given)
+        return told_rate(wanted)
     time = _fraction(text) if text is not None else None
     if time is None or 1 / time < _SLOWEST:
         raise CaptureError(
@@ -52,6 +48,22 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
             remedy="Give the rate with --fps.",
         )
     return nearest_rate(1 / time)
+
+
+def told_rate(wanted: Fraction | float | str) -> Fraction:
+    """Return the frames a second that the user says.
+
+    Raises
+    ------
+    UsageError
+        They make no sense.
+    """
+    given = _fraction(str(wanted))
+    if given is None or given < _SLOWEST:
+        raise UsageError(
+            f"a rate of {wanted} frames a second", wanted=f"a number of {_SLOWEST} or more"
+        )
+    return nearest_rate(given)
 
 
 @lru_cache(maxsize=64)
@@ -68,7 +80,15 @@ def _fraction(text: str) -> Fraction | None:
 
 @lru_cache(maxsize=64)
 def nearest_rate(rate: Fraction) -> Fraction:
-    """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself."""
+    """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.formats.rates import nearest_rate
+    >>> nearest_rate(1 / Fraction("0.0333333")), nearest_rate(Fraction("29.97"))
+    (Fraction(30, 1), Fraction(30000, 1001))
+    """
     slow = Fraction(1000, 1001)
     best = min((Fraction(round(rate)), round(rate / slow) * slow), key=lambda n: abs(n - rate))
     return best if best > 0 and abs(best - rate) <= _SNAP * rate else rate.limit_denominator(10**6)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,12 +25,13 @@ from sqlalchemy.pool import NullPool
 
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library.faults import translated
-from lanindex.library.schema import REVISION, stamp, tables
+from lanindex.library.schema import REVISION, state, tables, version
+from lanindex.library.texts import printable
 
 DEFAULT = "lanindex.db"
 MEMORY = ":memory:"
 
-_OURS = {"alembic_version", "capture", "symbol"}
+_OURS = {"alembic_version", "capture", "track"}
 """Tables by which a library of any revision is known."""
 
 
@@ -119,9 +120,15 @@ def _opener(
         connection = sqlite3.connect(name, timeout=timeout, isolation_level=None, uri=True)
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute(f"PRAGMA query_only = {'ON' if readonly else 'OFF'}")
+        connection.text_factory = _text
         return connection
 
     return connect
+
+
+def _text(stored: bytes) -> str:
+    # Bytes that are no UTF-8 were not stored so: a checksum tells, and names the capture.
+    return stored.decode("utf-8", "surrogateescape")
 
 
 def _begin(connection: Connection) -> None:
@@ -178,7 +185,7 @@ def revision(connection: Connection, place: str) -> str | None:
     if not names:
         return None
     stamps = (
-        list(connection.scalars(sqlalchemy.select(stamp.c.version_num))) if names >= _OURS else []
+        list(connection.scalars(sqlalchemy.select(version.c.version_num))) if names >= _OURS else []
     )
     if len(stamps) != 1:
         raise LibraryError(
@@ -187,7 +194,7 @@ def revision(connection: Connection, place: str) -> str | None:
             wanted="a library",
             remedy="Name a library, or a new file, with --db.",
         )
-    return str(stamps[0])
+    return printable(str(stamps[0]))
 
 
 def found_revision(connection: Connection, place: str) -> str | None:
@@ -255,6 +262,14 @@ def loosen_bonds(connection: Connection) -> None:
         driver.execute("PRAGMA foreign_keys = OFF")
 
 
+def give_back_room(connection: Connection) -> None:
+    """Make the file as small as what is in it; leave it where there is no room to do so."""
+    driver = _driver(connection)
+    if driver is not None:
+        with suppress(sqlite3.Error):  # it is as good as before
+            driver.execute("VACUUM")
+
+
 def _driver(connection: Connection) -> sqlite3.Connection | None:
     # For what SQLite does only outside transactions: SQLAlchemy would begin one.
     if connection.closed:
@@ -269,8 +284,9 @@ def make_tables(connection: Connection, place: str) -> None:
         if revision(connection, place) is not None:
             return
         tables.create_all(connection)
-        stamp.create(connection)
-        connection.execute(sqlalchemy.insert(stamp).values(version_num=REVISION))
+        connection.execute(sqlalchemy.insert(state).values(id=1, stamp=0, captures=0, numbers=0))
+        version.create(connection)
+        connection.execute(sqlalchemy.insert(version).values(version_num=REVISION))
 
 
 def writing(connection: Connection) -> AbstractContextManager[Transaction]:

@@ -56,6 +56,8 @@ _UNKNOWN = "Ask it for what is wrong with: lanindex db check"
 
 
 def _named(error: BaseException) -> str:
+    if isinstance(error, UnicodeDecodeError):  # not even what SQLite says of it can be read
+        return "SQLITE_CORRUPT"
     return getattr(error, "sqlite_errorname", None) or ""
 
 
@@ -89,5 +91,5 @@ def translated(place: str) -> Iterator[None]:
     """
     try:
         yield
-    except (SQLAlchemyError, sqlite3.Error) as error:
+    except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError) as error:
         raise library_error(error, place) from error

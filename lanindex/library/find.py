@@ -3,11 +3,39 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
+from numbers import Integral
+from operator import attrgetter
+from typing import TypeGuard
+from unicodedata import normalize
 
-from lanindex.errors import LibraryError
+from lanindex.errors import LibraryError, UsageError
 from lanindex.model import Capture
+
+Where = Mapping[str, str] | Iterable[tuple[str, str]]
+"""Globs by what of a capture they are compared with."""
+
+_COLUMNS: dict[str, Callable[[Capture], str]] = {
+    "label": attrgetter("label"),
+    "format": attrgetter("format"),
+    "dataset": lambda capture: capture.metadata.get("dataset", ""),
+}
+"""What every capture can be asked for by name, beside its path."""
+
+_MOST_NUMBER = (1 << 63) - 1
+"""What SQLite counts to."""
+
+
+def is_number(which: object) -> TypeGuard[int]:
+    """Return whether this can be the number of a capture: whole, from 1, and no truth value."""
+    whole = isinstance(which, Integral) and not isinstance(which, bool)
+    return whole and 0 < int(which) <= _MOST_NUMBER  # type: ignore[call-overload]
+
+
+def _fits(text: str, glob: str) -> bool:
+    # The same letters may be composed or not: macOS names files in one way, people type in both.
+    return fnmatchcase(normalize("NFC", text), normalize("NFC", glob))
 
 
 def matching(captures: Iterable[Capture], glob: str) -> list[Capture]:
@@ -24,17 +52,54 @@ def matching(captures: Iterable[Capture], glob: str) -> list[Capture]:
     return [
         capture
         for capture in captures
-        if any(fnmatchcase(path, glob) for path in (capture.path, capture.location))
-        or ("/" not in glob and fnmatchcase(os.path.basename(capture.location), glob))
+        if any(_fits(path, glob) for path in (capture.path, capture.location))
+        or ("/" not in glob and _fits(os.path.basename(capture.location), glob))
     ]
+
+
+def chosen_by(captures: Sequence[Capture], where: Where) -> list[Capture]:
+    """Return the captures that fit all of some globs.
+
+    Parameters
+    ----------
+    captures : sequence of Capture
+        To choose from.
+    where : Mapping of str to str, or iterable of (str, str)
+        Globs by column: ``path`` as `matching` compares it, ``label``, ``format``, ``dataset`` or
+        any other column that the user gave; one that a capture lacks is the empty text.
+
+    Raises
+    ------
+    UsageError
+        If no capture has such a column.
+    """
+    chosen = list(captures)
+    for key, glob in where.items() if isinstance(where, Mapping) else where:
+        if key == "path":
+            chosen = matching(chosen, glob)
+            continue
+        asked = _COLUMNS.get(key) or _column(captures, key)
+        chosen = [capture for capture in chosen if _fits(asked(capture), glob)]
+    return chosen
+
+
+def _column(captures: Sequence[Capture], key: str) -> Callable[[Capture], str]:
+    columns = sorted({column for capture in captures for column in capture.metadata})
+    if captures and key not in columns:
+        raise UsageError(
+            f'no capture has a column "{key}"',
+            wanted=f"one of {', '.join(dict.fromkeys(('path', *_COLUMNS, *columns)))}",
+        )
+    return lambda capture: capture.metadata.get(key, "")
 
 
 def missing(captures: Iterable[Capture]) -> list[Capture]:
     """Return the captures whose file is no longer there."""
-    return [capture for capture in captures if _gone(capture.location)]
+    return [capture for capture in captures if gone(capture.location)]
 
 
-def _gone(path: str) -> bool:
+def gone(path: str) -> bool:
+    """Return whether a file is surely no longer there."""
     try:
         os.stat(path)
     except (FileNotFoundError, NotADirectoryError):

@@ -8,15 +8,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from sqlalchemy import Connection
+from sqlalchemy import Connection, inspect
 
 from lanindex.errors import LibraryError
 from lanindex.library.check import check_connection
+from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.connect import (
     DEFAULT,
     Target,
     connected,
     found_revision,
+    give_back_room,
     loosen_bonds,
     opened,
     reading,
@@ -118,6 +120,7 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
                 if revision(connection, where.place) != REVISION:  # not by another one meanwhile
                     run(connection, "head", where.place)
                     _check_bonds(connection, where.place)
+            give_back_room(connection)
     return status(named)
 
 
@@ -142,7 +145,13 @@ def run(connection: Connection, to: str, place: str) -> None:
     config.set_main_option("path_separator", "os")
     config.attributes["connection"] = connection
     try:
+        # Tables under a view cannot be rebuilt. It shows what they hold and holds nothing itself:
+        # the revisions know nothing of it.
+        if VIEW in inspect(connection).get_view_names():
+            connection.exec_driver_sql(f"DROP VIEW {VIEW}")
         command.upgrade(config, to)
+        if revision(connection, place) == REVISION:
+            connection.exec_driver_sql(view_sql())
     except CommandError as error:
         raise LibraryError(
             f"no way leads from its revision to {to}: {error}",

@@ -1,49 +1,24 @@
-"""Score ↔ rows of ``track`` and ``symbol``: whole tracks at a time, column by column."""
+"""Score ↔ rows of ``track`` and ``symbol_code``: whole tracks at a time, column by column."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.errors import LibraryError, UsageError
+from lanindex.alphabet import KINDS
+from lanindex.errors import UsageError
+from lanindex.library import checksums, codes
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
-from lanindex.model.symbol import blank
 
-FIELDS: dict[str, tuple[str, tuple[str, ...] | None]] = {
-    "direction": ("direction", DIRECTIONS),
-    "level": ("level", LEVELS),
-    "start": ("start_frame", None),
-    "stop": ("end_frame", None),
-    "tick": ("tick", None),
-    "ticks": ("ticks", None),
-    "passing": ("passing", None),
-    "rule": ("rule", None),
-    "swings": ("swings", None),
-    "margin": ("margin", None),
-    "runner_direction": ("runner_direction", DIRECTIONS),
-    "runner_level": ("runner_level", LEVELS),
-}
-"""By field of ``model.SYMBOL``: its column, and the words that its codes stand for."""
-
-COLUMNS = ("capture_id", "part", "ordinal", *(column for column, _ in FIELDS.values()))
-"""The columns of ``symbol`` in the order of the rows made and read here."""
-
-OPTIONAL = {"runner_direction", "runner_level"}
-"""Fields whose code may be -1, stored as null."""
-
-_CODES = {
-    field: {word: code for code, word in enumerate(words)}
-    | ({None: -1} if field in OPTIONAL else {})
-    for field, (_, words) in FIELDS.items()
-    if words
-}
+_RAW, _TENTHS = b"\0", b"\1"
+"""The first byte of a heading: how the rest is to be read."""
 
 
 def check(score: Score, place: str) -> None:
@@ -52,20 +27,22 @@ def check(score: Score, place: str) -> None:
     Raises
     ------
     UsageError
-        If a code has no word, or a symbol lies outside the score's frames.
+        If a field has no room, a symbol lacks what its kind has, or lies outside the frames.
     """
     for part, track in score.tracks.items():
         if track.part != part:
             raise UsageError(f"{part} holds the track of {track.part}", place=place)
-    symbols = _joined(score.tracks.values())
-    start, stop = symbols["start"], symbols["stop"]
-    wrong = (start < 0) | (stop < start) | (stop > score.frames)
-    for field, (_, words) in FIELDS.items():
-        if words is not None:
-            least = -1 if field in OPTIONAL else 0
-            wrong |= (symbols[field] < least) | (symbols[field] >= len(words))
-    if wrong.any():
-        row = int(wrong.argmax())
+    tracks = list(score.tracks.values())
+    symbols = _joined(tracks)
+    bad = wrong(symbols, score.frames)
+    kinds = np.repeat([codes.KIND_NAMES.index(one.kind) for one in tracks], list(map(len, tracks)))
+    for kind in {one.kind for one in tracks}:
+        lacking = np.zeros(len(symbols), np.bool_)
+        for name in KINDS[kind].fields:
+            lacking |= symbols[name] < 0
+        bad |= lacking & (kinds == codes.KIND_NAMES.index(kind))
+    if bad.any():
+        row = int(bad.argmax())
         parts = [part for part, track in score.tracks.items() for _ in range(len(track))]
         raise UsageError(
             f"{parts[row]} has the symbol {symbols[row]}",
@@ -74,102 +51,95 @@ def check(score: Score, place: str) -> None:
         )
 
 
+def wrong(symbols: NDArray[Any], frames: int) -> NDArray[np.bool_]:
+    """Return which symbols cannot be stored, or lie outside a capture's frames: (S,) bool."""
+    return codes.wrong(symbols) | (symbols["stop"] > frames)
+
+
 def _joined(tracks: Iterable[Track]) -> NDArray[Any]:
     # Naming the dtype spares numpy a slow search for one that all have in common.
     arrays = [track.symbols for track in tracks]
     return np.concatenate(arrays, dtype=SYMBOL) if arrays else np.empty(0, SYMBOL)
 
 
-def track_rows(capture_id: int, score: Score) -> list[tuple[Any, ...]]:
-    """Return the rows of ``track``: capture, part, ordinal, known stretches."""
-    return [
-        (capture_id, part, ordinal, json.dumps([[span.start, span.stop] for span in track.known]))
-        for ordinal, (part, track) in enumerate(score.tracks.items())
-    ]
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """A score as rows without the capture's number, which comes first in each.
+
+    Attributes
+    ----------
+    tracks : list of tuple
+        Of ``track``: ordinal, part, kind, known, symbols, checksum.
+    symbols : list of list of int
+        Of ``symbol_code``, column by column: track, ordinal, fields.
+    checksum : int
+        Of the list of tracks.
+    """
+
+    tracks: list[tuple[Any, ...]]
+    symbols: list[list[int]]
+    checksum: int
 
 
-def symbol_rows(capture_id: int, score: Score) -> list[tuple[Any, ...]]:
-    """Return the rows of ``symbol``, in the order of `COLUMNS` and of the table's key."""
-    tracks = sorted(score.tracks.items())  # rows that come in order fill whole pages
-    symbols = _joined(track for _, track in tracks)
-    parts = [part for part, track in tracks for _ in range(len(track))]
-    ordinals = [ordinal for _, track in tracks for ordinal in range(len(track))]
-    columns = [_stored(symbols[field], words) for field, (_, words) in FIELDS.items()]
-    return list(zip([capture_id] * len(parts), parts, ordinals, *columns, strict=True))
+def rows_of(score: Score) -> Rows:
+    """Return the rows of a score."""
+    kept = list(score.tracks.values())
+    counts = list(map(len, kept))
+    numbers = numbered(codes.pack(_joined(kept)), counts)
+    tracks, first = [], 0
+    for ordinal, (track, count) in enumerate(zip(kept, counts, strict=True)):
+        kind, known = codes.KIND_NAMES.index(track.kind), _known_text(track.known, score.frames)
+        checksum = of_symbols(numbers[first : first + count])
+        tracks.append((ordinal, track.part, kind, known, count, checksum))
+        first += count
+    return Rows(tracks, numbers.T.tolist(), checksums.of_values(tracks) or 0)
 
 
-def _stored(values: NDArray[Any], words: tuple[str, ...] | None) -> list[Any]:
-    if words is None:
-        return list(values.tolist())
-    return list(np.array([*words, None], object)[values].tolist())
-
-
-def read_symbols(
-    rows: Sequence[tuple[Any, ...]],
-) -> dict[tuple[int, str], NDArray[Any]]:
-    """Return the symbols of each track from rows of ``symbol``.
+def numbered(packed: NDArray[np.int64], counts: list[int]) -> NDArray[np.int64]:
+    """Return packed symbols with the ordinals of track and row before them.
 
     Parameters
     ----------
-    rows : sequence of tuple
-        In the order of `COLUMNS`, tracks one after the other, each by ordinal.
+    packed : ndarray
+        (S, C) int64.
+    counts : list of int
+        Symbols of each track; they add up to S.
 
     Returns
     -------
-    dict
-        Capture and part to (S,) array of dtype ``model.SYMBOL``.
-
-    Raises
-    ------
-    LibraryError
-        If a row holds a word that the alphabet lacks.
+    ndarray
+        (S, C + 2) int64.
     """
-    if not rows:
-        return {}
-    captures, parts, ordinals, *columns = zip(*rows, strict=True)
-    symbols = blank(len(rows))
-    for field, column in zip(FIELDS, columns, strict=True):
-        symbols[field] = _coded(field, column)
-    borders = [*np.flatnonzero(np.array(ordinals) == 0).tolist(), len(rows)]
-    return {
-        (captures[start], parts[start]): symbols[start:stop] for start, stop in pairwise(borders)
-    }
+    numbers = np.empty((len(packed), packed.shape[1] + 2), np.int64)
+    numbers[:, 0] = np.repeat(np.arange(len(counts)), counts)
+    begins = np.cumsum([0, *counts], dtype=np.int64)[:-1]
+    numbers[:, 1] = np.arange(len(packed)) - np.repeat(begins, counts)
+    numbers[:, 2:] = packed
+    return numbers
 
 
-def _coded(field: str, column: Sequence[Any]) -> NDArray[Any]:
-    codes = _CODES.get(field)
-    try:
-        if codes is None:
-            return np.array(column, "f8" if field == "margin" else "i8")
-        return np.array([codes[word] for word in column], "i1")
-    except (KeyError, TypeError, ValueError) as error:
-        raise LibraryError(
-            f"a symbol of the library has an unknown {field}: {error}",
-            remedy="Ask it for what is wrong with: lanindex db check",
-        ) from error
-
-
-def read_tracks(
-    listed: Iterable[Any], symbols: dict[tuple[int, str], NDArray[Any]]
-) -> dict[int, dict[str, Track]]:
-    """Return the tracks of each capture.
+def of_symbols(numbers: NDArray[np.int64]) -> int:
+    """Return the checksum of a track's rows.
 
     Parameters
     ----------
-    listed : iterable of tuple
-        Capture, part and known stretches (JSON), in the order of the tracks.
-    symbols : dict
-        From `read_symbols`.
+    numbers : ndarray
+        (S, C + 2) int64: track, ordinal, fields.
     """
-    captures: dict[int, dict[str, Track]] = {}
-    for capture_id, part, known in listed:
-        rows = symbols.get((capture_id, part))
-        captures.setdefault(capture_id, {})[part] = Track(
-            part,
-            np.empty(0, SYMBOL) if rows is None else rows,
-            tuple(Span(start, stop) for start, stop in json.loads(known)),
-        )
-    return captures
+    return checksums.of_bytes(np.ascontiguousarray(numbers, "<i8").data)
+
+
+def _known_text(known: tuple[Span, ...], frames: int) -> str | None:
+    if known == (Span(0, frames),):
+        return None
+    return json.dumps([[span.start, span.stop] for span in known])
+
+
+def read_known(known: str | None, frames: int) -> tuple[Span, ...]:
+    """Return the stretches in which a part was seen."""
+    if known is None:
+        return (Span(0, frames),)
+    return tuple(Span(start, stop) for start, stop in json.loads(known))
 
 
 def capture_columns(score: Score) -> dict[str, Any]:
@@ -184,7 +154,7 @@ def capture_columns(score: Score) -> dict[str, Any]:
         "beat": meter.beat,
         "division": meter.division,
         "other": json.dumps(score.other),
-        "heading": score.heading.astype("<f4").tobytes(),
+        "heading": pack_heading(score.heading),
     }
 
 
@@ -193,6 +163,47 @@ def read_meter(row: Any) -> Meter:
     return Meter(Fraction(row.speed), row.beats, row.beat, row.division)
 
 
+def pack_heading(heading: NDArray[np.float32]) -> bytes:
+    """Return a heading as it is stored: small where it is in tenths of a degree, always exact.
+
+    Parameters
+    ----------
+    heading : ndarray
+        (N,) float32, degrees.
+
+    Returns
+    -------
+    bytes
+        1 and how its steps from tenth to tenth change, compressed: uint16, the sign in the lowest
+        bit, all low bytes before all high ones; or 0 and the numbers themselves, little-endian.
+    """
+    raw = heading.astype("<f4").tobytes()
+    with np.errstate(all="ignore"):  # no number, or a vast one: it does not come back, and stays
+        tenths = np.rint(heading.astype(np.float64) * 10).astype(np.int64)
+        changes = np.diff(tenths, n=2, prepend=[0, 0])
+        folded = ((changes << 1) ^ (changes >> 63)).astype("<u2")
+    packed = zlib.compress(folded.view(np.uint8).reshape(-1, 2).T.tobytes())
+    return _TENTHS + packed if _unfolded(folded).tobytes() == raw else _RAW + raw
+
+
 def read_heading(blob: bytes) -> NDArray[np.float32]:
-    """Return the heading: (N,) float32, degrees."""
-    return np.frombuffer(blob, "<f4").astype(np.float32)
+    """Return the heading: (N,) float32, degrees.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    if blob[:1] == _RAW:
+        return np.frombuffer(blob[1:], "<f4").astype(np.float32)
+    try:
+        planes = np.frombuffer(zlib.decompress(blob[1:]), np.uint8).reshape(2, -1)
+    except zlib.error as error:
+        raise ValueError(str(error)) from error
+    return _unfolded(np.ascontiguousarray(planes.T).view("<u2").ravel())
+
+
+def _unfolded(folded: NDArray[np.uint16]) -> NDArray[np.float32]:
+    changes = folded.astype(np.int64)
+    changes = (changes >> 1) ^ -(changes & 1)
+    return (np.cumsum(np.cumsum(changes)) / 10).astype("<f4").astype(np.float32)

@@ -1,16 +1,20 @@
-"""The tables of a library, for people and programs alike.
+"""The tables of a library, and the view in which a person reads its symbols.
 
-Everything is a plain relation: one row a capture, one a part that was seen in it (track), one a
-symbol. Words are stored as words and frames as the source counts them, so that
-``SELECT part, direction, level, start_frame, end_frame FROM symbol`` can be read by anyone. Words
-cost 19 bytes a row and a fifth of the speed against small codes; that buys a library which
-needs no key to be read.
+One row a capture, one a part that was seen in it (``track``), one a symbol (``symbol_code``). A
+symbol is a handful of whole numbers, for spelled-out words took four fifths of a library; the view
+``symbol`` shows them in words and in the frames of the source, so that
+``SELECT part, direction, level, start_frame, end_frame FROM symbol`` can be read by anyone.
+
+What was stored is told from what it became by checksums, each a CRC-32: a track's over its
+symbols, a capture's over all that was encoded (with those of its tracks, its heading and its other
+lines) and one over what the user said of it.
 """
 
 from __future__ import annotations
 
 from sqlalchemy import (
-    Boolean,
+    DDL,
+    BigInteger,
     CheckConstraint,
     Column,
     Float,
@@ -24,9 +28,12 @@ from sqlalchemy import (
     Table,
     Text,
     UniqueConstraint,
+    event,
 )
 
-REVISION = "0001"
+from lanindex.library.codes import COLUMNS, view_sql
+
+REVISION = "0002"
 """The revision of ``migrations/`` that these tables are; revisions sort by age as text."""
 
 tables = MetaData(
@@ -37,7 +44,18 @@ tables = MetaData(
         "ck": "ck_%(table_name)s_%(constraint_name)s",
     }
 )
-"""All tables but `stamp`."""
+"""All tables but `version`."""
+
+state = Table(
+    "state",
+    tables,
+    Column("id", Integer, primary_key=True),
+    Column("stamp", Integer, nullable=False),  # raised by every change
+    Column("captures", Integer, nullable=False),  # how many there are
+    Column("numbers", BigInteger, nullable=False),  # the sum of theirs
+    CheckConstraint("id = 1", name="one"),
+)
+"""One row: what is true of the library as a whole."""
 
 profile = Table(
     "profile",
@@ -51,7 +69,7 @@ profile = Table(
 capture = Table(
     "capture",
     tables,
-    Column("id", Integer, primary_key=True),
+    Column("id", Integer, primary_key=True),  # never used twice
     Column("path", Text, nullable=False),  # as ingested
     Column("location", Text, nullable=False),  # absolute
     Column("format", Text, nullable=False),
@@ -66,9 +84,15 @@ capture = Table(
     Column("division", Integer, nullable=False),  # ticks in a unit
     Column("profile_id", ForeignKey(profile.c.id)),  # null: a score that came as one
     Column("options", Text, nullable=False),  # JSON: how the reader was overridden
+    Column("warnings", Text, nullable=False),  # JSON: what the reader found doubtful
+    Column("tracks", Integer, nullable=False),  # checksum of the list of tracks
+    Column("content", Integer, nullable=False),  # checksum of other and heading
+    Column("checksum", Integer, nullable=False),  # of all else that was encoded, and these two
+    Column("said", Integer, nullable=False),  # checksum of label and metadata
     Column("other", Text, nullable=False),  # JSON: lines that were not understood
-    Column("heading", LargeBinary, nullable=False),  # degrees at 60 Hz, little-endian float32
+    Column("heading", LargeBinary, nullable=False),  # degrees at 60 Hz, see rows.pack_heading
     UniqueConstraint("location"),
+    sqlite_autoincrement=True,
 )
 
 metadata = Table(
@@ -84,38 +108,31 @@ track = Table(
     "track",
     tables,
     Column("capture_id", ForeignKey(capture.c.id, ondelete="CASCADE"), primary_key=True),
-    Column("part", Text, primary_key=True),
-    Column("ordinal", Integer, nullable=False),
-    Column("known", Text, nullable=False),  # JSON: [[start, end], …], frames in which it was seen
+    Column("ordinal", Integer, primary_key=True, autoincrement=False),
+    Column("part", Text, nullable=False),
+    Column("kind", Integer, nullable=False),  # its place in alphabet.KINDS
+    Column("known", Text),  # JSON: [[start, end], …], frames in which it was seen; null: all
+    Column("symbols", Integer, nullable=False),  # how many
+    Column("checksum", Integer, nullable=False),  # of its symbols
     sqlite_with_rowid=False,
 )
 
-symbol = Table(
-    "symbol",
+symbol_code = Table(
+    "symbol_code",
     tables,
-    Column("capture_id", Integer, primary_key=True),
-    Column("part", Text, primary_key=True),
-    Column("ordinal", Integer, primary_key=True),
-    Column("direction", Text, nullable=False),
-    Column("level", Text, nullable=False),
-    Column("start_frame", Integer, nullable=False),  # of the source, half-open
-    Column("end_frame", Integer, nullable=False),  # equal to start_frame: a starting position
-    Column("tick", Integer, nullable=False),
-    Column("ticks", Integer, nullable=False),
-    Column("passing", Boolean, nullable=False),
-    Column("rule", Integer, nullable=False),
-    Column("swings", Integer, nullable=False),
-    Column("margin", Float),  # null: unknown
-    Column("runner_direction", Text),
-    Column("runner_level", Text),
+    Column("capture_id", Integer, primary_key=True, autoincrement=False),
+    Column("track", Integer, primary_key=True, autoincrement=False),  # its ordinal
+    Column("ordinal", Integer, primary_key=True, autoincrement=False),
+    *(Column(name, BigInteger, nullable=False) for name in COLUMNS),  # as model.symbol says
     ForeignKeyConstraint(
-        ["capture_id", "part"], ["track.capture_id", "track.part"], ondelete="CASCADE"
+        ["capture_id", "track"], ["track.capture_id", "track.ordinal"], ondelete="CASCADE"
     ),
-    CheckConstraint("start_frame >= 0 AND end_frame >= start_frame", name="span"),
     sqlite_with_rowid=False,
 )
 
-stamp = Table(
+event.listen(tables, "after_create", DDL(view_sql()))  # type: ignore[no-untyped-call]
+
+version = Table(
     "alembic_version",
     MetaData(),
     Column("version_num", String(32), nullable=False),

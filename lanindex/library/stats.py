@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sqlalchemy import ColumnElement, Connection, FromClause, func, select
+from sqlalchemy import Connection
 
-from lanindex.library.schema import capture, profile, symbol
+from lanindex.library import read
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,31 +49,31 @@ def count(connection: Connection, size: int) -> Stats:
         In a transaction.
     size : int
         Bytes of the database.
+
+    Raises
+    ------
+    LibraryError
+        If a capture is not what was stored.
     """
-    captures, frames, seconds = connection.execute(
-        select(
-            func.count(),
-            func.coalesce(func.sum(capture.c.frames), 0),
-            func.coalesce(func.sum(capture.c.frames / capture.c.fps), 0.0),
-        ).select_from(capture)
-    ).one()
-    parts = _by(connection, symbol.c.part)
+    stored = read.read_captures(connection)
+    lists = read.read_lists(connection, stored)
+    captures = [one.capture for one in stored]
+    parts: Counter[str] = Counter()
+    for tracks in lists.values():
+        for listed in tracks:
+            parts[listed.part] += listed.symbols
     return Stats(
-        captures=captures,
-        frames=int(frames),
-        symbols=sum(parts.values()),
-        seconds=float(seconds),
+        captures=len(captures),
+        frames=sum(one.frames for one in captures),
+        symbols=parts.total(),
+        seconds=sum(float(one.frames / one.rate) for one in captures),
         size=size,
-        parts=parts,
-        labels=_by(connection, capture.c.label),
-        profiles=_by(connection, func.coalesce(profile.c.name, ""), capture.outerjoin(profile)),
-        formats=_by(connection, capture.c.format),
+        parts=_sorted(parts),
+        labels=_sorted(Counter(one.label for one in captures)),
+        profiles=_sorted(Counter(one.encoding.profile for one in stored)),
+        formats=_sorted(Counter(one.format for one in captures)),
     )
 
 
-def _by(
-    connection: Connection, column: ColumnElement[str], table: FromClause | None = None
-) -> dict[str, int]:
-    counted = select(column, func.count()).group_by(column).order_by(column)
-    found = connection.execute(counted if table is None else counted.select_from(table))
-    return {name: number for name, number in found}
+def _sorted(counts: Counter[str]) -> dict[str, int]:
+    return dict(sorted(counts.items()))

@@ -1,6 +1,6 @@
 """The library: captures written down, kept in a database.
 
-``with Library.open("dance.db", create=True) as library: library.add(...)`` is one transaction a
+``with Store.open("dance.db", create=True) as library: library.add(...)`` is one transaction a
 capture: whatever breaks off, the library holds whole captures or none.
 """
 
@@ -8,135 +8,25 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from threading import get_ident
-from types import TracebackType
-from typing import Self
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection
 
 from lanindex.alphabet import PARTS
-from lanindex.errors import LibraryError, UsageError
-from lanindex.library import read, rows, schema, write
-from lanindex.library.connect import (
-    DEFAULT,
-    Target,
-    drop_journal,
-    keep_journal,
-    opened,
-    reading,
-    target,
-    writing,
-)
-from lanindex.library.faults import translated
-from lanindex.library.find import find_capture, matching, missing
+from lanindex.library import read, rows, write
+from lanindex.library.encoding import Encoding
+from lanindex.library.find import Where, chosen_by, find_capture, is_number, matching, missing
+from lanindex.library.session import Session
 from lanindex.library.stats import Stats, count
+from lanindex.library.texts import check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
 
 _BATCH = 64
-"""Captures read at a time by `Library.tracks`."""
+"""Captures read at a time by `Store.tracks`."""
 
 
-@dataclass(frozen=True, slots=True)
-class Encoding:
-    """How a capture came to be written down; equal ones give equal scores.
-
-    Attributes
-    ----------
-    profile : str
-        Its name; empty for a score that came as one.
-    digest : str
-        sha256 of the profile's files.
-    options : Mapping of str to str
-        What the reader was told in place of what it would have found: unit, up, fps, compose.
-    """
-
-    profile: str = ""
-    digest: str = ""
-    options: Mapping[str, str] = field(default_factory=dict)
-
-
-class Library:
+class Store(Session):
     """Captures and their scores. Made by `open`; belongs to one thread."""
-
-    def __init__(self, where: Target, connection: Connection) -> None:
-        self._where, self._connection, self._wrote = where, connection, False
-        self._thread = get_ident()
-
-    @classmethod
-    def open(
-        cls,
-        named: str | os.PathLike[str] = DEFAULT,
-        *,
-        create: bool = False,
-        readonly: bool = False,
-        timeout: float = 30.0,
-    ) -> Self:
-        """Open a library; use it as a context manager, or close it.
-
-        Parameters
-        ----------
-        named : str or path-like
-            A file, or an SQLAlchemy URL.
-        create : bool
-            Make it if there is none.
-        readonly : bool
-            Refuse to change it.
-        timeout : float
-            Seconds to wait for another process.
-
-        Returns
-        -------
-        Library
-
-        Raises
-        ------
-        LibraryError
-            If there is none, it is no library, or it cannot be opened.
-        LibraryVersionError
-            If it is older or newer than this program.
-        LibraryBusyError
-            If another process holds it for longer than `timeout`.
-        """
-        where = target(named)
-        return cls(where, opened(where, create=create, readonly=readonly, timeout=timeout))
-
-    def __repr__(self) -> str:
-        """Return the class and the place."""
-        return f"<Library {self.place}>"
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Close it."""
-        self.close()
-
-    @property
-    def place(self) -> str:
-        """The library as it was named."""
-        return self._where.place
-
-    def close(self) -> None:
-        """Let go of the database; what is left is one file."""
-        if self._connection.closed:
-            return
-        self._check_usable()
-        try:
-            if self._wrote:
-                with translated(self.place):
-                    drop_journal(self._connection)
-        finally:
-            self._connection.close()
-            self._connection.engine.dispose()
 
     def add(
         self,
@@ -148,6 +38,7 @@ class Library:
         encoding: Encoding | None = None,
         label: str | None = None,
         metadata: Mapping[str, str] | None = None,
+        warnings: Sequence[str] = (),
     ) -> int:
         """Store a score, in place of an earlier one of the same path, and return its number.
 
@@ -167,6 +58,8 @@ class Library:
             The user's. None keeps what there is.
         metadata : Mapping of str to str, optional
             The user's other columns. None keeps what there is.
+        warnings : sequence of str, optional
+            What the reader found doubtful.
 
         Raises
         ------
@@ -177,24 +70,19 @@ class Library:
         """
         shown, encoding = os.fspath(path), encoding or Encoding()
         location = os.path.abspath(shown)
-        _check_text(shown, [shown, location, format, sha256, encoding.profile, *score.tracks])
-        _check_said(shown, label, metadata)
+        check_text(shown, [shown, location, format, sha256, encoding.profile, *score.tracks])
+        check_said(shown, label, metadata)
         rows.check(score, shown)
         values = {
             "path": shown,
             "location": location,
             "format": format,
             "sha256": sha256,
-            "profile_id": None,
-            "options": json.dumps(dict(encoding.options), sort_keys=True),
+            "warnings": json.dumps(list(warnings)),
             **rows.capture_columns(score),
         }
         with self._changing() as connection:
-            if encoding.digest:
-                values["profile_id"] = write.put_profile(
-                    connection, encoding.profile, encoding.digest
-                )
-            number = write.put_capture(connection, values, score)
+            number = write.put_capture(connection, values, score, encoding)
             write.describe(connection, number, label, metadata)
         return number
 
@@ -220,7 +108,7 @@ class Library:
         bool
             Whether that changed anything.
         """
-        _check_said(self.place, label, metadata)
+        check_said(self.place, label, metadata)
         before = self.capture(which)
         same = label in (None, before.label) and metadata in (None, before.metadata)
         if not same:
@@ -228,49 +116,93 @@ class Library:
                 write.describe(connection, before.id, label, metadata)
         return not same
 
+    def move(self, which: int | str, path: str | os.PathLike[str]) -> None:
+        """Say that a capture's file is elsewhere now; all that is known of it stays.
+
+        Parameters
+        ----------
+        which : int or str
+            Its number or its path, as in `capture`.
+        path : str or path-like
+            Where it is, as given; no capture may be known from there.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.move("compass.bvh", "archive/compass.bvh")
+        ...     library.capture("compass.bvh").path
+        'archive/compass.bvh'
+        """
+        shown = os.fspath(path)
+        check_text(shown, [shown])
+        with self._changing() as connection:
+            number = self._stored(connection, which).capture.id
+            write.move_capture(connection, number, shown, os.path.abspath(shown))
+
     def remove(self, *which: int | str) -> None:
         """Take captures out of the library; none where one of them is not there.
 
         Parameters
         ----------
         *which : int or str
-            Numbers or paths, as in `capture`.
+            Numbers or paths, as in `capture`; of a damaged one the number.
         """
         with self._changing() as connection:
-            for number in {self._capture(connection, one).id for one in which}:
+            for number in {self._number(connection, one) for one in which}:
                 write.remove_capture(connection, number)
 
     def missing(self) -> list[Capture]:
         """Return the captures whose file is no longer where it was ingested."""
         return missing(self.captures())
 
-    def known(self) -> dict[str, tuple[str, Encoding]]:
-        """Return what need not be encoded again: by absolute path, sha256 and encoding."""
-        capture, profile = schema.capture.c, schema.profile.c
-        statement = select(
-            capture.location, capture.sha256, capture.options, profile.name, profile.digest
-        ).select_from(schema.capture.outerjoin(schema.profile))
+    @property
+    def stamp(self) -> int:
+        """A number that every change raises: what was derived at another one may be out of date."""
         with self._reading() as connection:
-            found = connection.execute(statement).all()
+            return int(read.read_state(connection).stamp)
+
+    def known(self) -> dict[str, tuple[str, Encoding]]:
+        """Return what need not be encoded again: by absolute path, sha256 and encoding.
+
+        In the order of the captures; one that is damaged is left out.
+        """
+        with self._reading() as connection:
+            found = list(read.read_stored(connection))
         return {
-            row.location: (
-                row.sha256,
-                Encoding(row.name or "", row.digest or "", json.loads(row.options)),
-            )
-            for row in found
+            one.capture.location: (one.capture.sha256, one.encoding)
+            for one in found
+            if isinstance(one, read.Stored)
         }
 
-    def captures(self, glob: str | None = None) -> list[Capture]:
+    def captures(
+        self, within: str | None = None, where: Where | None = None, *, doubts: bool = False
+    ) -> list[Capture]:
         """Return the captures, in the order in which they came.
 
         Parameters
         ----------
-        glob : str, optional
-            Only those whose path, absolute path or (without a slash in it) name it fits.
+        within : str, optional
+            A glob: only those whose path, absolute path or (without a slash in it) name it fits.
+        where : Mapping of str to str, or iterable of (str, str), optional
+            Globs that all must fit, by what they are compared with: ``label``, ``format``,
+            ``path``, ``dataset`` or any other column that the user gave. One that a capture lacks
+            is compared as the empty text.
+        doubts : bool
+            Only those of which the reader found something doubtful.
+
+        Raises
+        ------
+        UsageError
+            If no capture has such a column.
+        LibraryError
+            If one of the captures is not what was stored.
         """
         with self._reading() as connection:
-            found = read.read_captures(connection)
-        return found if glob is None else matching(found, glob)
+            found = [one.capture for one in read.read_captures(connection)]
+        chosen = chosen_by(found, where) if where else found
+        chosen = chosen if within is None else matching(chosen, within)
+        return [one for one in chosen if one.warnings] if doubts else chosen
 
     def capture(self, which: int | str) -> Capture:
         """Return one capture.
@@ -283,10 +215,15 @@ class Library:
         Raises
         ------
         LibraryError
-            If there is none, or there are several.
+            If there is none, there are several, or it is not what was stored.
         """
         with self._reading() as connection:
-            return self._capture(connection, which)
+            return self._stored(connection, which).capture
+
+    def located(self, places: Sequence[str], digests: Sequence[str]) -> list[str]:
+        """Return where captures lie that are at one of these places, or have such a sha256."""
+        with self._reading() as connection:
+            return read.locations(connection, places, digests)
 
     def tracks(
         self, captures: Iterable[int] | None = None, parts: Iterable[str] | None = None
@@ -299,29 +236,41 @@ class Library:
             Numbers; else all.
         parts : iterable of str, optional
             Only these, which reads less; else all. A part that a capture lacks is left out.
+
+        Raises
+        ------
+        LibraryError
+            If something of it is not what was stored.
         """
         only = None if parts is None else list(parts)
         with self._reading() as connection:
             numbers = read.capture_numbers(connection)
         if captures is not None:
-            numbers = sorted(set(captures).intersection(numbers))
+            wanted = {one for one in captures if is_number(one)}
+            numbers = [number for number in numbers if number in wanted]
         for first in range(0, len(numbers), _BATCH):
-            batch = numbers[first : first + _BATCH]
             with self._reading() as connection:
-                chosen = read.read_captures(connection, batch)
-                tracks = read.read_tracks(connection, batch, only)
-            for capture in chosen:
-                yield capture, tracks.get(capture.id, {})
+                chosen = read.read_captures(connection, numbers[first : first + _BATCH])
+                tracks = read.read_tracks(connection, chosen, only)
+            for one in chosen:
+                yield one.capture, tracks[one.capture.id]
 
     def score(self, which: int | str) -> Score:
-        """Return the score of a capture, field by field as it was stored."""
+        """Return the score of a capture, field by field as it was stored.
+
+        Raises
+        ------
+        LibraryError
+            As `capture`.
+        """
         with self._reading() as connection:
-            return read.read_score(connection, self._capture(connection, which))
+            return read.read_score(connection, self._stored(connection, which))
 
     def parts(self) -> list[str]:
         """Return the parts that any capture has, in the order of the alphabet."""
         with self._reading() as connection:
-            found = set(connection.scalars(select(schema.track.c.part).distinct()))
+            lists = read.read_lists(connection, read.read_captures(connection))
+        found = {listed.part for tracks in lists.values() for listed in tracks}
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
 
     def stats(self) -> Stats:
@@ -330,62 +279,19 @@ class Library:
         with self._reading() as connection:
             return count(connection, path.stat().st_size if path else 0)
 
-    def _capture(self, connection: Connection, which: int | str) -> Capture:
-        if isinstance(which, int):
-            numbers = [which] if which < 1 << 63 else [0]  # more than SQLite counts to
-        else:
-            which = which.encode("utf-8", "backslashreplace").decode()
-            numbers = read.numbers_at(connection, which)
-        found = read.read_captures(connection, numbers)
-        if len(found) == 1:
-            return found[0]
-        others = [] if isinstance(which, int) else read.read_captures(connection)
-        return find_capture(others, str(which), self.place)
+    def _stored(self, connection: Connection, which: int | str) -> read.Stored:
+        number = self._number(connection, which)
+        return read.read_capture(connection, number)
 
-    def _check_usable(self) -> None:
-        if self._connection.closed:
-            raise LibraryError(
-                "this library has been closed", place=self.place, remedy="Open it again."
-            )
-        if get_ident() != self._thread:
-            raise LibraryError(
-                "this library was opened in another thread",
-                place=self.place,
-                remedy="Open it in each thread that uses it.",
-            )
-
-    @contextmanager
-    def _reading(self) -> Iterator[Connection]:
-        self._check_usable()
-        with translated(self.place), reading(self._connection):
-            yield self._connection
-
-    @contextmanager
-    def _changing(self) -> Iterator[Connection]:
-        self._check_usable()
-        with translated(self.place):
-            if not self._wrote:
-                keep_journal(self._connection)
-                self._wrote = True
-            with writing(self._connection):
-                yield self._connection
-
-
-def _check_said(place: str, label: str | None, metadata: Mapping[str, str] | None) -> None:
-    _check_text(place, [label or "", *(metadata or {}), *(metadata or {}).values()])
-
-
-def _check_text(place: str, texts: Iterable[str]) -> None:
-    for text in texts:
-        try:
-            text.encode()
-        except UnicodeEncodeError as error:
-            raise UsageError(
-                f"{_printable(text)} has bytes that are no UTF-8",
-                place=_printable(place),
-                remedy="Rename the file, or save the table of labels as UTF-8.",
-            ) from error
-
-
-def _printable(text: str) -> str:
-    return text.encode("utf-8", "backslashreplace").decode()
+    def _number(self, connection: Connection, which: int | str) -> int:
+        """Return the number of a capture that is there, damaged or not."""
+        if isinstance(which, str):
+            named = printable(which)
+            numbers = read.numbers_at(connection, named)
+            if len(numbers) == 1:
+                return numbers[0]
+            others = [one.capture for one in read.read_captures(connection)]
+            return find_capture(others, named, self.place).id
+        if is_number(which) and which in read.read_numbers(connection, [which]):
+            return int(which)
+        return find_capture([], str(which), self.place).id  # which says that there is none

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import repeat
 from typing import Any
 
 from sqlalchemy import (
@@ -19,10 +21,14 @@ from sqlalchemy import (
     update,
 )
 
-from lanindex.library import rows, schema
+from lanindex.library import read, rows, schema
+from lanindex.library.encoding import Encoding, encoded
 from lanindex.model import Score
 
 _NUMBER: BindParameter[int] = bindparam("number")
+
+
+_STATE = schema.state.c
 
 
 def _of(table: Table) -> Delete:
@@ -33,8 +39,17 @@ def _of(table: Table) -> Delete:
 _FIND = select(schema.capture.c.id).where(schema.capture.c.location == bindparam("location"))
 _CHANGE = update(schema.capture).where(schema.capture.c.id == _NUMBER)
 _REMOVE = delete(schema.capture).where(schema.capture.c.id == _NUMBER)
-_CLEAR = (_of(schema.symbol), _of(schema.track))
+_CLEAR = (_of(schema.symbol_code), _of(schema.track))
 _FORGET = _of(schema.metadata)
+_SAID = select(schema.capture.c.label, schema.capture.c.said).where(schema.capture.c.id == _NUMBER)
+_METADATA = select(schema.metadata.c.key, schema.metadata.c.value).where(
+    schema.metadata.c.capture_id == _NUMBER
+)
+_COUNT = update(schema.state).values(
+    captures=_STATE.captures + bindparam("more"),
+    numbers=_STATE.numbers + bindparam("more") * bindparam("one"),
+)
+_TOUCH = update(schema.state).values(stamp=_STATE.stamp + 1)
 _FIND_PROFILE = select(schema.profile.c.id).where(
     schema.profile.c.name == bindparam("name"), schema.profile.c.digest == bindparam("digest")
 )
@@ -43,7 +58,9 @@ _FORGET_PROFILES = delete(schema.profile).where(
 )
 
 
-def put_capture(connection: Connection, values: Mapping[str, Any], score: Score) -> int:
+def put_capture(
+    connection: Connection, values: Mapping[str, Any], score: Score, encoding: Encoding
+) -> int:
     """Write a capture and its score, in place of those of the same location.
 
     Parameters
@@ -51,44 +68,91 @@ def put_capture(connection: Connection, values: Mapping[str, Any], score: Score)
     connection : Connection
         In a transaction.
     values : Mapping
-        Columns of ``capture``.
+        Columns of ``capture``, as far as neither encoding nor checksums.
     score : Score
         Checked.
+    encoding : Encoding
+        How it was written down.
 
     Returns
     -------
     int
         The number of the capture: the old one where there was one.
     """
+    made = rows.rows_of(score)
+    named = (encoding.profile, encoding.digest) if encoding.digest else None
+    name, digest = named or (None, None)
+    values = {
+        **values,
+        "profile_id": put_profile(connection, *named) if named else None,
+        "options": json.dumps(dict(encoding.options), sort_keys=True),
+        "tracks": made.checksum,
+        "content": read.content(values["other"], values["heading"]),
+    }
+    values["checksum"] = encoded(values, name, digest)
     number = connection.scalar(_FIND, {"location": values["location"]})
     if number is None:
-        number = _inserted(connection, schema.capture, {"label": "", **values})
+        number = _inserted(connection, schema.capture, {"label": "", "said": -1, **values})
+        connection.execute(_COUNT, {"more": 1, "one": number})
     else:
         _clear(connection, number)
         connection.execute(_CHANGE, {"number": number, **values})
         connection.execute(_FORGET_PROFILES)
-    _insert(connection, schema.track, rows.track_rows(number, score))
-    _insert(connection, schema.symbol, rows.symbol_rows(number, score))
+    _insert(connection, schema.track, [(number, *row) for row in made.tracks])
+    _insert(connection, schema.symbol_code, list(zip(repeat(number), *made.symbols)))
     return int(number)
 
 
 def describe(
-    connection: Connection, number: int, label: str | None, metadata: Mapping[str, str] | None
+    connection: Connection,
+    number: int,
+    label: str | None,
+    metadata: Mapping[str, str] | None,
 ) -> None:
-    """Write what the user says of a capture; None leaves what there is."""
-    if label is not None:
-        connection.execute(_CHANGE, {"number": number, "label": label})
+    """Write what the user says of a capture; None leaves what there is, if that is whole."""
+    found = connection.execute(_SAID, {"number": number}).one()
+    held = {key: value for key, value in connection.execute(_METADATA, {"number": number})}
+    if read.said(number, found.label, held) != found.said:  # nobody knows any more what was said
+        label, metadata = label or "", metadata or {}
+    if label is None and metadata is None:
+        return
+    label = found.label if label is None else label
     if metadata is not None:
         connection.execute(_FORGET, {"number": number})
         _insert(connection, schema.metadata, [(number, *pair) for pair in metadata.items()])
+        held = dict(metadata)
+    said = read.said(number, label, held)
+    connection.execute(_CHANGE, {"number": number, "label": label, "said": said})
+
+
+def move_capture(connection: Connection, number: int, path: str, location: str) -> None:
+    """Write where a capture's file is now."""
+    row = connection.execute(read.CAPTURE.where(schema.capture.c.id == number)).one()
+    values = {**row._asdict(), "path": path, "location": location}
+    checksum = encoded(values, row.profile, row.digest)
+    changed = {"path": path, "location": location, "checksum": checksum}
+    connection.execute(_CHANGE, {"number": number, **changed})
 
 
 def remove_capture(connection: Connection, number: int) -> None:
     """Take out a capture, all that hangs on it, and its profile if it was the last of it."""
     _clear(connection, number)
-    describe(connection, number, None, {})
+    connection.execute(_FORGET, {"number": number})
     connection.execute(_REMOVE, {"number": number})
+    connection.execute(_COUNT, {"more": -1, "one": number})
     connection.execute(_FORGET_PROFILES)
+
+
+def touch(connection: Connection) -> None:
+    """Raise the change stamp.
+
+    Raises
+    ------
+    LibraryError
+        If there is none that can be raised.
+    """
+    read.read_state(connection)
+    connection.execute(_TOUCH)
 
 
 def put_profile(connection: Connection, name: str, digest: str) -> int:

@@ -27,6 +27,8 @@ class Capture:
         Of the source: frames a second, how many, tempo and grid.
     location : str
         The path made absolute, where its file can be found from any folder.
+    warnings : tuple of str
+        What the reader found doubtful.
     """
 
     id: int
@@ -39,3 +41,4 @@ class Capture:
     meter: Meter = field(default_factory=Meter)
     metadata: Mapping[str, str] = field(default_factory=dict, hash=False)
     location: str = ""
+    warnings: tuple[str, ...] = ()

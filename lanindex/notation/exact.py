@@ -23,6 +23,17 @@ def fraction(text: str) -> Fraction:
     ----------
     text : str
         Matches `DECIMAL`.
+
+    Returns
+    -------
+    Fraction
+        At least 0.
+
+    Examples
+    --------
+    >>> from lanindex.notation.exact import fraction
+    >>> fraction("1.5"), fraction("0.333333"), fraction("0.333")
+    (Fraction(3, 2), Fraction(1, 3), Fraction(333, 1000))
     """
     value = Fraction(text)
     places = len(text.partition(".")[2])
@@ -34,7 +45,20 @@ def fraction(text: str) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def number(value: Fraction) -> str:
-    """Write the shortest decimal that `fraction` reads as `value` (at least 0)."""
+    """Write a number as the shortest decimal that `fraction` reads as the same.
+
+    Parameters
+    ----------
+    value : Fraction
+        At least 0.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.notation.exact import number
+    >>> number(Fraction(3, 2)), number(Fraction(1, 3))
+    ('1.5', '0.333333')
+    """
     return next(text for places in count() if fraction(text := _rounded(value, places)) == value)
 
 

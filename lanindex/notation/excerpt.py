@@ -34,6 +34,22 @@ def excerpt(score: Score, span: Span) -> Score:
         Of a capture, or read from LND.
     span : Span
         Frames of the score; what lies outside it is cut off.
+
+    Returns
+    -------
+    Score
+        As long as the span; its grid is finer where symbols would have found no room.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.model import Span
+    >>> from lanindex.notation.excerpt import excerpt
+    >>> score = lanindex.encode(lanindex.read("corpus/compass.bvh"))
+    >>> for symbol in excerpt(score, Span(40, 60)).symbols("r_arm"):
+    ...     print(symbol)
+    r_arm forward low [0, 0)
+    r_arm r_forward low [0, 13)
     """
     start = min(max(span.start, 0), score.frames)
     span = Span(start, max(start, min(span.stop, score.frames)))

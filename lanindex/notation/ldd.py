@@ -1,6 +1,6 @@
 """LDD, Labanotation Delete Data: which symbols between others are only passed on the way.
 
-Source: the paper, 4.6 and figure 14; METHOD, stage 5.
+Source: ``encode/METHOD.md``, "LDD"; Matsumoto and Hachimura (2001), 4.6 and figure 14.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
-from lanindex.errors import NotationError
+from lanindex.errors import NotationError, shown
 from lanindex.notation.text import read_text, words_of
 
 
@@ -36,12 +36,12 @@ def _row(words: list[str], place: str) -> tuple[tuple[int, int], bool]:
     wanted = '"L direction level" or "D direction level"'
     lower = [word.lower() for word in words]
     if len(lower) != 3 or lower[0] not in ("l", "d"):
-        raise NotationError(f'"{" ".join(words)}"', place=place, wanted=wanted)
+        raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted)
     action, direction, level = lower
     if direction not in DIRECTION_CODES:
-        raise NotationError(f'"{direction}"', place=place, wanted="a direction")
+        raise NotationError(f'"{shown(direction)}"', place=place, wanted="a direction")
     if level not in LEVEL_CODES:
-        raise NotationError(f'"{level}"', place=place, wanted="high, mid or low")
+        raise NotationError(f'"{shown(level)}"', place=place, wanted="high, mid or low")
     return (DIRECTION_CODES[direction], LEVEL_CODES[level]), action == "d"
 
 
@@ -76,6 +76,17 @@ def parse(text: str, name: str = "LDD") -> tuple[Rule, ...]:
     ------
     NotationError
         With file and line: a row outside a rule, an unknown word, a rule that never ends.
+
+    Examples
+    --------
+    >>> from lanindex.notation import ldd
+    >>> ldd.parse('''
+    ... #rule_start#
+    ... L place low
+    ... D right low
+    ... L right mid
+    ... #rule_end#''')
+    (Rule(line=2, cells=((8, 0), (0, 0), (0, 1)), deleted=(False, True, False)),)
     """
     rules: list[Rule] = []
     rows: list[tuple[tuple[int, int], bool]] = []
@@ -92,12 +103,20 @@ def parse(text: str, name: str = "LDD") -> tuple[Rule, ...]:
             rows.append(_row(words, place))
         else:
             wanted = "a row of the rule or #rule_end#" if begun else "#rule_start#"
-            raise NotationError(f'"{" ".join(words)}"', place=place, wanted=wanted)
+            raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted)
     if begun:
         raise NotationError("a rule without an end", place=f"{name}:{begun}", wanted="#rule_end#")
     return tuple(rules)
 
 
 def read(path: Path) -> tuple[Rule, ...]:
-    """Read an LDD file; see `parse`."""
+    """Read an LDD file; see `parse`.
+
+    Examples
+    --------
+    >>> from lanindex.encode.profile import BUILT_IN
+    >>> from lanindex.notation import ldd
+    >>> len(ldd.read(BUILT_IN / "default" / "all.ldd"))
+    32
+    """
     return parse(read_text(path), str(path))

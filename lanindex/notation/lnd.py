@@ -1,4 +1,4 @@
-"""LND, the text form of Labanotation: read and write (paper, section 3.2).
+"""LND, the text form of Labanotation: read and write.
 
 A file counts time in beats inside numbered units::
 
@@ -12,6 +12,8 @@ A file counts time in beats inside numbered units::
 
 Unit 0 holds starting positions. Later on, a symbol without length says that the part is seen
 anew: the capture had a gap before it.
+
+Source: ``encode/METHOD.md``, "LND"; Matsumoto and Hachimura (2001), 3.2.
 """
 
 from __future__ import annotations
@@ -30,10 +32,9 @@ from lanindex.model import Meter, Score, Track
 from lanindex.notation.exact import number
 from lanindex.notation.excerpt import excerpt
 from lanindex.notation.page import UNIT, UNITS_PER_LINE, Page, rank
+from lanindex.notation.text import WIDE
 
 __all__ = ["excerpt", "read", "write"]
-
-_WIDE = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
@@ -52,10 +53,30 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     place : str, optional
         What errors call the text; the path unless told.
 
+    Returns
+    -------
+    Score
+        Its frames are ticks, its rate is ticks a second, its margins are 1.
+
     Raises
     ------
     NotationError
         The file or a line cannot be read, or two symbols of a part overlap.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> score = lanindex.read_lnd('''
+    ... #rhythm 4/4
+    ... #unit0
+    ... direction r_arm place low 0 0
+    ... #unit1
+    ... direction r_arm right high 1.5 2.5
+    ... ''')
+    >>> for symbol in score.symbols():  # in ticks, 32 a unit
+    ...     print(symbol)
+    r_arm place low [0, 0)
+    r_arm right high [12, 20)
     """
     if isinstance(source, PathLike) or (isinstance(source, str) and _names_a_file(source)):
         place = place or fspath(source)
@@ -77,7 +98,7 @@ def _names_a_file(source: str) -> bool:
 
 def _decoded(source: bytes, place: str) -> str:
     try:
-        text = source.decode("utf-16" if source.startswith(_WIDE) else "utf-8")
+        text = source.decode("utf-16" if source.startswith(WIDE) else "utf-8")
     except UnicodeDecodeError as error:
         line = source.count(b"\n", 0, error.start) + 1
         found = f"byte {error.start} is no text"
@@ -103,6 +124,29 @@ def write(score: Score) -> str:
     ----------
     score : Score
         Only ``tick`` and ``ticks`` of its symbols count, not their frames.
+
+    Returns
+    -------
+    str
+        Text that `read` reads; lines end with a line feed.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.model import Span
+    >>> from lanindex.notation.lnd import excerpt
+    >>> score = lanindex.read_lnd("corpus/compass.lnd")
+    >>> print(lanindex.write_lnd(excerpt(score, Span(0, 16))))
+    // The compass of the right arm: all 27 directions, one a beat.
+    #speed=60
+    #rhythm 4/4
+    #unit_per_line 4
+    #unit_total 1
+    #unit0
+    direction r_arm place low 0 0
+    #unit1
+    direction r_arm forward low 0 0.75
+    direction r_arm r_forward low 1 1.75
     """
     header, kept = _kept(score.other)
     units: dict[int, list[tuple[int, int, str]]] = defaultdict(list)

@@ -1,6 +1,6 @@
 """LPD, Labanotation Parameter Data: which directions and levels span which angles.
 
-Source: the paper, 4.5.2 and figure 13; METHOD, "LND, LPD, LDD".
+Source: ``encode/METHOD.md``, "LPD"; Matsumoto and Hachimura (2001), 4.5.2 and figure 13.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, PLACE
-from lanindex.errors import NotationError
+from lanindex.errors import NotationError, shown
 from lanindex.notation.text import read_text, words_of
 
 
@@ -53,7 +53,7 @@ def _number(word: str, place: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or value < 0:
-        raise NotationError(f'"{word}"', place=place, wanted="a number of 0 or more")
+        raise NotationError(f'"{shown(word)}"', place=place, wanted="a number of 0 or more")
     return value
 
 
@@ -86,7 +86,7 @@ def parse(text: str, name: str = "LPD") -> Ranges:
     for number, (word, *values) in words_of(text):
         place, word = f"{name}:{number}", word.lower()
         if word not in DIRECTION_CODES and word not in LEVEL_CODES:
-            raise NotationError(f'"{word}"', place=place, wanted="a direction or a level")
+            raise NotationError(f'"{shown(word)}"', place=place, wanted="a direction or a level")
         if word in found:
             raise NotationError(f'"{word}" stands twice', place=place, wanted="one line of it")
         if word == "place" and len(values) == 2 and values[1] == "L":
@@ -124,5 +124,14 @@ def _check_order(starts: tuple[float, ...], name: str) -> None:
 
 
 def read(path: Path) -> Ranges:
-    """Read an LPD file; see `parse`."""
+    """Read an LPD file; see `parse`.
+
+    Examples
+    --------
+    >>> from lanindex.encode.profile import BUILT_IN
+    >>> from lanindex.notation import lpd
+    >>> ranges = lpd.read(BUILT_IN / "default" / "leg.lpd")
+    >>> ranges.radius(800), ranges.mid, ranges.high, ranges.centre(0)
+    (160.0, 67.5, 112.5, 0.0)
+    """
     return parse(read_text(path), str(path))

@@ -13,7 +13,7 @@ from math import ceil, lcm
 import numpy as np
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PARTS
-from lanindex.errors import NotationError
+from lanindex.errors import NotationError, shown
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
 from lanindex.notation.exact import DECIMAL, fraction
@@ -26,10 +26,14 @@ UNIT = re.compile(r"#unit(\d+)")
 """What stands before the lines of a unit that were not understood."""
 
 _COUNT = re.compile(r"\d{1,9}")
-_RHYTHM = re.compile(r"([1-9]\d{0,3})\s*/\s*([1-9]\d{0,3})")
+_RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
 _PART = re.compile(r"[a-z_]+")
 _KEYWORDS = ("direction", "#speed", "#rhythm")
 _LAST_TICK = int(np.iinfo(np.int32).max)
+_SLOWEST, _FASTEST = Fraction(1, 10), Fraction(1000)
+_HOURS = 24
+"""How long a score may last: one that is longer holds a slip of the pen."""
+
 _RANKS = {part: rank for rank, part in enumerate(PARTS)}
 
 
@@ -68,7 +72,7 @@ class _Placed:
     @property
     def opens_unit(self) -> bool:
         """Whether it can be the second half of a symbol across a bar line."""
-        return self.written.unit > 1 and self.written.start == 0 and self.stop > self.tick
+        return self.written.start == 0 and self.stop > self.tick
 
 
 class Page:
@@ -117,7 +121,7 @@ class Page:
 
         for meant in _KEYWORDS:
             if OSA.distance(word.partition("=")[0], meant) <= len(meant) // 4:
-                raise self.fault(f'"{word}"', f'"{meant}"')
+                raise self.fault(f'"{shown(word)}"', f'"{meant}"')
 
     def _keep(self, line: str) -> None:
         if line.split() == UNITS_PER_LINE.split():
@@ -129,8 +133,9 @@ class Page:
 
     def _speed(self, word: str) -> None:
         speed = self._number(word, "speed")
-        if not speed:
-            raise self.fault("a speed of 0", "beats a minute")
+        if not _SLOWEST <= speed <= _FASTEST:
+            wanted = f"{float(_SLOWEST)} to {_FASTEST} beats a minute"
+            raise self.fault(f"a speed of {shown(word)}", wanted)
         if self.speed not in (None, speed):
             raise self.fault("a second speed", "one for the whole score")
         self.speed = speed
@@ -138,7 +143,7 @@ class Page:
     def _rhythm(self, word: str) -> None:
         match = _RHYTHM.fullmatch(word)
         if not match:
-            raise self.fault(f'the rhythm "{word}"', "beats/note like 4/4")
+            raise self.fault(f'the rhythm "{shown(word)}"', "beats/note like 4/4")
         rhythm = int(match[1]), int(match[2])
         if self.rhythm not in (None, rhythm):
             raise self.fault("a second rhythm", "one for the whole score")
@@ -152,12 +157,12 @@ class Page:
 
     def _count(self, word: str, what: str) -> int:
         if not _COUNT.fullmatch(word):
-            raise self.fault(f'the {what} "{word}"', "a whole number")
+            raise self.fault(f'the {what} "{shown(word)}"', "a whole number")
         return int(word)
 
     def _number(self, word: str, what: str) -> Fraction:
         if not DECIMAL.fullmatch(word):
-            raise self.fault(f'the {what} "{word}"', "a number like 1.5")
+            raise self.fault(f'the {what} "{shown(word)}"', "a number like 1.5")
         return fraction(word)
 
     def _symbol(self, words: list[str]) -> Written:
@@ -169,14 +174,15 @@ class Page:
         if self.unit is None:
             raise self.fault("a symbol before any unit", "a line like #unit1 above it")
         if not _PART.fullmatch(part):
-            raise self.fault(f'the part "{part}"', "a name like r_arm")
+            raise self.fault(f'the part "{shown(part)}"', "a name like r_arm")
         cell = (
             self._code(direction, "direction", DIRECTION_CODES),
             self._code(level, "level", LEVEL_CODES),
         )
         times = self._number(start, "start"), self._number(stop, "end")
         if times[1] < times[0]:
-            raise self.fault(f"an end at {stop}", f"at {start} or later, where it starts")
+            wanted = f"at {shown(start)} or later, where it starts"
+            raise self.fault(f"an end at {shown(stop)}", wanted)
         return Written(part, cell, self.unit, *times, self.line)
 
     def _code(self, word: str, what: str, codes: dict[str, int]) -> int:
@@ -186,14 +192,16 @@ class Page:
 
         guess = process.extractOne(word, tuple(codes), score_cutoff=60)
         remedy = f'Did you mean "{guess[0]}"?' if guess else ""
-        raise self.fault(f'the {what} "{word}"', " ".join(codes), remedy)
+        raise self.fault(f'the {what} "{shown(word)}"', " ".join(codes), remedy)
 
     def score(self) -> Score:
         """Return the score, once all lines are taken."""
         if not self.understood:
             raise self.fault("no line of LND", "lines like #unit1", line=0)
         beats, beat = self.rhythm or (4, 4)
-        meter = Meter(self.speed or Fraction(60), beats, beat, self._division(beats))
+        speed = self.speed or Fraction(60)
+        self._check_length(beats, speed)
+        meter = Meter(speed, beats, beat, self._division(beats))
         parts: dict[str, list[_Placed]] = defaultdict(list)
         for written in self.written:
             start, stop = (int(time * meter.division) for time in written.units(beats))
@@ -208,15 +216,28 @@ class Page:
         }
         return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
 
+    def _check_length(self, beats: int, speed: Fraction) -> None:
+        """Refuse a score that would last for longer than a day."""
+        last = max(self.written, key=lambda one: one.units(beats)[1], default=None)
+        stop = last.units(beats)[1] if last else Fraction(0)
+        units, line = (stop, last.line) if last and stop > self.total else (self.total, 0)
+        hours = units * beats / speed / 60
+        if hours > _HOURS:
+            found = f"{ceil(units)} units of {beats} beats at {float(speed):g} beats a minute"
+            wanted = f"at most {_HOURS} hours"
+            raise self.fault(f"{found}, {float(hours):.3g} hours", wanted, line=line)
+
     def _division(self, beats: int) -> int:
         """Return the coarsest grid that holds all times."""
-        times = [time for written in self.written for time in written.units(beats)]
-        division = lcm(Meter().division, *(time.denominator for time in times))
-        units = max(self.total, *map(ceil, times), 1)
-        if units * division > _LAST_TICK:
-            found = f"{units} units in ticks of 1/{division} unit"
-            wanted = f"at most {_LAST_TICK} ticks"
-            raise self.fault(found, wanted, "Round the times to a few decimals.", line=0)
+        division, units = Meter().division, max(self.total, 1)
+        for written in self.written:
+            times = written.units(beats)
+            division = lcm(division, *(time.denominator for time in times))
+            units = max(units, ceil(times[1]))
+            if units * division > _LAST_TICK:  # at once: a grid of many such times has no end
+                found = f"{units} units in ticks of 1/{division} unit"
+                wanted = f"at most {_LAST_TICK} ticks"
+                raise self.fault(found, wanted, "Round the times to a few decimals.", written.line)
         return division
 
     def _check(self, symbols: list[_Placed]) -> None:

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from lanindex.errors import NotationError
+from lanindex.errors import NotationError, shown
+
+WIDE = (b"\xff\xfe", b"\xfe\xff")
+"""How UTF-16 begins, in either order of bytes."""
 
 
 def read_text(path: Path) -> str:
@@ -14,7 +20,7 @@ def read_text(path: Path) -> str:
     Parameters
     ----------
     path : Path
-        UTF-8, with or without a byte order mark; any line ends.
+        UTF-8, with or without a byte order mark, or UTF-16 with one; any line ends.
 
     Returns
     -------
@@ -26,13 +32,46 @@ def read_text(path: Path) -> str:
         Where the file cannot be read or is not text.
     """
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        data = path.read_bytes()
+        return data.decode("utf-16" if data.startswith(WIDE) else "utf-8-sig")
     except OSError as error:
         raise NotationError(str(error.strerror), place=str(path), wanted="a text file") from error
     except UnicodeDecodeError as error:
         raise NotationError(
-            f"byte {error.start} is no UTF-8", place=str(path), wanted="a text file"
+            f"byte {error.start} is no {error.encoding.upper()}",
+            place=str(path),
+            wanted="a text file",
+            remedy="Save it again as UTF-8.",
         ) from error
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the table of a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        UTF-8.
+
+    Returns
+    -------
+    dict of str to Any
+
+    Raises
+    ------
+    NotationError
+        Where the file cannot be read or is no TOML; says where.
+    """
+    wanted = "TOML"
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        found = shown(str(error), 200)
+    except RecursionError:
+        found = "brackets inside brackets, too many"
+    except ValueError:  # the one that Python refuses to read
+        found, wanted = "a number without end", f"at most {sys.get_int_max_str_digits()} digits"
+    raise NotationError(found, place=str(path), wanted=wanted)
 
 
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
@@ -47,6 +86,13 @@ def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
     ------
     tuple of int and list of str
         Line number from 1, words.
+
+    Examples
+    --------
+    >>> from lanindex.notation.text import words_of
+    >>> list(words_of('''// a comment
+    ... place 250 // mm'''))
+    [(2, ['place', '250'])]
     """
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split("//", 1)[0].split()

@@ -40,6 +40,15 @@ def perform(
     ------
     UsageError
         Where rate or noise make no sense, or there would be too many frames.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> motion = lanindex.animate(lanindex.read_lnd("corpus/jumping_jacks.lnd"), rate=30)
+    >>> len(motion), motion.rate, motion.warnings
+    (360, Fraction(30, 1), ())
+    >>> lanindex.encode(motion).symbols("r_arm")[2].words
+    'right mid'
     """
     from lanindex.perform.stage import carry_out
 

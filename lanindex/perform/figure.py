@@ -63,7 +63,15 @@ class Body:
 
 @cache
 def standard() -> Body:
-    """Return the standard body."""
+    """Return the standard body.
+
+    Examples
+    --------
+    >>> from lanindex.perform.figure import standard
+    >>> body = standard()
+    >>> len(body.skeleton.names), sorted(body.limbs), body.sole
+    (28, ['arm', 'leg'], 8)
+    """
     table = tomllib.loads(files("lanindex.perform").joinpath("figure.toml").read_text("utf-8"))
     joints = table["joints"]
     names = [joint["name"] for joint in joints]

@@ -36,6 +36,13 @@ def direction(cell: Cell) -> Floats:
     -------
     ndarray
         (3,) unit vector.
+
+    Examples
+    --------
+    >>> from lanindex.alphabet import HIGH
+    >>> from lanindex.perform.reach import direction
+    >>> direction((1, HIGH)).round(3)  # r_forward high
+    array([0.5  , 0.707, 0.5  ])
     """
     code, level = cell
     if code == PLACE:
@@ -46,7 +53,25 @@ def direction(cell: Cell) -> Floats:
 
 
 def minimum_jerk(share: Floats) -> Floats:
-    """Return how much of a reach is done after a share of its time, both 0 to 1."""
+    """Return how much of a reach is done after a share of its time.
+
+    Parameters
+    ----------
+    share : ndarray
+        (T,) float64, 0 to 1.
+
+    Returns
+    -------
+    ndarray
+        (T,) float64, 0 to 1, at rest at both ends.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.perform.reach import minimum_jerk
+    >>> minimum_jerk(np.linspace(0, 1, 5)).round(3)
+    array([0.   , 0.104, 0.5  , 0.896, 1.   ])
+    """
     return share**3 * (10 - 15 * share + 6 * share**2)
 
 
@@ -69,6 +94,15 @@ def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Fl
     -------
     ndarray
         (T, 3) unit vectors.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.perform.reach import FORWARD, UP, great_circle
+    >>> RIGHT = np.array([0.0, 0, 1])
+    >>> great_circle(-UP, FORWARD, np.array([0, 0.5]), side=RIGHT).round(3)
+    array([[ 0.   , -1.   ,  0.   ],
+           [ 0.707, -0.707,  0.   ]])
     """
     along = float(start @ stop)
     across = stop - along * start

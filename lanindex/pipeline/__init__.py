@@ -17,13 +17,37 @@ from lanindex.search.hits import Hits
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from lanindex.library.find import Where
     from lanindex.model import Capture, Hit, Reading, Track
     from lanindex.pipeline.prepare import Outcome
     from lanindex.search.language.query import Query
 
 
-class Library(store.Library):
-    """Captures written down, to search and to cut clips from. Made by `open_library`."""
+class Library(store.Store):
+    """Captures written down, to search and to cut clips from. Made by `open_library`.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     score = library.score("compass.bvh")
+    ...     for capture, tracks in library.tracks(parts=["r_arm"]):
+    ...         if capture in library.captures("marching*"):
+    ...             print(capture.id, capture.label, len(tracks["r_arm"]))
+    ...     library.stats().captures, library.parts()[:2], library.missing()
+    6 marching 49
+    (10, ['r_arm', 'l_arm'], [])
+    >>> library = lanindex.open_library("dance.db")
+    >>> library.label("compass.bvh", "directions")
+    True
+    >>> library.capture("compass.bvh").label
+    'directions'
+    >>> library.remove("marching.bvh")
+    >>> number = library.add("own.lnd", score, format="lnd", sha256="0" * 64)
+    >>> number, len(library.known()), len(library.located([], ["0" * 64]))
+    (11, 10, 1)
+    >>> library.close()
+    """
 
     def ingest(
         self,
@@ -65,6 +89,15 @@ class Library(store.Library):
             Where the library cannot be written.
         NotationError, UsageError
             Where profile or labels cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("own.db", create=True) as library:
+        ...     for outcome in library.ingest("corpus/compass.bvh", "corpus/compass.lnd"):
+        ...         print(outcome.status, outcome.path)
+        added corpus/compass.bvh
+        added corpus/compass.lnd
         """
         from lanindex.encode.profile import load
         from lanindex.pipeline.ingest import discover, ingest
@@ -85,19 +118,22 @@ class Library(store.Library):
         tolerance: float = 0.1,
         overlaps: str = "none",
         within: str | None = None,
+        where: Where | None = None,
     ) -> Hits:
         """Find movement by pattern.
 
         Parameters
         ----------
         pattern : str
-            ``r_arm right mid -> high``; see the README's page on the language.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
             ``none``, or ``all``.
         within : str, optional
             Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
 
         Returns
         -------
@@ -110,16 +146,28 @@ class Library(store.Library):
             Where the pattern is not understood.
         LibraryError
             Where the library cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("arms side high with legs side low", within="*jacks*")
+        >>> for hit in hits[:2]:
+        ...     print(hit.capture.path, hit.span)
+        corpus/jumping_jacks.bvh Span(start=60, stop=76)
+        corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
         from lanindex.search.plain import find
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        query, recordings = self._asked(pattern, within)
+        query, recordings = self._asked(pattern, within, where)
         span = Fraction(str(tolerance))
         return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
 
-    def explain(self, pattern: str, *, within: str | None = None) -> str:
+    def explain(
+        self, pattern: str, *, within: str | None = None, where: Where | None = None
+    ) -> str:
         """Say how a pattern is understood.
 
         Parameters
@@ -128,6 +176,8 @@ class Library(store.Library):
             As for `search`.
         within : str, optional
             Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
 
         Returns
         -------
@@ -138,13 +188,20 @@ class Library(store.Library):
         ------
         PatternError
             Where the pattern is not understood.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     print(library.explain("torso forward high -> hold 1s+").splitlines()[0])
+        The torso moves forward, high (or begins there), then stays where it is, for at least 1 s.
         """
         from lanindex.search.explain import explanation
 
-        return explanation(*self._asked(pattern, within))
+        return explanation(*self._asked(pattern, within, where))
 
     def _asked(
-        self, pattern: str, within: str | None
+        self, pattern: str, within: str | None, where: Where | None
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
         from lanindex.search.language import parse
@@ -152,8 +209,8 @@ class Library(store.Library):
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         query = parse(pattern, self.parts(), known=PARTS)
         chosen = None
-        if within is not None:
-            chosen = [capture.id for capture in self.captures(within)]
+        if within is not None or where:
+            chosen = [capture.id for capture in self.captures(within, where)]
         return query, self.tracks(chosen, query.parts)
 
     def export(
@@ -190,6 +247,15 @@ class Library(store.Library):
         ExportError
             Where a hit comes from another library, a source has changed or is gone, or a file
             is there already; then nothing is written.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("torso forward high -> hold 1s+")
+        ...     for clip in library.export(hits, "clips", pad="0.5s"):
+        ...         print(clip["clip"], clip["clip_start_frame"], clip["clip_end_frame"])
+        greetings_467-617.bvh 467 617
         """
         from lanindex.pipeline.export import export
         from lanindex.pipeline.requests import from_hits

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import json
+import os
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from fractions import Fraction
 from itertools import groupby
 from math import ceil
@@ -15,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from lanindex import formats, records
-from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError
-from lanindex.library.store import Library
+from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, shown
+from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Span
 from lanindex.notation import lnd
 from lanindex.notation.excerpt import excerpt
@@ -25,6 +26,7 @@ from lanindex.pipeline.requests import Request
 
 FORMATS = ("native", "bvh", "lnd")
 MANIFEST = "manifest"
+_FORMULAS = ("=", "+", "-", "@", "\t", "\n")
 
 
 def pad_frames(text: str, rate: Fraction) -> int:
@@ -46,10 +48,19 @@ def pad_frames(text: str, rate: Fraction) -> int:
     ------
     UsageError
         Where it is no time.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.pipeline.export import pad_frames
+    >>> pad_frames("0.5s", Fraction(30)), pad_frames("10f", Fraction(30))
+    (15, 10)
     """
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)(s|ms|f)|0", text.strip())
+    match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|ms|f)|0", text.strip())
     if match is None:
-        raise UsageError(f'"{text}"', place="--pad", wanted="a time such as 0.5s, 200ms or 10f")
+        raise UsageError(
+            f'"{shown(text)}"', place="--pad", wanted="a time such as 0.5s, 200ms or 10f"
+        )
     if match[1] is None:
         return 0
     scale = {"s": rate, "ms": rate / 1000, "f": Fraction(1)}[match[2]]
@@ -57,12 +68,20 @@ def pad_frames(text: str, rate: Fraction) -> int:
 
 
 def padded(span: Span, frames: int, total: int) -> Span:
-    """Return a span with `frames` more on both sides, clamped to a file of `total` frames."""
+    """Return a span with `frames` more on both sides, clamped to a file of `total` frames.
+
+    Examples
+    --------
+    >>> from lanindex.model import Span
+    >>> from lanindex.pipeline.export import padded
+    >>> padded(Span(5, 40), 10, total=45)
+    Span(start=0, stop=45)
+    """
     return Span(max(0, span.start - frames), min(total, span.stop + frames))
 
 
 def export(
-    library: Library,
+    library: Store,
     wanted: Iterable[Request],
     folder: Path,
     *,
@@ -74,7 +93,7 @@ def export(
 
     Parameters
     ----------
-    library : Library
+    library : Store
         Where the hits come from.
     wanted : iterable of Request
         What to cut.
@@ -100,32 +119,81 @@ def export(
     UsageError
         Where `format` or `pad` is not understood.
     """
-    if format not in FORMATS:
-        raise UsageError(f'"{format}"', place="--format", wanted=", ".join(FORMATS))
     manifest: list[dict[str, Any]] = []
-
-    def files() -> Iterator[tuple[Path, bytes]]:
-        taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
-        for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
-            requests = list(group)
-            cutter = _Cutter(library, _held(library, requests[0].capture), format)
-            for request in requests:
-                yield from _clip(cutter, request, folder, pad, taken, manifest)
-        if not manifest:
-            return
-        yield folder / f"{MANIFEST}.csv", _table(manifest)
-        lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in manifest)
-        yield folder / f"{MANIFEST}.jsonl", "".join(lines).encode()
-
-    write_all(files(), force=force, sources=[one.location for one in library.captures()])
+    files = clips(library, wanted, pad=pad, format=format, manifest=manifest)
+    write_all(
+        ((folder / file.name, file.content[:]) for file in files),
+        force=force,
+        suspects=lambda replaced: _suspects(library, replaced),
+    )
     return manifest
+
+
+def clips(
+    library: Store,
+    wanted: Iterable[Request],
+    *,
+    pad: str = "0",
+    format: str = "native",
+    manifest: list[dict[str, Any]] | None = None,
+) -> Iterator[formats.File]:
+    """Yield clips as bytes with a name, for a folder, an archive or a network.
+
+    Parameters
+    ----------
+    library, wanted, pad, format
+        As for `export`.
+    manifest : list, optional
+        To which a record is added for each clip, as soon as it is cut.
+
+    Yields
+    ------
+    File
+        Each clip, its score (LND), and in the end, where there was any clip, the manifest as CSV
+        and as JSON lines. A cell of the CSV that a spreadsheet would take for a formula has an
+        apostrophe before it. No name stands twice, or has a folder.
+
+    Raises
+    ------
+    ExportError, UsageError
+        As `export`.
+    """
+    if format not in FORMATS:
+        raise UsageError(f'"{shown(format)}"', place="--format", wanted=", ".join(FORMATS))
+    manifest = [] if manifest is None else manifest
+    taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
+    for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
+        requests = list(group)
+        cutter = _Cutter(library, _held(library, requests[0].capture), format)
+        for request in requests:
+            yield from _clip(cutter, request, pad, taken, manifest)
+    if manifest:
+        lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in manifest)
+        yield formats.File(f"{MANIFEST}.csv", _table(manifest))
+        yield formats.File(f"{MANIFEST}.jsonl", "".join(lines).encode())
+
+
+def _suspects(library: Store, replaced: Iterable[Path]) -> list[str]:
+    """Return the sources of the library that might be among some files.
+
+    To look at every capture's file would take longer the more there are. A file that is a capture
+    either lies where the library says, or is reached from there by links; then it has the
+    capture's content. Both are looked up, and what is found is compared as a file.
+    """
+    places: set[str] = set()
+    digests: list[str] = []
+    for path in replaced:
+        places |= {os.path.abspath(path), os.path.realpath(path)}
+        with suppress(CaptureError):
+            digests.append(formats.opened(path).sha256())
+    return library.located(sorted(places), digests)
 
 
 def _identity(source: Capture) -> tuple[int, str, str]:
     return source.id, source.location, source.sha256
 
 
-def _held(library: Library, source: Capture) -> Capture:
+def _held(library: Store, source: Capture) -> Capture:
     """Return a hit's capture as the library has it; numbers alone are alike in all libraries."""
     remedy = "Search this library again."
     try:
@@ -141,7 +209,7 @@ def _held(library: Library, source: Capture) -> Capture:
 class _Cutter:
     """One source: its bytes, checked against what was ingested, and its score."""
 
-    def __init__(self, library: Library, source: Capture, format: str) -> None:
+    def __init__(self, library: Store, source: Capture, format: str) -> None:
         self.capture = source
         self.score: Score = library.score(source.id)
         form = source.format if format == "native" else format
@@ -168,7 +236,8 @@ class _Cutter:
 def _unchanged(source: Capture) -> formats.File:
     location = source.location
     try:
-        data = formats.load(location)
+        file = formats.opened(location)
+        unchanged = file.sha256() == source.sha256
     except CaptureError as error:
         raise ExportError(
             error.found,
@@ -176,24 +245,23 @@ def _unchanged(source: Capture) -> formats.File:
             wanted="the file that was ingested",
             remedy="Ingest it again, or let go of it: lanindex remove --missing",
         ) from error
-    if hashlib.sha256(data).hexdigest() != source.sha256:
+    if not unchanged:
         raise ExportError(
             "has changed since it was ingested",
             place=location,
             wanted=f"content with sha256 {source.sha256[:12]}...",
             remedy="Ingest it again, then search again.",
         )
-    return formats.File(source.path, data)
+    return formats.File(source.path, file.content)
 
 
 def _clip(
     cutter: _Cutter,
     request: Request,
-    folder: Path,
     pad: str,
     taken: set[str],
     manifest: list[dict[str, Any]],
-) -> Iterator[tuple[Path, bytes]]:
+) -> Iterator[formats.File]:
     source, hit = cutter.capture, request.hit
     if not 0 <= hit.start < hit.stop <= source.frames:
         raise ExportError(
@@ -204,7 +272,7 @@ def _clip(
     span = padded(hit, pad_frames(pad, source.rate), source.frames)
     name = _free(f"{safe_stem(source.path)}_{span.start}-{span.stop}", taken)
     for suffix, content in cutter.contents(span):
-        yield folder / (name + suffix), content
+        yield formats.File(name + suffix, content)
     manifest.append(
         records.of_clip(
             name + cutter.suffix,
@@ -233,9 +301,21 @@ def _table(manifest: list[dict[str, Any]]) -> bytes:
     writer = csv.DictWriter(text, list(manifest[0]), lineterminator="\n")
     writer.writeheader()
     for row in manifest:
-        symbols = "; ".join(
-            "{part} {direction} {level} {start_frame}-{end_frame}".format(**symbol)
-            for symbol in row["symbols"]
-        )
-        writer.writerow({**row, "symbols": symbols})
+        writer.writerow({key: _cell(value) for key, value in row.items()})
     return text.getvalue().encode()
+
+
+def _cell(value: Any) -> Any:
+    """Return a value as a cell says it; no text is left that a spreadsheet would carry out."""
+    if isinstance(value, list):
+        value = "; ".join(map(_said, value))
+    if isinstance(value, str):
+        value = re.sub("\r\n?", "\n", value)  # alone it would end the row
+        return f"'{value}" if value.startswith(_FORMULAS) else value
+    return value
+
+
+def _said(symbol: dict[str, Any]) -> str:
+    words = (symbol.get(key) for key in ("part", "direction", "level", "amount"))
+    frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
+    return " ".join([*(str(word) for word in words if word is not None), frames])

@@ -5,10 +5,17 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Container, Iterable
+import unicodedata
+from collections.abc import Callable, Container, Iterable, Sequence
 from pathlib import Path
 
 from lanindex.errors import ExportError
+
+_STEM = 200
+"""Bytes of a stem: most file systems take names of 255, and frames and endings follow."""
+
+_DEVICES = re.compile(r"(con|prn|aux|nul|(com|lpt)[0-9¹²³])\s*(\..*)?", re.IGNORECASE)
+"""Names that Windows keeps for devices, whatever ending they have."""
 
 
 def safe_stem(path: str) -> str:
@@ -22,12 +29,25 @@ def safe_stem(path: str) -> str:
     Returns
     -------
     str
-        At most 100 characters, never empty, no separator, no leading dot or dash.
+        At most 200 bytes of UTF-8, composed, never empty: letters with their marks, digits, blanks
+        and ``_.#+=@-``; it begins as no hidden file, option, formula or device does.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.files import safe_stem
+    >>> safe_stem("captures/a walk: 1.bvh")
+    'a walk_ 1'
     """
     name = re.split(r"[/\\]", path)[-1]
     stem = name.rsplit(".", 1)[0] if "." in name[1:] else name
-    kept = re.sub(r"[^\w.#+=@ -]", "_", stem, flags=re.UNICODE).strip(". ").lstrip("-")
-    return kept[:100] or "clip"
+    kept = "".join(map(_kept, unicodedata.normalize("NFC", stem))).strip(". ").lstrip("-=+@. ")
+    cut = kept.encode()[:_STEM].decode(errors="ignore").rstrip(". ")
+    return f"_{cut}" if _DEVICES.fullmatch(cut) else cut or "clip"
+
+
+def _kept(letter: str) -> str:
+    mark = unicodedata.category(letter).startswith("M")
+    return letter if letter.isalnum() or mark or letter in "_.#+=@ -" else "_"
 
 
 def write_all(
@@ -35,6 +55,7 @@ def write_all(
     *,
     force: bool = False,
     sources: Iterable[str | os.PathLike[str]] = (),
+    suspects: Callable[[Sequence[Path]], Iterable[str]] = lambda replaced: (),
 ) -> None:
     """Write several files, all or none.
 
@@ -47,6 +68,9 @@ def write_all(
         Whether regular files that are there already may be replaced.
     sources : iterable of path-like
         What is read, or will be: never replaced.
+    suspects : Callable
+        Where sources are too many to list: told once which files are about to be replaced, it
+        tells the sources that could be among them.
 
     Raises
     ------
@@ -55,11 +79,15 @@ def write_all(
         of them is changed.
     """
     drafts: list[tuple[str, Path]] = []
-    kept = {identity for source in sources if (identity := _identity(source))}
+    kept = {_identity(source) for source in sources}
     try:
         for path, content in files:
             _check(path, force, kept)
             drafts.append((_draft(path, content), path))
+        if replaced := [path for _, path in drafts if path.exists()]:
+            kept = {_identity(source) for source in suspects(replaced)}
+            for path in replaced:
+                _spare(path, kept)
         while drafts:
             os.replace(*drafts[0])
             drafts.pop(0)
@@ -87,8 +115,7 @@ def _check(path: Path, force: bool, kept: Container[tuple[int, int] | None]) -> 
         raise ExportError("is a folder", place=str(path), wanted="a file's name")
     if path.exists() and not path.is_file():  # a device, a pipe or a socket
         raise ExportError("is no regular file", place=str(path), wanted="another name")
-    if _identity(path) in kept:
-        raise ExportError("is the file that is read", place=str(path), wanted="another file")
+    _spare(path, kept)
     if os.path.lexists(path) and not force:
         raise ExportError(
             "exists already",
@@ -96,6 +123,13 @@ def _check(path: Path, force: bool, kept: Container[tuple[int, int] | None]) -> 
             wanted="a new file",
             remedy="Choose another folder, or --force to replace it.",
         )
+
+
+def _spare(path: Path, kept: Container[tuple[int, int] | None]) -> None:
+    """Refuse to replace a file that is read, or may be one day."""
+    identity = _identity(path)
+    if identity and identity in kept:
+        raise ExportError("is the file that is read", place=str(path), wanted="another file")
 
 
 def _draft(path: Path, content: bytes) -> str:

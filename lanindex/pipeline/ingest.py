@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +11,11 @@ from typing import TYPE_CHECKING
 
 from lanindex import formats
 from lanindex.errors import UsageError
-from lanindex.library.store import Library
+from lanindex.formats.not_read import unread
+from lanindex.library.store import Store
 from lanindex.model import Reading
+from lanindex.pipeline.labels import key_of
+from lanindex.pipeline.moved import Moved
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 
@@ -24,42 +28,76 @@ SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suf
 """Endings that a folder is searched for, with the format each stands for."""
 
 
-def discover(paths: Iterable[str | os.PathLike[str]]) -> Iterator[str]:
+def discover(
+    paths: Iterable[str | os.PathLike[str]], others: list[str] | None = None
+) -> Iterator[str]:
     """Yield the files to ingest: those named, and in folders all of a known ending, sorted.
 
     Parameters
     ----------
     paths : iterable of path-like
         Files and folders.
+    others : list of str, optional
+        To which the files of folders are added that are passed over, hidden ones left aside.
 
     Yields
     ------
     str
         A path, once.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.ingest import discover
+    >>> list(discover(["corpus"]))[:3]
+    ['corpus/compass.bvh', 'corpus/compass.lnd', 'corpus/conductor_four.bvh']
     """
     seen: set[str] = set()
     for named in paths:
         path = os.fspath(named)
-        for found in _walk(path) if os.path.isdir(path) else [path]:
+        for found in _walk(path, others) if os.path.isdir(path) else [path]:
             place = os.path.abspath(found)
             if place not in seen:
                 seen.add(place)
                 yield found
 
 
-def _walk(folder: str) -> Iterator[str]:
+def _walk(folder: str, others: list[str] | None) -> Iterator[str]:
     closed: list[OSError] = []
     for place, folders, names in os.walk(folder, onerror=closed.append):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in sorted(names):
-            if Path(name).suffix.lower() in SUFFIXES and not name.startswith("."):
+        for name in sorted(name for name in names if not name.startswith(".")):
+            if Path(name).suffix.lower() in SUFFIXES:
                 yield os.path.join(place, name)
+            elif others is not None:
+                others.append(os.path.join(place, name))
     for error in closed:  # reported like a file that cannot be read
         yield str(error.filename)
 
 
+def left_out(others: Iterable[str]) -> str:
+    """Say what was passed over: captures of formats that are not read yet, by ending, and the rest.
+
+    Parameters
+    ----------
+    others : iterable of str
+        As from `discover`; each file counts once.
+
+    Returns
+    -------
+    str
+        ``24 .c3d, 7 .amc (formats that are not read yet); 3 other files``; empty if there are none.
+    """
+    kinds = Counter(map(unread, set(map(os.path.abspath, others))))
+    rest = kinds.pop("", 0)
+    by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
+    known = ", ".join(f"{number} {kind}" for kind, number in by_number)
+    said = [f"{known} (formats that are not read yet)"] if known else []
+    said += [f"{rest} other file" + "s" * (rest > 1)] if rest else []
+    return "; ".join(said)
+
+
 def ingest(
-    library: Library | None,
+    library: Store | None,
     paths: Iterable[str],
     profile: Profile,
     *,
@@ -73,7 +111,7 @@ def ingest(
 
     Parameters
     ----------
-    library : Library or None
+    library : Store or None
         None, with `dry_run`: there is none yet.
     paths : iterable of str
         Files, as from `discover`.
@@ -82,7 +120,7 @@ def ingest(
     reading : Reading, optional
         How to read them.
     labels : Mapping, optional
-        By absolute path: the label and other columns of a capture; what they do not tell stays.
+        As from `lanindex.pipeline.labels.read_labels`; what they do not tell stays.
     jobs : int
         Processes.
     force : bool
@@ -101,23 +139,27 @@ def ingest(
         Where the library cannot be written; what was stored before stays.
     """
     held = library.known() if library else {}
-    known, told = {} if force else held, reading or Reading()
-    tasks = (Task(path, profile, told, known.get(os.path.abspath(path))) for path in paths)
+    moved, told = Moved(held), reading or Reading()
+    tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
     for outcome in prepared(tasks, jobs):
-        outcome = replace(outcome, held=os.path.abspath(outcome.path) in held)
+        place = os.path.abspath(outcome.path)
+        before = moved.found.get(place, "")
+        outcome = replace(outcome, held=place in held or bool(before), moved=before)
         done = outcome if dry_run else _store(library, outcome, labels or {})
         yield replace(done, score=None)
 
 
 def _store(
-    library: Library | None,
+    library: Store | None,
     outcome: Outcome,
     labels: Mapping[str, tuple[str | None, Mapping[str, str]]],
 ) -> Outcome:
     if library is None or outcome.status == "failed":
         return outcome
     place = os.path.abspath(outcome.path)
-    label, metadata = labels.get(place, (None, {}))
+    if outcome.moved:
+        library.move(outcome.moved, outcome.path)
+    label, metadata = labels.get(key_of(place), (None, {}))
     if metadata and outcome.held:
         metadata = {**library.capture(place).metadata, **metadata}
     if outcome.score is None:
@@ -132,6 +174,7 @@ def _store(
             encoding=outcome.encoding,
             label=label,
             metadata=metadata or None,
+            warnings=outcome.warnings,
         )
     except UsageError as error:
         return Outcome(outcome.path, "failed", error=str(error), held=outcome.held)

@@ -1,17 +1,34 @@
-"""What users know of their captures: a CSV file with a column ``file``."""
+"""What users know of their captures: a table with a column ``file``."""
 
 from __future__ import annotations
 
 import csv
 import io
 import os
+import unicodedata
+from collections.abc import Iterable
 from pathlib import Path
 
-from lanindex.errors import UsageError
+from lanindex.errors import UsageError, shown
 from lanindex.notation.text import read_text
 
-Labels = dict[str, tuple[str | None, dict[str, str]]]
-"""By absolute path: the label, None where the table has none, and the other columns."""
+Said = tuple[str | None, dict[str, str]]
+"""Of a capture: the label, None where the table has none, and the other columns."""
+
+Labels = dict[str, Said]
+"""By `key_of` a capture's path."""
+
+_FROM = "a relative path counts from the table's folder"
+_DELIMITERS = (",", ";", "\t")
+
+
+def key_of(path: str | os.PathLike[str]) -> str:
+    """Return by what a path is known in `Labels`: absolute, its letters composed.
+
+    One system writes é as one character, another as two; a table made on the one fits files that
+    lie on the other.
+    """
+    return unicodedata.normalize("NFC", os.path.abspath(path))
 
 
 def read_labels(path: str | os.PathLike[str]) -> Labels:
@@ -20,13 +37,15 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
     Parameters
     ----------
     path : path-like
-        A CSV file: ``file`` (relative to the CSV's folder, or absolute), ``label``, and any other
-        columns.
+        A table as spreadsheets save it: cells between commas, semicolons or tabs, as its first
+        line shows; UTF-8, or UTF-16 that begins with a byte order mark. Columns ``file``
+        (relative to the table's folder, or absolute), ``label``, and any other.
 
     Returns
     -------
     dict of str to (str or None, dict of str to str)
-        By absolute path: label, None where there is none; the other columns that are not empty.
+        By `key_of` the path: label, None where there is none; the other columns that are not
+        empty.
 
     Raises
     ------
@@ -35,6 +54,13 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
         twice with different words.
     NotationError
         Where it cannot be read or is no text.
+
+    Examples
+    --------
+    >>> import os
+    >>> from lanindex.pipeline.labels import read_labels
+    >>> read_labels("corpus/labels.csv")[os.path.abspath("corpus/marching.bvh")]
+    ('marching', {'kind': 'step', 'rhythm': '4/4'})
     """
     place = Path(path)
     (first, names), *rows = _rows(place) or [(1, [])]
@@ -45,7 +71,7 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
         row += [""] * (len(head) - len(row))
         _check_row(row, head, f"{place}:{line}")
         cells = dict(zip(head, row, strict=True))
-        named = os.path.abspath(place.parent / cells.pop("file"))
+        named = key_of(place.parent / cells.pop("file"))
         label = cells.pop("label", "") or None
         entry = label, {name: cell for name, cell in cells.items() if cell}
         if labels.setdefault(named, entry) != entry:
@@ -55,9 +81,48 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
     return labels
 
 
+def unfitting(labels: Labels, files: Iterable[str | os.PathLike[str]]) -> str:
+    """Say how many rows of a table fit none of the files, and what they may have meant.
+
+    Parameters
+    ----------
+    labels : Labels
+        As from `read_labels`.
+    files : iterable of path-like
+        What there is.
+
+    Returns
+    -------
+    str
+        Empty where each row fits a file. Where none does, the file that comes nearest is told.
+    """
+    keys = {key_of(file) for file in files}
+    unknown = [key for key in labels if key not in keys]
+    if len(unknown) < len(labels) or not labels:
+        return f"{len(unknown)} of {len(labels)} rows name no file that is read" if unknown else ""
+    near = _nearest(unknown[0], keys)
+    first = f"the first names {unknown[0]}" + (f"; is it {near}?" if near else "")
+    return f"no row names a file that is read; {first} ({_FROM})"
+
+
+def _nearest(key: str, keys: Iterable[str]) -> str:
+    """Return the key of the likest file name, the likest path among equal ones."""
+    from rapidfuzz import fuzz, process
+
+    named = {other: os.path.basename(other) for other in sorted(keys)}
+    near = process.extract(
+        os.path.basename(key), named, scorer=fuzz.ratio, limit=20, score_cutoff=60
+    )
+    best = [other for _, score, other in near if score == near[0][1]]
+    return max(best, key=lambda other: fuzz.ratio(key, other), default="")
+
+
 def _rows(place: Path) -> list[tuple[int, list[str]]]:
     """Return the rows that hold anything, each with its line."""
-    table = csv.reader(io.StringIO(read_text(place), newline=""), strict=True)
+    text = read_text(place)
+    head = next((line for line in text.splitlines() if line.strip()), "")
+    delimiter = max(_DELIMITERS, key=lambda one: ("file" in _columns(head, one), head.count(one)))
+    table = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     try:
         rows = [(table.line_num, [cell.strip() for cell in row]) for row in table]
     except csv.Error as error:
@@ -65,17 +130,22 @@ def _rows(place: Path) -> list[tuple[int, list[str]]]:
     return [(line, row) for line, row in rows if any(row)]
 
 
+def _columns(head: str, delimiter: str) -> list[str]:
+    """Return the names in a first line, if it is cut there."""
+    return [name.strip(' "').lower() for name in head.split(delimiter)]
+
+
 def _check_head(head: list[str], place: str) -> None:
     if "file" not in head:
         raise UsageError(
-            f"the columns are {', '.join(head) or 'none'}",
+            f"the columns are {shown(', '.join(head), 200) or 'none'}",
             place=place,
             wanted='a column "file", and "label"',
         )
     for number, name in enumerate(head, 1):
         if name and name in head[: number - 1]:
             raise UsageError(
-                f'columns {head.index(name) + 1} and {number} are both called "{name}"',
+                f'columns {head.index(name) + 1} and {number} are both called "{shown(name)}"',
                 place=place,
                 wanted="a name for each",
             )
@@ -87,7 +157,7 @@ def _check_row(row: list[str], head: list[str], place: str) -> None:
     for number, (name, cell) in enumerate(zip(head, row, strict=True), 1):
         if cell and not name:
             raise UsageError(
-                f'column {number} has no name and holds "{cell}"',
+                f'column {number} has no name and holds "{shown(cell)}"',
                 place=place,
                 wanted="a name for it in line 1",
             )

@@ -9,13 +9,15 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lanindex.errors import CaptureError, UsageError
+from lanindex.pipeline.memory import affordable, size_of
 from lanindex.pipeline.prepare import Outcome, Task, prepare
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
+    from multiprocessing.connection import Connection
 
 
 def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
@@ -26,7 +28,7 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     tasks : iterable of Task
         What to read.
     jobs : int
-        Processes.
+        Processes; fewer where the memory has no room for so many of the largest files.
 
     Yields
     ------
@@ -42,7 +44,13 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     """
     if jobs < 1:
         raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
-    yield from map(prepare, tasks) if jobs == 1 else _in_processes(tasks, jobs)
+    waiting = list(tasks)
+    sizes = [size_of(task.path) for task in waiting]
+    jobs = affordable(sizes, jobs)
+    # what the library holds is most likely unchanged
+    new = sum(size for task, size in zip(waiting, sizes, strict=True) if task.known is None)
+    shared = (replace(task, total=new // jobs) for task in waiting)
+    yield from map(prepare, shared) if jobs == 1 else _in_processes(shared, jobs)
 
 
 def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
@@ -54,7 +62,9 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), initializer=_settle)
+    context = get_context("spawn")
+    reader, needed = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(jobs, context, initializer=_settle, initargs=(reader,))
 
     def begun(task: Task) -> Future[Outcome]:
         with _interrupts_later():  # a process that starts now inherits that
@@ -77,8 +87,13 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
             remedy="Try again with one process; in a script, begin it under "
             'if __name__ == "__main__".',
         ) from error
+    except BaseException:
+        needed.close()  # whoever breaks off does not wait for what is half done
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
+        for end in (needed, reader):
+            end.close()
 
 
 def _unchanged(task: Task) -> Outcome | None:
@@ -105,17 +120,17 @@ def _interrupts_later() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _settle(*_: Any) -> None:
-    """Leave Ctrl-C to the parent, which ends the pool in good order, and end when it does."""
+def _settle(needed: Connection) -> None:
+    """Leave Ctrl-C to the parent, and end when it does, or when it needs nothing any more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_follow_parent, daemon=True).start()
+    threading.Thread(target=_follow_parent, args=(needed,), daemon=True).start()
 
 
-def _follow_parent() -> None:
+def _follow_parent(needed: Connection) -> None:
     from multiprocessing import parent_process
     from multiprocessing.connection import wait
 
     parent = parent_process()
     if parent is not None:
-        wait([parent.sentinel])
+        wait([parent.sentinel, needed])
         os._exit(1)

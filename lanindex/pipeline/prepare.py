@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lanindex import formats
 from lanindex.errors import LanindexError
-from lanindex.library.store import Encoding
+from lanindex.library.encoding import Encoding
 from lanindex.model.reading import Reading
 
 if TYPE_CHECKING:
@@ -33,6 +32,8 @@ class Task:
         sha256 and encoding of what the library holds from there.
     only_look : bool
         Whether only to see if it has changed.
+    total : int
+        Bytes that one process is going to read, this file's among them, as far as is known.
     """
 
     path: str
@@ -40,6 +41,7 @@ class Task:
     reading: Reading = field(default_factory=Reading)
     known: tuple[str, Encoding] | None = None
     only_look: bool = False
+    total: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +68,8 @@ class Outcome:
         Whether the library held it before.
     labelled : bool
         Whether it was unchanged and the user's words of it were not.
+    moved : str
+        Where it was before, if that is elsewhere; else empty.
     """
 
     path: str
@@ -78,6 +82,7 @@ class Outcome:
     division: int = 0
     held: bool = False
     labelled: bool = False
+    moved: str = ""
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""
@@ -103,18 +108,26 @@ def prepare(task: Task) -> Outcome:
         return Outcome(task.path, "failed", error=str(error))
 
 
+def _is_notated(task: Task) -> bool:
+    return Path(task.path).suffix.lower() == ".lnd"
+
+
+def encoding_of(task: Task) -> Encoding:
+    """Return how a file is going to be written down."""
+    if _is_notated(task):
+        return Encoding()
+    return Encoding(task.profile.name, task.profile.digest, task.reading.told())
+
+
 def _prepare(task: Task) -> Outcome:
-    data = formats.load(task.path)
-    sha256 = hashlib.sha256(data).hexdigest()
-    notated = Path(task.path).suffix.lower() == ".lnd"
-    encoding = Encoding()
-    if not notated:
-        encoding = Encoding(task.profile.name, task.profile.digest, task.reading.told())
+    file = formats.opened(task.path)
+    sha256 = file.sha256()
+    encoding = encoding_of(task)
     if task.known == (sha256, encoding):
         return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
     if task.only_look:
         return Outcome(task.path, "added")
-    score, form, warnings = (_notated if notated else _written_down)(task, data)
+    score, form, warnings = (_notated if _is_notated(task) else _written_down)(task, file)
     return Outcome(
         task.path,
         "added",
@@ -130,15 +143,14 @@ def _prepare(task: Task) -> Outcome:
     )
 
 
-def _notated(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
+def _notated(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.notation import lnd
 
-    return lnd.read(data, place=task.path), "lnd", ()
+    return lnd.read(file.content[:], place=task.path), "lnd", ()
 
 
-def _written_down(task: Task, data: bytes) -> tuple[Score, str, tuple[str, ...]]:
+def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.encode import encode
 
-    file = formats.File(task.path, data)
-    motion = formats.known(file).does.read(file, task.reading)
+    motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True, total=task.total))
     return encode(motion, task.profile), motion.source.format, motion.warnings

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 from lanindex import records
-from lanindex.errors import LibraryError, UsageError
-from lanindex.library.store import Library
+from lanindex.errors import LibraryError, UsageError, quoted, shown
+from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Span
 
 
@@ -45,12 +45,12 @@ def from_hits(hits: Iterable[Hit], pattern: str) -> Iterator[Request]:
         yield Request(hit.capture, hit.span, pattern, round(hit.fit, 3), symbols)
 
 
-def from_range(library: Library, named: int | str, begin: int | None, end: int | None) -> Request:
+def from_range(library: Store, named: int | str, begin: int | None, end: int | None) -> Request:
     """Return what to cut for a capture and a range.
 
     Parameters
     ----------
-    library : Library
+    library : Store
         Where the capture is.
     named : int or str
         Its number or path.
@@ -61,16 +61,16 @@ def from_range(library: Library, named: int | str, begin: int | None, end: int |
     return Request(capture, Span(begin or 0, capture.frames if end is None else end))
 
 
-def from_lines(library: Library, lines: Iterable[str]) -> list[Request]:
+def from_lines(library: Store, lines: Iterable[str | bytes]) -> list[Request]:
     """Return what to cut for the JSON lines of a search.
 
     Parameters
     ----------
-    library : Library
+    library : Store
         The one that was searched.
-    lines : iterable of str
-        As ``lanindex search --json`` prints them; the summary, which tells the pattern, may be
-        missing.
+    lines : iterable of str or bytes
+        As ``lanindex search --json`` prints them; a summary, which tells the pattern, may stand
+        among them. Whatever else a line says is passed over.
 
     Returns
     -------
@@ -79,70 +79,118 @@ def from_lines(library: Library, lines: Iterable[str]) -> list[Request]:
     Raises
     ------
     UsageError
-        With the number of the line that is no hit.
-    LibraryError
-        Where a capture is not in the library.
+        With the number of the line that is no hit, or of no capture of the library.
     """
     found: list[tuple[Capture, dict[str, Any]]] = []
     pattern = ""
     for number, line in enumerate(lines, 1):
         if not line.strip():
             continue
-        record = _record(line, f"standard input:{number}")
-        if "summary" in record:
-            pattern = str(record["summary"].get("pattern", ""))
+        place = f"standard input:{number}"
+        record = _record(line, place)
+        if "capture" not in record and isinstance(record.get("summary"), dict):
+            pattern = _checked(record["summary"], _SUMMARY, place).get("pattern", "")
         else:
-            found.append((_capture(library, record, number), record))
+            hit = _checked(record, _HIT, place)
+            hit["symbols"] = [_checked(one, _SYMBOL, place) for one in hit.get("symbols", ())]
+            found.append((_capture(library, hit, place), hit))
     return [
         Request(
             capture,
-            Span(record["start_frame"], record["end_frame"]),
-            str(record.get("pattern", pattern)),
-            record.get("fit"),
-            tuple(record.get("symbols", ())),
+            Span(hit["start_frame"], hit["end_frame"]),
+            hit.get("pattern", pattern),
+            hit.get("fit"),
+            tuple(hit["symbols"]),
         )
-        for capture, record in found
+        for capture, hit in found
     ]
 
 
-_HIT = {"capture": str, "start_frame": int, "end_frame": int}
-_SYMBOL = {"part": str, "direction": str, "level": str, "start_frame": int, "end_frame": int}
+@dataclass(frozen=True, slots=True)
+class _Key:
+    """What stands behind a key of a record."""
+
+    fits: Callable[[Any], bool]
+    wanted: str
+    needed: bool = True
 
 
-def _record(line: str, place: str) -> dict[str, Any]:
-    wanted = "a line of lanindex search --json"
+def _is_text(value: Any) -> bool:
     try:
-        record = json.loads(line)
+        return isinstance(value, str) and value.encode() is not None
+    except UnicodeEncodeError:  # half a pair of surrogates: JSON can say it, no file can hold it
+        return False
+
+
+def _is_count(value: Any) -> bool:
+    return type(value) is int and 0 <= value < 1 << 63
+
+
+def _is_part(value: Any) -> bool:
+    return type(value) in (int, float) and 0 <= value <= 1
+
+
+_TEXT = _Key(_is_text, "text")
+_WORD = _Key(lambda value: value is None or _is_text(value), "a word")
+_FRAME = _Key(_is_count, "a frame, counted from 0")
+_SUMMARY = {"pattern": replace(_TEXT, needed=False)}
+_HIT = {
+    "capture": _TEXT,
+    "capture_id": _Key(_is_count, "a whole number", needed=False),
+    "start_frame": _FRAME,
+    "end_frame": _FRAME,
+    "pattern": replace(_TEXT, needed=False),
+    "fit": _Key(_is_part, "a number from 0 to 1", needed=False),
+    "symbols": _Key(lambda value: isinstance(value, list), "a list of symbols", needed=False),
+}
+_SYMBOL = {
+    "part": _TEXT,
+    "direction": _WORD,
+    "level": _WORD,
+    "start_frame": _FRAME,
+    "end_frame": _FRAME,
+    "amount": _Key(_is_count, "a whole number", needed=False),
+}
+_LINE = "a line of lanindex search --json"
+
+
+def _record(line: str | bytes, place: str) -> dict[str, Any]:
+    text = ""
+    try:
+        text = line if isinstance(line, str) else line.decode("utf-8-sig")
+        record = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{line.strip()[:40]!r}", place=place, wanted=wanted) from error
-    if isinstance(record, dict) and isinstance(record.get("summary"), dict):
-        return record
-    symbols = record.get("symbols", []) if isinstance(record, dict) else None
-    _check(record, _HIT, place, wanted)
-    for symbol in symbols if isinstance(symbols, list) else [None]:
-        _check(symbol, _SYMBOL, place, wanted)
-    return dict(record)
-
-
-def _check(record: Any, keys: dict[str, type], place: str, wanted: str) -> None:
+        found = quoted(text.strip()) if text else "bytes that are no UTF-8"
+        raise UsageError(found, place=place, wanted=_LINE) from error
     if not isinstance(record, dict):
-        raise UsageError(f"{str(record)[:40]!r}", place=place, wanted=wanted)
-    for key, kind in keys.items():
-        if type(record.get(key)) is not kind:
-            raise UsageError(f"{key} is {record.get(key)!r}", place=place, wanted=wanted)
+        raise UsageError(quoted(record), place=place, wanted=_LINE)
+    return record
 
 
-def _capture(library: Library, record: dict[str, Any], number: int) -> Capture:
+def _checked(record: Any, keys: dict[str, _Key], place: str) -> dict[str, Any]:
+    """Return the keys that are understood, each found to be what it should be."""
+    if not isinstance(record, dict):
+        raise UsageError(quoted(record), place=place, wanted=_LINE)
+    for name, key in keys.items():
+        if name not in record and key.needed:
+            raise UsageError(f"no {name}", place=place, wanted=_LINE)
+        if name in record and not key.fits(record[name]):
+            found = f"{name} is {quoted(record[name])}"
+            raise UsageError(found, place=place, wanted=f"{key.wanted}, as in {_LINE}")
+    return {name: record[name] for name in keys if name in record}
+
+
+def _capture(library: Store, hit: dict[str, Any], place: str) -> Capture:
     """Return the capture of a hit, by its number if that still has its path."""
     try:
-        by_number = library.capture(record["capture_id"])
-        if by_number.path == record["capture"]:
+        by_number = library.capture(hit["capture_id"])
+        if by_number.path == hit["capture"]:
             return by_number
     except (KeyError, LibraryError):
         pass
     try:
-        return library.capture(record["capture"])
+        return library.capture(hit["capture"])
     except LibraryError as error:
         raise UsageError(
-            error.found, place=f"standard input:{number}", wanted="a capture of this library"
+            shown(error.found, 200), place=place, wanted="a capture of this library"
         ) from error

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, overload
 
 from lanindex import records
+from lanindex.errors import LanindexError
 from lanindex.model import Hit
+from lanindex.model.hit import in_words, readable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+FEW = 10
+"""Hits that are shown of many."""
 
 
 class Hits(Sequence[Hit]):
@@ -21,6 +27,18 @@ class Hits(Sequence[Hit]):
         The hits.
     pattern : str
         What was searched for.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     hits = library.search("torso forward high -> hold 1s+")
+    >>> len(hits), hits.pattern
+    (1, 'torso forward high -> hold 1s+')
+    >>> hits[0].capture.label, hits[0].span
+    ('greeting', Span(start=482, stop=602))
+    >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
+    (True, 482, array([602]))
     """
 
     def __init__(self, found: Iterable[Hit], pattern: str) -> None:
@@ -43,22 +61,35 @@ class Hits(Sequence[Hit]):
 
     def __repr__(self) -> str:
         """Return the first hits, a line each."""
+        lines = [
+            f"  {readable(hit.path)}  {hit.when}, fit {hit.fit:.2f}" for hit in self._hits[:FEW]
+        ]
+        return "\n".join([f"<{self._counts()}: {readable(self.pattern)}>", *lines, *self._more()])
+
+    def _repr_html_(self) -> str:
+        """Return the first hits as a table, which a notebook shows."""
+        from html import escape
+
+        def cells(kind: str, *texts: str) -> str:
+            tagged = (f"<{kind}>{escape(readable(text))}</{kind}>" for text in texts)
+            return f"<tr>{''.join(tagged)}</tr>"
+
+        rows = [
+            cells("td", hit.path, hit.capture.label, hit.when, f"{hit.fit:.2f}", words)
+            for hit in self._hits[:FEW]
+            for words in [", ".join(in_words(hit.symbols))]
+        ]
+        head = cells("th", "capture", "label", "frames and seconds", "fit", "symbols")
+        caption = escape(f"{self._counts()}: {readable(self.pattern)}")
+        more = "".join(f"<p>{line.strip()}</p>" for line in self._more())
+        return f"<table><caption>{caption}</caption>{head}{''.join(rows)}</table>{more}"
+
+    def _counts(self) -> str:
         captures = len({hit.capture.id for hit in self._hits})
-        counts = (
-            f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
-        )
-        lines = [f"<{counts}: {self.pattern}>"]
-        for hit in self._hits[:10]:
-            begin, end = (
-                records.seconds(hit.capture, frame) for frame in (hit.span.start, hit.span.stop)
-            )
-            lines.append(
-                f"  {hit.capture.path}  [{hit.span.start}, {hit.span.stop})"
-                f"  {begin:.2f}-{end:.2f} s  fit {hit.fit:.2f}"
-            )
-        if len(self) > 10:
-            lines.append(f"  ... {len(self) - 10} more")
-        return "\n".join(lines)
+        return f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
+
+    def _more(self) -> list[str]:
+        return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
 
     def by_fit(self) -> Hits:
         """Return the same hits, the clearest first."""
@@ -66,7 +97,7 @@ class Hits(Sequence[Hit]):
 
     def dicts(self) -> list[dict[str, Any]]:
         """Return the hits as dictionaries, as the command prints with ``--json``."""
-        return [records.of_hit(hit) for hit in self._hits]
+        return [records.of_hit(hit, self.pattern) for hit in self._hits]
 
     def numpy(self) -> NDArray[Any]:
         """Return the hits as an array.
@@ -82,3 +113,30 @@ class Hits(Sequence[Hit]):
         fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
         rows = [(hit.capture.id, hit.span.start, hit.span.stop, hit.fit) for hit in self._hits]
         return np.array(rows, dtype=fields)
+
+    def to_frame(self) -> Any:
+        """Return the hits as a data frame, a row each, with the columns of `dicts`.
+
+        Returns
+        -------
+        pandas.DataFrame or polars.DataFrame
+            Of the first of the two that is installed.
+
+        Raises
+        ------
+        LanindexError
+            Where neither is.
+        """
+        rows = self.dicts()
+        columns = {key: [row[key] for row in rows] for key in records.HIT}
+        for name in ("pandas", "polars"):
+            try:
+                return import_module(name).DataFrame(columns)
+            except ModuleNotFoundError as error:
+                if error.name != name:
+                    raise
+        raise LanindexError(
+            "no library of data frames is installed",
+            wanted="pandas or polars",
+            remedy="Type: pip install pandas",
+        )

@@ -56,9 +56,8 @@ def sensitivity(labels: dict[str, str]) -> None:
             for number, (path, motion) in enumerate(motions.items())
         ]
         results = evaluate(clips, read_patterns(PATTERNS))
-        low = [
-            f"{it.pattern.name} {it.record()['f1']:.2f}" for it in results if it.record()["f1"] < 1
-        ]
+        figures = {it.expectation.name: it.record()["f1"] for it in results}
+        low = [f"{told} {f1:.2f}" for told, f1 in figures.items() if f1 < 1]
         print(f"{name:16} mean F1 {summary(results)['mean_f1']:.3f}  {', '.join(low)}", flush=True)
 
 

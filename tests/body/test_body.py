@@ -4,7 +4,7 @@ import random
 
 import numpy as np
 import pytest
-from bodies import SIMPLE, hierarchy, named, person, played, still
+from bodies import SCHEMES, SIMPLE, hierarchy, named, person, played, still
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,92 +12,6 @@ from lanindex import formats
 from lanindex.alphabet import JOINTS
 from lanindex.body.names import keys
 from lanindex.errors import BodyError
-
-SCHEMES = {
-    "MotionBuilder, LAFAN1": "Hips Spine2 Neck Head"
-    "| {Left}Shoulder {Left}Arm {Left}ForeArm {Left}Hand -"
-    "| {Left}UpLeg {Left}Leg {Left}Foot {Left}Toe",
-    "cgspeed": "Hips Spine1 Neck Head"
-    "| {Left}Shoulder {Left}Arm {Left}ForeArm {Left}Hand {L}Fingers"
-    "| {Left}UpLeg {Left}Leg {Left}Foot {Left}ToeBase",
-    "cgspeed, renamed": "Hips Chest2 Neck Head"
-    "| {Left}Collar {Left}Shoulder {Left}Elbow {Left}Wrist {l}hand"
-    "| {Left}Hip {Left}Knee {Left}Ankle {Left}Toe",
-    "DAZ": "hip chest neck head"
-    "| {l}Collar {l}Shldr {l}ForeArm {l}Hand {l}Mid1 | {l}Thigh {l}Shin {l}Foot -",
-    "CMU bones": "root thorax lowerneck head"
-    "| {l}clavicle {l}humerus {l}radius {l}wrist {l}fingers"
-    "| {l}femur {l}tibia {l}foot {l}toes",
-    "BioVision": "Hips Chest2 Neck Head"
-    "| {Left}Collar {Left}Shoulder {Left}Elbow {Left}Wrist -"
-    "| {Left}Hip {Left}Knee {Left}Ankle -",
-    "Xsens": "Hips Chest4 Neck Head"
-    "| {Left}Collar {Left}Shoulder {Left}Elbow {Left}Wrist -"
-    "| {Left}Hip {Left}Knee {Left}Ankle {Left}Toe",
-    "Rokoko, Perception Neuron": "Hips Spine2 Neck Head"
-    "| {Left}Shoulder {Left}Arm {Left}ForeArm {Left}Hand {Left}HandMiddle1"
-    "| {Left}UpLeg {Left}Leg {Left}Foot {Left}ToeBase",
-    "Mixamo": "mixamorig:Hips mixamorig:Spine2 mixamorig:Neck mixamorig:Head"
-    "| mixamorig:{Left}Shoulder mixamorig:{Left}Arm mixamorig:{Left}ForeArm"
-    " mixamorig:{Left}Hand mixamorig:{Left}HandMiddle1"
-    "| mixamorig:{Left}UpLeg mixamorig:{Left}Leg mixamorig:{Left}Foot mixamorig:{Left}ToeBase",
-    "Mixamo from Blender": "mixamorig1_Hips mixamorig1_Spine2 mixamorig1_Neck mixamorig1_Head"
-    "| mixamorig1_{Left}Shoulder mixamorig1_{Left}Arm mixamorig1_{Left}ForeArm"
-    " mixamorig1_{Left}Hand -"
-    "| mixamorig1_{Left}UpLeg mixamorig1_{Left}Leg mixamorig1_{Left}Foot mixamorig1_{Left}ToeBase",
-    "Bandai": "Hips Chest Neck Head"
-    "| Shoulder_{L} UpperArm_{L} LowerArm_{L} Hand_{L} -"
-    "| UpperLeg_{L} LowerLeg_{L} Foot_{L} Toes_{L}",
-    "OpenNI": "- TORSO NECK HEAD"
-    "| - {LEFT}_SHOULDER {LEFT}_ELBOW {LEFT}_HAND - | {LEFT}_HIP {LEFT}_KNEE {LEFT}_FOOT -",
-    "Kinect": "SpineBase SpineMid Neck Head"
-    "| - Shoulder{Left} Elbow{Left} Wrist{Left} Hand{Left}"
-    "| Hip{Left} Knee{Left} Ankle{Left} Foot{Left}",
-    "HumanML3D, SMPL": "pelvis spine3 neck head"
-    "| {left}_collar {left}_shoulder {left}_elbow {left}_wrist {left}_middle1"
-    "| {left}_hip {left}_knee {left}_ankle {left}_foot",
-    "SMPL in capitals": "Pelvis Spine3 Neck Head"
-    "| {L}_Collar {L}_Shoulder {L}_Elbow {L}_Wrist {L}_Hand | {L}_Hip {L}_Knee {L}_Ankle {L}_Foot",
-    "Unreal": "pelvis spine_03 neck_01 head"
-    "| clavicle_{l} upperarm_{l} lowerarm_{l} hand_{l} middle_01_{l}"
-    "| thigh_{l} calf_{l} foot_{l} ball_{l}",
-    "Blender": "hips chest neck head"
-    "| shoulder.{L} upper_arm.{L} forearm.{L} hand.{L} f_middle.01.{L}"
-    "| thigh.{L} shin.{L} foot.{L} toe.{L}",
-    "Biped": "Bip01~Pelvis Bip01~Spine1 Bip01~Neck Bip01~Head"
-    "| Bip01~{L}~Clavicle Bip01~{L}~UpperArm Bip01~{L}~Forearm Bip01~{L}~Hand Bip01~{L}~Finger2"
-    "| Bip01~{L}~Thigh Bip01~{L}~Calf Bip01~{L}~Foot Bip01~{L}~Toe0",
-    "Biped with underscores": "Bip001_Pelvis Bip001_Spine1 Bip001_Neck Bip001_Head"
-    "| Bip001_{L}_Clavicle Bip001_{L}_UpperArm Bip001_{L}_Forearm Bip001_{L}_Hand -"
-    "| Bip001_{L}_Thigh Bip001_{L}_Calf Bip001_{L}_Foot Bip001_{L}_Toe0",
-    "VRM": "hips chest neck head"
-    "| {left}Shoulder {left}UpperArm {left}LowerArm {left}Hand {left}MiddleProximal"
-    "| {left}UpperLeg {left}LowerLeg {left}Foot {left}Toes",
-    "VRoid": "J_Bip_C_Hips J_Bip_C_Chest J_Bip_C_Neck J_Bip_C_Head"
-    "| J_Bip_{L}_Shoulder J_Bip_{L}_UpperArm J_Bip_{L}_LowerArm J_Bip_{L}_Hand J_Bip_{L}_Middle1"
-    "| J_Bip_{L}_UpperLeg J_Bip_{L}_LowerLeg J_Bip_{L}_Foot J_Bip_{L}_ToeBase",
-    "MakeHuman": "root spine01 neck01 head"
-    "| clavicle.{L} upperarm01.{L} lowerarm01.{L} wrist.{L} finger3-1.{L}"
-    "| upperleg01.{L} lowerleg01.{L} foot.{L} toe1-1.{L}",
-    "Motive": "Hip Chest Neck Head"
-    "| {L}Shoulder {L}UArm {L}FArm {L}Hand - | {L}Thigh {L}Shin {L}Foot {L}Toe",
-    "DeepMotion": "hips_JNT spine2_JNT neck_JNT head_JNT"
-    "| {l}_shoulder_JNT {l}_arm_JNT {l}_forearm_JNT {l}_hand_JNT {l}_handMiddle1_JNT"
-    "| {l}_upleg_JNT {l}_leg_JNT {l}_foot_JNT {l}_toebase_JNT",
-    "Reallusion": "CC_Base_Hip CC_Base_Spine02 CC_Base_NeckTwist01 CC_Base_Head"
-    "| CC_Base_{L}_Clavicle CC_Base_{L}_Upperarm CC_Base_{L}_Forearm CC_Base_{L}_Hand"
-    " CC_Base_{L}_Mid1"
-    "| CC_Base_{L}_Thigh CC_Base_{L}_Calf CC_Base_{L}_Foot CC_Base_{L}_ToeBase",
-    "MikuMikuDance": "下半身 上半身2 首 頭"
-    "| {Le}肩 {Le}腕 {Le}ひじ {Le}手首 -"
-    "| {Le}足 {Le}ひざ {Le}足首 {Le}つま先",
-    "all lower case": "hips chest neck head"
-    "| {left}collar {left}arm {left}forearm {left}hand -"
-    "| {left}upleg {left}leg {left}foot {left}toe",
-    "side behind": "Hips Chest Neck Head"
-    "| Collar{Left} Arm{Left} ForeArm{Left} Hand{Left} -"
-    "| UpLeg{Left} Leg{Left} Foot{Left} Toe{Left}",
-}
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

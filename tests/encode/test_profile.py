@@ -62,9 +62,9 @@ def test_a_part_has_its_own_file_before_its_group(own: Path) -> None:
     ("old", "new", "message"),
     [
         ('smoothing = "83 ms"', 'smoothing = "83"', "smoothing = '83', wanted \"83 ms\""),
-        ("rate = 60", "rate = 0", "rate = 0, wanted a number above 0"),
-        ("rate = 60", "rate = true", "rate = True, wanted a number above 0"),
-        ("rate = 60", "rate = 1001", "rate = 1001, wanted a number above 0, at most 1000"),
+        ("rate = 60", "rate = 0", "rate = 0, wanted a number from 0.1 to 1000"),
+        ("rate = 60", "rate = true", "rate = True, wanted a number from 0.1"),
+        ("rate = 60", "rate = 1001", "rate = 1001, wanted a number from 0.1 to 1000"),
         ('still = "0.02 L/s"', "", "no still, wanted a line for it"),
         ("division = 32", "divisions = 32", '"divisions", wanted one of name, rate'),
         ("division = 32", "division = 1.5", "division = 1.5, wanted a whole number"),
@@ -72,7 +72,16 @@ def test_a_part_has_its_own_file_before_its_group(own: Path) -> None:
         ('rhythm = "4/4"', 'rhythm = "4"', "rhythm = '4', wanted \"4/4\""),
         ('distance = "0.09 L"', 'distance = "9 cm"', 'wanted "50 mm" or "0.09 L"'),
         ("rate = 60", "rate = = 60", "wanted TOML"),
+        ("rate = 60", "rate = 1e-300", "rate = 1e-300, wanted a number from 0.1 to 1000"),
+        ("rate = 60", "rate = nan", "rate = nan, wanted a number from 0.1 to 1000"),
+        ("rate = 60", f"rate = {'9' * 5000}", "a number without end, wanted at most 4300 digits"),
+        ("rate = 60", f"rate = 0x{'f' * 5000}", "rate = something too large to show"),
+        ("rate = 60", f"rate = {'[' * 100_000}", "brackets inside brackets, too many, wanted TOML"),
+        ('"83 ms"', f'"{"9" * 400} ms"', "wanted a number of at most 1000000"),
+        ('"83 ms"', f'"{"x" * 5000}"', f"smoothing = '{'x' * 58}…, wanted"),
+        ("division = 32", f"{'d' * 5000} = 32", f'"{"d" * 59}…", wanted one of'),
     ],
+    ids=lambda text: text[:40],
 )
 def test_errors_name_the_file(own: Path, old: str, new: str, message: str) -> None:
     path = own / "profile.toml"
@@ -80,12 +89,15 @@ def test_errors_name_the_file(own: Path, old: str, new: str, message: str) -> No
     with pytest.raises(NotationError) as error:
         load(own)
     assert message in str(error.value)
-    assert "profile.toml" in str(error.value)
+    assert str(path) in str(error.value)
+    assert len(str(error.value)) < 1000
 
 
 def test_unknown_profile() -> None:
     with pytest.raises(NotationError, match="default, paper, or a folder"):
         load("papre")
+    with pytest.raises(NotationError, match=r"n{59}…"):
+        load("n" * 5000)
 
 
 @pytest.mark.parametrize("name", ["tail.lpd", "r-arm.ldd", "ARM.lpd"])

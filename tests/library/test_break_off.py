@@ -13,7 +13,7 @@ from strategies import assert_same_score
 
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 
 BREAK_OFF = Path(__file__).with_name("break_off.py")
 
@@ -31,13 +31,13 @@ import os, sys
 sys.path[:0] = [sys.argv[2]]
 from sample import add_sample
 from lanindex.library import write
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 write.describe = lambda connection, *_: (
     connection.exec_driver_sql("UPDATE capture SET label = 'half'"),
     connection.connection.driver_connection.execute("PRAGMA cache_spill = 1"),
     os._exit(9),
 )
-with Library.open(sys.argv[1]) as library:
+with Store.open(sys.argv[1]) as library:
     library._connection.connection.driver_connection.execute("PRAGMA cache_size = 5")
     add_sample(library, 1, label="half")
 """
@@ -56,7 +56,7 @@ def test_half_a_transaction_is_undone_by_a_mere_look(tmp_path, repository):
     before = path.read_bytes()
     half_written(path, repository / "tests")
     assert path.read_bytes() != before
-    with Library.open(path, readonly=True) as library:
+    with Store.open(path, readonly=True) as library:
         assert {capture.label for capture in library.captures()} == {""}
         assert_same_score(library.score(60), sample_score(59))
     assert path.read_bytes() == before
@@ -69,7 +69,7 @@ def test_half_a_transaction_without_the_right_to_undo_it(folder, common_user, re
     half_written(path, repository / "tests")
     folder.chmod(0o555)
     with common_user(), pytest.raises(LibraryError, match="a write was broken off here"):
-        Library.open(path, readonly=True)
+        Store.open(path, readonly=True)
 
 
 @contextlib.contextmanager
@@ -98,7 +98,7 @@ def test_no_room(tmp_path, pages, limit, said):
     path = tmp_path / "some.db"
     fill(path, 3)
     large = sample_score(7, length=3000)
-    with Library.open(path) as library:
+    with Store.open(path) as library:
         with limit(library, pages):
             with pytest.raises(LibraryError, match=said) as caught:
                 library.add("large.bvh", large, format="bvh", sha256="0")
@@ -126,7 +126,7 @@ def small_disk(tmp_path):
 
 def test_a_full_disk(small_disk):
     path = small_disk / "some.db"
-    with Library.open(path, create=True) as library:
+    with Store.open(path, create=True) as library:
         with pytest.raises(LibraryError, match="the disk is full"):
             add_endlessly(library)
         stored = len(library.captures())
@@ -136,7 +136,7 @@ def test_a_full_disk(small_disk):
         while True:
             rest.write(b"0" * 512)
     with pytest.raises(LibraryError, match="the disk is full"):
-        Library.open(small_disk / "other.db", create=True)
+        Store.open(small_disk / "other.db", create=True)
 
 
 def add_endlessly(library):
@@ -148,10 +148,10 @@ TOGETHER = """
 import sys
 sys.path[:0] = [sys.argv[2]]
 from sample import add_sample
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 print("ready", flush=True)
 sys.stdin.readline()
-with Library.open(sys.argv[1], create=True) as library:
+with Store.open(sys.argv[1], create=True) as library:
     for number in range(int(sys.argv[3]), int(sys.argv[4])):
         add_sample(library, number)
 """
@@ -178,7 +178,7 @@ def test_two_at_once(tmp_path, repository, ranges):
     for process in processes:
         process.communicate()
         assert process.returncode == 0
-    with Library.open(path) as library:
+    with Store.open(path) as library:
         numbers = sorted(int(Path(capture.path).stem) for capture in library.captures())
         assert numbers == sorted({number for one in ranges for number in range(*one)})
         for capture, tracks in library.tracks():

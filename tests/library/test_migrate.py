@@ -13,7 +13,7 @@ from strategies import assert_same_score
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate, schema
 from lanindex.library.connect import connected, target, writing
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 
 
 def revisions() -> list[str]:
@@ -67,7 +67,7 @@ def test_every_revision_keeps_the_rows(tmp_path, revision):
             connection.exec_driver_sql(statement)
     connection.close()
     migrate.upgrade(path)
-    with Library.open(path) as library:
+    with Store.open(path) as library:
         (capture,) = library.captures()
         assert (capture.path, capture.label, capture.metadata) == ("a.bvh", "walk", {"who": "x"})
         (symbol,) = library.score(1).symbols("r_arm")
@@ -84,14 +84,24 @@ ROWS = {
         "INSERT INTO track VALUES (1, 'r_arm', 0, '[[0, 9]]')",
         "INSERT INTO symbol VALUES (1, 'r_arm', 0, 'right', 'mid', 2, 5, 2, 3, 0, 0, 0, 0.5,"
         " 'right', 'high')",
-    ]
+    ],
+    "0002": [
+        "UPDATE state SET stamp = 3, captures = 1, numbers = 1",
+        "INSERT INTO profile VALUES (1, 'default', 'aa')",
+        "INSERT INTO capture VALUES (1, 'a.bvh', '/a.bvh', 'bvh', 'ff', 'walk', 30, '30', 9, '60',"
+        " 4, 4, 32, 1, '{}', '[]', -511303186, -1594958232, 658399323, -1535379441, '[]',"
+        " x'01789c030000000001')",
+        "INSERT INTO metadata VALUES (1, 'who', 'x')",
+        "INSERT INTO track VALUES (1, 0, 'r_arm', 0, NULL, 1, -380827888)",
+        "INSERT INTO symbol_code VALUES (1, 0, 0, 4099169, 2, 3, 2, 3, 0)",
+    ],
 }
 """The same content in the tables of each revision."""
 
 
 def test_a_new_library_is_what_the_revisions_make(tmp_path):
     made_at(tmp_path / "steps.db", "head").close()
-    Library.open(tmp_path / "once.db", create=True).close()
+    Store.open(tmp_path / "once.db", create=True).close()
     assert tables(tmp_path / "once.db") == tables(tmp_path / "steps.db")
 
 
@@ -100,10 +110,10 @@ def next_revision(tmp_path, monkeypatch):
     """Give the program one more revision, which rebuilds two tables."""
     folder = tmp_path / "100% migrations"
     shutil.copytree(migrate.scripts(), folder)
-    (folder / "versions" / "0002_note.py").write_text(
+    (folder / "versions" / "0003_note.py").write_text(
         "import sqlalchemy as sa\n"
         "from alembic import op\n"
-        "revision, down_revision = '0002', '0001'\n"
+        "revision, down_revision = '0003', '0002'\n"
         "def upgrade():\n"
         "    for name in ('capture', 'track'):\n"
         "        with op.batch_alter_table(name, recreate='always') as table:\n"
@@ -111,7 +121,7 @@ def next_revision(tmp_path, monkeypatch):
     )
     monkeypatch.setattr(migrate, "_FOLDERS", (folder,))
     for module in (migrate, importlib.import_module("lanindex.library.connect")):
-        monkeypatch.setattr(module, "REVISION", "0002")
+        monkeypatch.setattr(module, "REVISION", "0003")
     return folder
 
 
@@ -119,11 +129,11 @@ def test_rebuilding_a_table_keeps_what_hangs_on_it(tmp_path, request):
     path = tmp_path / "a.db"
     fill(path, 3)
     request.getfixturevalue("next_revision")
-    with pytest.raises(LibraryVersionError, match=r"revision 0001, wanted 0002.*db upgrade"):
-        Library.open(path)
+    with pytest.raises(LibraryVersionError, match=r"revision 0002, wanted 0003.*db upgrade"):
+        Store.open(path)
     assert migrate.status(path).state == "older"
-    assert migrate.upgrade(path).found == "0002"
-    with Library.open(path) as library:
+    assert migrate.upgrade(path).found == "0003"
+    with Store.open(path) as library:
         for number in (1, 2, 3):
             assert_same_score(library.score(number), sample_score(number - 1))
     assert migrate.check(path) == []
@@ -134,12 +144,12 @@ def test_an_upgrade_that_fails_changes_nothing(tmp_path, request):
     fill(path, 2)
     before = tables(path)
     folder = request.getfixturevalue("next_revision")
-    script = folder / "versions" / "0002_note.py"
+    script = folder / "versions" / "0003_note.py"
     script.write_text(script.read_text() + "    op.execute('DELETE FROM track')\n")
     with pytest.raises(LibraryError, match="rows would hang on nothing"):
         migrate.upgrade(path)
     assert tables(path) == before
-    assert migrate.status(path).found == "0001"
+    assert migrate.status(path).found == "0002"
 
 
 def test_an_upgrade_says_nothing_by_itself(tmp_path, request, capfd, caplog):
@@ -168,7 +178,7 @@ def test_a_newer_library_is_not_touched(tmp_path):
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
     before = path.read_bytes()
     assert migrate.status(path).state == "newer"
-    for call in (Library.open, migrate.upgrade, migrate.check):
+    for call in (Store.open, migrate.upgrade, migrate.check):
         with pytest.raises(LibraryVersionError, match=r"made by a newer LanIndex.*9999"):
             call(path)
     assert path.read_bytes() == before

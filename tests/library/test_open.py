@@ -14,7 +14,7 @@ from strategies import assert_same_score
 
 from lanindex.errors import LibraryBusyError, LibraryError, LibraryVersionError
 from lanindex.library.migrate import check, status, upgrade
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 
 
 def everything(folder: Path) -> dict[str, bytes]:
@@ -65,7 +65,7 @@ def test_no_library_is_refused_and_left_alone(tmp_path, kind, create):
     make, said = NO_LIBRARY[kind]
     make(path)
     before = everything(tmp_path)
-    calls = [lambda: Library.open(path, create=create), lambda: status(path), lambda: check(path)]
+    calls = [lambda: Store.open(path, create=create), lambda: status(path), lambda: check(path)]
     for call in [*calls, lambda: upgrade(path)]:
         with pytest.raises(LibraryError, match=said) as caught:
             call()
@@ -78,7 +78,7 @@ def test_a_truncated_library_is_called_damaged(tmp_path):
     path = tmp_path / "some.db"
     truncated(path)
     before = everything(tmp_path)
-    for call in (lambda: Library.open(path, create=True), lambda: check(path)):
+    for call in (lambda: Store.open(path, create=True), lambda: check(path)):
         with pytest.raises(LibraryError, match="the library is damaged"):
             call()
     assert everything(tmp_path) == before
@@ -86,9 +86,9 @@ def test_a_truncated_library_is_called_damaged(tmp_path):
 
 def test_no_library_at_all(tmp_path):
     with pytest.raises(LibraryError, match=r"there is no library here.*lanindex ingest FOLDER"):
-        Library.open(tmp_path / "some.db")
+        Store.open(tmp_path / "some.db")
     with pytest.raises(LibraryError, match=r"there is no folder .*missing\. Make it first"):
-        Library.open(tmp_path / "missing" / "some.db", create=True)
+        Store.open(tmp_path / "missing" / "some.db", create=True)
     assert everything(tmp_path) == {}
 
 
@@ -96,9 +96,9 @@ def test_an_empty_file_is_a_library_to_be(tmp_path):
     path = tmp_path / "some.db"
     path.touch()
     with pytest.raises(LibraryError, match="this file is empty, wanted a library"):
-        Library.open(path)
+        Store.open(path)
     assert path.read_bytes() == b""
-    with Library.open(path, create=True) as library:
+    with Store.open(path, create=True) as library:
         assert library.captures() == []
 
 
@@ -109,7 +109,7 @@ def test_an_older_library_names_the_upgrade(tmp_path):
         connection.execute("UPDATE alembic_version SET version_num = '0000'")
     before = path.read_bytes()
     with pytest.raises(LibraryVersionError, match="lanindex db upgrade") as caught:
-        Library.open(path, create=True)
+        Store.open(path, create=True)
     assert str(path) in caught.value.remedy
     assert path.read_bytes() == before
 
@@ -119,7 +119,7 @@ def test_a_read_only_file(folder, common_user):
     fill(path, 2)
     path.chmod(0o444)
     before = everything(folder)
-    with common_user(), Library.open(path, create=True) as library:
+    with common_user(), Store.open(path, create=True) as library:
         assert_same_score(library.score(2), sample_score(1))
         with pytest.raises(LibraryError, match=r"may not be written.*--db") as caught:
             add_sample(library, 3)
@@ -134,13 +134,13 @@ def test_a_read_only_folder(folder, common_user):
     folder.chmod(0o555)
     before = everything(folder)
     with common_user():
-        with Library.open(path, readonly=True) as library:
+        with Store.open(path, readonly=True) as library:
             assert_same_score(library.score(2), sample_score(1))
         refused = pytest.raises(LibraryError, match="the library or its folder may not be written")
-        with Library.open(path) as library, refused:
+        with Store.open(path) as library, refused:
             add_sample(library, 3)
         with pytest.raises(LibraryError, match="the library cannot be opened"):
-            Library.open(folder / "new.db", create=True)
+            Store.open(folder / "new.db", create=True)
     assert everything(folder) == before
 
 
@@ -149,14 +149,14 @@ def test_a_file_that_may_not_be_read(folder, common_user):
     fill(path, 1)
     path.chmod(0)
     with common_user(), pytest.raises(LibraryError, match="the library cannot be opened"):
-        Library.open(path)
+        Store.open(path)
 
 
 def test_opened_to_read_it_refuses_to_write(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 1)
     before = everything(tmp_path)
-    with Library.open(path, readonly=True) as library:
+    with Store.open(path, readonly=True) as library:
         with pytest.raises(LibraryError, match="may not be written"):
             add_sample(library, 3)
         assert len(library.captures()) == 1
@@ -165,7 +165,7 @@ def test_opened_to_read_it_refuses_to_write(tmp_path):
 
 def test_after_closing_there_is_one_file(tmp_path):
     path = tmp_path / "some.db"
-    with Library.open(path, create=True) as library:
+    with Store.open(path, create=True) as library:
         add_sample(library, 1)
         add_sample(library, 2)
     assert list(everything(tmp_path)) == ["some.db"]
@@ -176,7 +176,7 @@ def test_a_log_that_its_owner_chose_stays(tmp_path):
     fill(path, 1)
     with sql(path) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
-    with Library.open(path) as library:
+    with Store.open(path) as library:
         add_sample(library, 1)
     with sql(path) as connection:
         assert connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
@@ -210,16 +210,16 @@ def test_a_library_that_is_locked_for_good(tmp_path):
     with held(path, "BEGIN EXCLUSIVE"):
         for create in (True, False):
             with pytest.raises(LibraryBusyError, match=r"another process holds.*Wait") as caught:
-                Library.open(path, create=create, timeout=0.1)
+                Store.open(path, create=create, timeout=0.1)
             assert caught.value.place == str(path)
-    with Library.open(path) as library:
+    with Store.open(path) as library:
         assert len(library.captures()) == 1
 
 
 def test_a_library_that_another_writes_can_be_read(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 1)
-    with held(path, "BEGIN IMMEDIATE"), Library.open(path, timeout=0.1) as library:
+    with held(path, "BEGIN IMMEDIATE"), Store.open(path, timeout=0.1) as library:
         assert_same_score(library.score(1), sample_score(0))
         with pytest.raises(LibraryBusyError):
             add_sample(library, 2)
@@ -232,7 +232,7 @@ def test_another_reader_that_does_not_end(tmp_path):
     reader = sqlite3.connect(path)
     rows = reader.execute("SELECT * FROM symbol")
     rows.fetchone()
-    with Library.open(path, timeout=0.1) as library:
+    with Store.open(path, timeout=0.1) as library:
         with pytest.raises(LibraryBusyError):
             add_sample(library, 2)
         assert len(library.captures()) == 1
@@ -245,21 +245,21 @@ def test_another_reader_that_does_not_end(tmp_path):
 def test_any_name_of_a_file(tmp_path):
     for name in ("so me.db", "a?mode=ro", "50%20#.db", "ä.db", "no-suffix"):
         fill(tmp_path / name, 1)
-        with Library.open(str(tmp_path / name)) as library:
+        with Store.open(str(tmp_path / name)) as library:
             assert len(library.captures()) == 1
     assert len(everything(tmp_path)) == 5
 
 
 def test_a_url(tmp_path):
     fill(tmp_path / "some.db", 2)
-    with Library.open(f"sqlite:///{tmp_path / 'some.db'}") as library:
+    with Store.open(f"sqlite:///{tmp_path / 'some.db'}") as library:
         assert len(library.captures()) == 2
 
 
 @pytest.mark.parametrize("url", ["nonsense://x", "://", "postgresql+nothing://me:secret@host/db"])
 def test_a_url_of_nothing(url):
     with pytest.raises(LibraryError) as caught:
-        Library.open(url)
+        Store.open(url)
     assert "secret" not in str(caught.value)
 
 
@@ -267,7 +267,7 @@ def test_the_mode_of_a_new_file_is_the_users(tmp_path):
     path = tmp_path / "some.db"
     before = os.umask(0o027)
     try:
-        Library.open(path, create=True).close()
+        Store.open(path, create=True).close()
     finally:
         os.umask(before)
     assert stat.S_IMODE(path.stat().st_mode) == 0o640

@@ -12,16 +12,16 @@ SCRIPT = """
 import sys
 from lanindex.library import migrate
 from lanindex.library.connect import connected, target, writing
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 
 connection = connected(target("steps.db"), create=True, readonly=False, timeout=1)
 with writing(connection):
     migrate.run(connection, "0001", "steps.db")
 connection.close()
 migrate.upgrade("steps.db")
-Library.open("once.db", create=True).close()
+Store.open("once.db", create=True).close()
 for name in ("steps.db", "once.db"):
-    Library.open(name).close()
+    Store.open(name).close()
     assert migrate.check(name) == []
 print(migrate.scripts())
 """

@@ -4,13 +4,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import assert_same_score, scores, wild_scores
 
-from lanindex.library.store import Library
+from lanindex.library.store import Store
 
 
 @settings(max_examples=50)
 @given(wild_scores(), wild_scores())
 def test_any_score_comes_back(first, second):
-    with Library.open(":memory:", create=True) as library:
+    with Store.open(":memory:", create=True) as library:
         numbers = [
             library.add(name, score, format="bvh", sha256="0")
             for name, score in (("a.bvh", first), ("b.bvh", second))
@@ -23,7 +23,7 @@ def test_any_score_comes_back(first, second):
 @given(scores(), st.data())
 def test_tracks_are_those_of_the_score(score, data):
     only = data.draw(st.none() | st.lists(st.sampled_from([*score.tracks, "torso"]), unique=True))
-    with Library.open(":memory:", create=True) as library:
+    with Store.open(":memory:", create=True) as library:
         number = library.add("a.bvh", score, format="bvh", sha256="0")
         ((capture, tracks),) = library.tracks(parts=only)
     assert capture.id == number
@@ -37,7 +37,7 @@ def test_tracks_are_those_of_the_score(score, data):
 @settings(max_examples=50)
 @given(scores(), scores())
 def test_a_score_takes_the_place_of_an_earlier_one(first, second):
-    with Library.open(":memory:", create=True) as library:
+    with Store.open(":memory:", create=True) as library:
         number = library.add("a.bvh", first, format="bvh", sha256="0", label="walk")
         assert library.add("a.bvh", second, format="bvh", sha256="1") == number
         assert_same_score(library.score(number), second)

@@ -7,8 +7,8 @@ from sample import fill
 
 LOOK = """
 import sys
-from lanindex.library.store import Library
-with Library.open(sys.argv[1], readonly=True) as library:
+from lanindex.library.store import Store
+with Store.open(sys.argv[1], readonly=True) as library:
     assert len(list(library.tracks(parts=["head"]))) == 2
     library.captures(), library.parts(), library.known(), library.score(1), library.stats()
 print([name for name in ("sqlalchemy.orm", "alembic", "numba", "scipy") if name in sys.modules])

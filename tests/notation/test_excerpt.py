@@ -72,6 +72,16 @@ def captures(draw: st.DrawFn) -> Score:
     return Score(Fraction(60), frames, Meter(), {"r_arm": track}, heading)
 
 
+def test_what_begins_with_the_excerpt_begins_in_its_first_tick() -> None:
+    """Also where its tick was rounded away from its frame, as beside a neighbour."""
+    rows = blank(2)
+    rows["start"], rows["stop"] = [0, 11], [0, 40]
+    rows["tick"], rows["ticks"] = [0, 2], [0, 3]
+    score = Score(Fraction(60), 60, Meter(), {"head": Track("head", rows, (Span(0, 60),))})
+    symbols = excerpt(score, Span(11, 60)).tracks["head"].symbols
+    assert [(row["tick"], row["start"]) for row in symbols] == [(0, 0), (0, 0)]
+
+
 @given(captures(), st.data())
 @settings(deadline=None)
 def test_no_symbol_of_a_capture_is_lost(score: Score, data: st.DataObject) -> None:

@@ -38,6 +38,10 @@ def test_upper_case_and_windows_lines() -> None:
         ("L place low", 'r.ldd:1: "L place low", wanted #rule_start#'),
         ("#rule_start#\nX place low", 'r.ldd:2: "X place low", wanted "L direction level"'),
         ("#rule_start#\nD up low", 'r.ldd:2: "up", wanted a direction'),
+        ("x" * 5000, f'r.ldd:1: "{"x" * 59}…", wanted #rule_start#'),
+        ("#rule_start#\nD left " + "x" * 5000, f'r.ldd:2: "{"x" * 59}…", wanted high'),
+        ("#rule_start#\nD " + "x" * 5000 + " low", f'r.ldd:2: "{"x" * 59}…", wanted a direction'),
+        ("#rule_start#\nD left x " + "x" * 5000, f'r.ldd:2: "D left x {"x" * 50}…", wanted "L'),
         ("#rule_start#\nD left lower", 'r.ldd:2: "lower", wanted high, mid or low'),
         (
             "#rule_start#\nL left low\nL left mid\n#rule_end#",
@@ -47,6 +51,7 @@ def test_upper_case_and_windows_lines() -> None:
         ("#rule_start#\nD left low", "r.ldd:1: a rule without an end, wanted #rule_end#"),
         ("#rule_start#\n#rule_start#", "wanted a row of the rule or #rule_end#"),
     ],
+    ids=lambda text: text[:40],
 )
 def test_errors_name_the_line(text: str, message: str) -> None:
     with pytest.raises(NotationError) as error:

@@ -98,6 +98,7 @@ def test_lines_not_understood_keep_their_unit() -> None:
 def test_a_symbol_across_the_bar_line_stands_in_its_starting_unit() -> None:
     text = "#unit1\ndirection r_arm right mid 3 6\n"
     assert shown(text) == ["r_arm right mid [24, 48)"]
+    assert lnd.read(text).frames == 64
     assert "#unit1\ndirection r_arm right mid 3 6\n" in lnd.write(lnd.read(text))
 
 
@@ -133,6 +134,29 @@ def test_a_symbol_without_length_opens_a_new_stretch() -> None:
         "#unit_total 2\n#unit0\ndirection head place high 0 0\n#unit1\ndirection head left mid 2 2"
     )
     assert lnd.read(text).tracks["head"].known == (Span(0, 16), Span(16, 64))
+
+
+def test_a_part_seen_anew_at_a_bar_line() -> None:
+    text = (
+        "#speed=60\n#rhythm 4/4\n#unit_per_line 4\n#unit_total 3\n"
+        "#unit1\ndirection r_arm right mid 2 4\n"
+        "#unit2\ndirection r_arm right mid 0 0\ndirection r_arm right mid 0 4\n"
+        "#unit3\ndirection r_arm left mid 0 0\n"
+    )
+    score = lnd.read(text)
+    assert shown(text) == [
+        "r_arm right mid [16, 32)",
+        "r_arm right mid [32, 32)",
+        "r_arm right mid [32, 64)",
+        "r_arm left mid [64, 64)",
+    ]
+    assert score.tracks["r_arm"].known == (Span(0, 32), Span(32, 64), Span(64, 96))
+    assert lnd.write(score) == text
+
+
+def test_a_part_may_be_seen_late() -> None:
+    text = "#unit_total 2\n#unit1\ndirection head left mid 2 2\n"
+    assert lnd.read(text).tracks["head"].known == (Span(16, 64),)
 
 
 @pytest.mark.parametrize(
@@ -199,7 +223,17 @@ HEAD = "#speed=60\n#unit1\n"
         (HEAD + "direction r2-d2 right mid 0 1", 3, 'the part "r2-d2"'),
         (HEAD + "diretion r_arm right mid 0 1", 3, '"diretion", wanted "direction"'),
         ("#sped=60", 1, 'wanted "#speed"'),
-        ("#speed=0", 1, "a speed of 0"),
+        ("#speed=0", 1, "a speed of 0, wanted 0.1 to 1000 beats a minute"),
+        ("#speed=0.09", 1, "a speed of 0.09, wanted 0.1 to 1000 beats a minute"),
+        ("#speed=.000000000000000000001", 1, "a speed of .0000"),
+        ("#speed=1000.1", 1, "a speed of 1000.1, wanted 0.1 to 1000 beats a minute"),
+        ("#speed=1e-21", 1, 'the speed "1e-21", wanted a number like 1.5'),
+        ("#rhythm 100/4", 1, 'the rhythm "100/4"'),
+        ("#rhythm 4/100", 1, 'the rhythm "4/100"'),
+        ("#unit_total 21601", 0, "21601 units of 4 beats at 60 beats a minute, 24 hours, wanted"),
+        ("#unit_total 21601\n#unit21601\ndirection head left mid 0 4", 0, "21601 units of 4"),
+        ("#speed .1\n#unit37\ndirection head left mid 0 1", 3, "37 units of 4 beats at 0.1 beats"),
+        (HEAD + "direction head left mid 0 86401\n#unit_total 9", 3, "wanted at most 24 hours"),
         ("#speed=fast", 1, 'the speed "fast"'),
         ("#speed=60\n#speed=70", 2, "a second speed"),
         ("#rhythm 4", 1, 'the rhythm "4", wanted beats/note like 4/4'),
@@ -210,7 +244,12 @@ HEAD = "#speed=60\n#unit1\n"
         ("direction r_arm right mid 0 1", 1, "a symbol before any unit"),
         (HEAD + "direction head left mid 0 2\ndirection head left mid 1 3", 4, "on line 3"),
         ("#unit0\ndirection head left mid 0 0\ndirection head back mid 0 0", 3, "on line 2"),
-        ("#unit999999999\ndirection head left mid 0 1", 0, "at most 2147483647 ticks"),
+        ("#unit999999999\ndirection head left mid 0 1", 2, "wanted at most 24 hours"),
+        (
+            HEAD + "\n".join(f"direction r_arm left mid {n} {n}.{10**9 + n}" for n in range(99)),
+            4,
+            "at most 2147483647 ticks. Round the times to a few decimals.",
+        ),
         (b"#speed=60\n\x80\n", 2, "is no text"),
         (b"#speed=60\n\0\0\n", 2, "binary data"),
     ],
@@ -220,6 +259,34 @@ def test_bad_lines_are_named(text: str | bytes, line: int, said: str) -> None:
         lnd.read(text + "\n" if isinstance(text, str) else text, place="walk.lnd")
     assert caught.value.place == (f"walk.lnd:{line}" if line else "walk.lnd")
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "direction r_arm {} mid 0 1",
+        "direction r_arm left {} 0 1",
+        "direction r_arm left mid {} 1",
+        "direction r_arm left mid 0 {}",
+        "direction r-{} left mid 0 1",
+        "direction r_arm left mid 1.0{zeros} 0.{zeros}",
+        "#speed={}",
+        "#speed=0.{zeros}1",
+        "#rhythm {}",
+        "#unit_total {}",
+        "#unit {}",
+    ],
+)
+def test_a_long_word_is_cut(line: str) -> None:
+    with pytest.raises(NotationError) as caught:
+        lnd.read(HEAD.replace("60", "61") + line.format("x" * 5000, zeros="0" * 28) + "\n")
+    assert len(str(caught.value)) < 250
+
+
+def test_the_longest_and_the_slowest_score() -> None:
+    day = lnd.read("#speed=0.1\n#unit_total 36\n#unit1\ndirection head left mid 0 144\n")
+    assert day.frames / day.rate == 24 * 3600
+    assert lnd.read("#speed=1000\n#rhythm 99/99\n").meter == Meter(Fraction(1000), 99, 99)
 
 
 @given(st.binary(max_size=200) | st.text(max_size=200))

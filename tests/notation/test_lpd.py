@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 from lanindex.alphabet import DIRECTION_CODES
@@ -39,12 +41,20 @@ def test_uneven_sectors_have_their_own_middles() -> None:
     assert ranges.centre(DIRECTION_CODES["forward"]) == 85
 
 
+def test_a_sector_of_more_than_half_the_circle() -> None:
+    starts = (0, 200, 210, 220, 230, 240, 250, 260)
+    ranges = replace(lpd.parse(PAPER), starts=tuple(map(float, starts)))
+    assert [ranges.centre(code) for code in range(8)] == [100, 205, 215, 225, 235, 245, 255, 310]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ("place\t250", "place\tfar", 'p.lpd:1: "far", wanted a number of 0 or more'),
         ("place\t250", "place\t-1", 'p.lpd:1: "-1", wanted a number of 0 or more'),
         ("place\t250", "place\tnan", 'p.lpd:1: "nan", wanted a number of 0 or more'),
+        ("place\t250", "place\t" + "x" * 5000, f'p.lpd:1: "{"x" * 59}…", wanted a number'),
+        ("place\t250", "x" * 5000, f'p.lpd:1: "{"x" * 59}…", wanted a direction or a level'),
         ("place\t250", "place\t1 m", "p.lpd:1: 2 values after place, wanted 1"),
         ("forward\t67.5", "forwards\t67.5", 'p.lpd:2: "forwards", wanted a direction or a level'),
         ("forward\t67.5", "left\t67.5", 'p.lpd:8: "left" stands twice, wanted one line of it'),
@@ -52,8 +62,11 @@ def test_uneven_sectors_have_their_own_middles() -> None:
         ("mid\t60\t240", "mid\t60", "p.lpd:11: 1 values after mid, wanted 2"),
         ("low\t300", "low\t290", "wanted mid m 360-h, high h, low 360-m"),
         ("high\t120", "high\t50", "wanted mid m 360-h, high h, low 360-m"),
+        ("r_forward\t22.5", "r_forward\t67.5", "the directions do not follow each other"),
+        ("l_forward\t112.5", "l_forward\t427.5", "the directions do not follow each other"),
         ("right\t337.5", "right\t30", "the directions do not follow each other"),
     ],
+    ids=lambda text: text[:40],
 )
 def test_errors_name_the_line(old: str, new: str, message: str) -> None:
     with pytest.raises(NotationError) as error:

@@ -217,4 +217,4 @@ def test_nonsense_is_refused(options: dict[str, float]) -> None:
 
 def test_a_score_too_long_is_refused() -> None:
     with pytest.raises(UsageError, match="at most 100000"):
-        perform(lnd.read("#unit_total 1000000\n#unit1\ndirection r_arm right mid 0 1"))
+        perform(lnd.read("#unit_total 1000\n#unit1\ndirection r_arm right mid 0 1"))

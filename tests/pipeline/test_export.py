@@ -1,7 +1,9 @@
 import csv
 import io
 import json
+import os
 import re
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from lanindex.formats.bvh.layout import scan
 from lanindex.model import Span
 from lanindex.notation import lnd
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.export import export, pad_frames
+from lanindex.pipeline.export import clips, export, pad_frames
 from lanindex.pipeline.requests import Request, from_hits, from_lines, from_range
 
 
@@ -169,7 +171,7 @@ def test_pads(text: str, frames: int) -> None:
     assert pad_frames(text, Fraction(30)) == frames
 
 
-@pytest.mark.parametrize("text", ["", "1", "-1s", "1x", "s", "1 s"])
+@pytest.mark.parametrize("text", ["", "1", "-1s", "1x", "s", "1 s", "9" * 5000 + "s"])
 def test_bad_pads(text: str) -> None:
     with pytest.raises(UsageError, match="wanted a time such as"):
         pad_frames(text, Fraction(30))
@@ -184,6 +186,98 @@ def test_hits_as_json_lines_come_back(library: Library) -> None:
         (hit.capture.id, hit.span) for hit in hits
     ]
     assert {one.pattern for one in wanted} == {"r_arm place low"}
+
+
+HIT = '"capture": "bow.bvh", "start_frame": 1, "end_frame": 2'
+SYMBOL = '"part": "r_arm", "direction": "left", "start_frame": 1, "end_frame": 2'
+
+
+def test_what_a_hit_says_is_taken_over(library: Library) -> None:
+    line = (
+        f'{{{HIT}, "fit": 1, "pattern": "x", "symbols": [{{{SYMBOL}, "level": null}}], "y": [NaN]}}'
+    )
+    for text in (line, line.encode(), b"\xef\xbb\xbf" + line.encode()):
+        (wanted,) = from_lines(library, [text])
+        assert (wanted.fit, wanted.pattern, wanted.hit) == (1, "x", Span(1, 2))
+        assert wanted.symbols == (
+            {
+                "part": "r_arm",
+                "direction": "left",
+                "level": None,
+                "start_frame": 1,
+                "end_frame": 2,
+            },
+        )
+
+
+def test_a_number_of_another_library_is_none(tmp_path: Path, library: Library) -> None:
+    bow, other = (library.capture(name) for name in ("bow.bvh", "raise.bvh"))
+    hit = {"capture": bow.path, "capture_id": other.id, "start_frame": 1, "end_frame": 2}
+    (wanted,) = from_lines(library, [json.dumps(hit)])
+    assert wanted.capture == bow
+    (wanted,) = from_lines(library, [json.dumps({**hit, "capture_id": bow.id})])
+    assert wanted.capture == bow
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        *(
+            (f'{{{HIT}, "capture_id": {value}}}', "wanted a whole number, as in a line of")
+            for value in (
+                "1.5",
+                "null",
+                "true",
+                "[1]",
+                '"1"',
+                "-1",
+                "1e999",
+                str(1 << 63),
+                "9" * 25,
+            )
+        ),
+        *(
+            (f'{{{HIT}, "fit": {value}}}', "wanted a number from 0 to 1, as in")
+            for value in ("NaN", "Infinity", "1e999", '"=1+1"', "null", "true", "-0.1", "1.01")
+        ),
+        *((f'{{{HIT}, "fit": {"9" * digits}}}', "9…") for digits in (400, 4000)),
+        (f'{{{HIT}, "fit": {"9" * 5000}}}', "…, wanted a line of lanindex"),
+        *(
+            (
+                f'{{"capture": "bow.bvh", "start_frame": {value}, "end_frame": 2}}',
+                "a frame, counted",
+            )
+            for value in ("1" * 25, "-1", "1.5", "null", "1.0")
+        ),
+        *(
+            (f'{{{HIT}, "pattern": {value}}}', "pattern is ")
+            for value in ("3", "null", '["r_arm"]', '"\\ud800"')
+        ),
+        *(
+            (f'{{"capture": {value}, "start_frame": 1, "end_frame": 2}}', "capture is ")
+            for value in ("1", "null", "{}", '"\\udfff"')
+        ),
+        (f'{{{HIT}, "symbols": null}}', "symbols is None, wanted a list of symbols"),
+        (f'{{{HIT}, "symbols": [[]]}}', "[], wanted a line of"),
+        (f'{{{HIT}, "symbols": [{{{SYMBOL}, "level": 3}}]}}', "level is 3, wanted a word"),
+        (f'{{{HIT}, "symbols": [{{{SYMBOL}}}]}}', "no level, wanted a line of"),
+        (f'{{{HIT}, "symbols": [{{{SYMBOL}, "level": "mid", "amount": NaN}}]}}', "amount is nan"),
+        ('{"summary": {"pattern": 3}}', "pattern is 3, wanted text"),
+        (
+            '{"capture": "' + "x" * 5000 + '", "start_frame": 1, "end_frame": 2}',
+            "there is no capture",
+        ),
+        (b"\xff\xfe", "bytes that are no UTF-8, wanted a line of"),
+    ],
+    ids=lambda line: str(line)[:80],
+)
+def test_wrong_types_are_refused_with_their_line(
+    library: Library, line: str | bytes, said: str
+) -> None:
+    with pytest.raises(UsageError, match="standard input:1: ") as caught:
+        from_lines(library, [line])
+    assert said in str(caught.value)
+    assert len(str(caught.value)) < 300
 
 
 @pytest.mark.parametrize(
@@ -206,12 +300,93 @@ def test_other_lines_are_refused(library: Library, line: str) -> None:
         from_lines(library, ["", line])
 
 
-def test_no_clip_takes_the_place_of_a_capture(tmp_path: Path, library: Library) -> None:
-    hits = library.search("r_arm place high", within="*.bvh")
+@pytest.fixture
+def ingested_clip(tmp_path: Path, library: Library):
+    """Return a function that ingests an earlier clip under some path and exports it again."""
+    hits = library.search("r_arm place high", within="raise.bvh")
     (row,) = library.export(hits, tmp_path / "clips")
     clip = tmp_path / "clips" / row["clip"]
-    library.ingest(clip)
-    before = clip.read_bytes()
-    with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
-        library.export(hits, tmp_path / "clips", pad="0s", force=True)
-    assert clip.read_bytes() == before
+
+    def again(path: Path) -> None:
+        library.ingest(path)
+        before = clip.read_bytes()
+        with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
+            library.export(hits, tmp_path / "clips", pad="0s", force=True)
+        assert clip.read_bytes() == before
+
+    again.clip = clip
+    return again
+
+
+def test_no_clip_takes_the_place_of_a_capture(ingested_clip) -> None:
+    ingested_clip(ingested_clip.clip)
+
+
+@pytest.mark.parametrize("link", [os.symlink, os.link])
+def test_nor_of_one_that_is_known_by_a_link(tmp_path: Path, ingested_clip, link) -> None:
+    link(ingested_clip.clip, tmp_path / "other name.bvh")
+    ingested_clip(tmp_path / "other name.bvh")
+
+
+def test_nor_of_one_that_is_known_by_a_linked_folder(tmp_path: Path, ingested_clip) -> None:
+    os.symlink(tmp_path / "clips", tmp_path / "linked")
+    ingested_clip(tmp_path / "linked" / ingested_clip.clip.name)
+
+
+def test_nor_of_one_that_has_changed_since(tmp_path: Path, library: Library, ingested_clip) -> None:
+    library.ingest(ingested_clip.clip)
+    dance(ingested_clip.clip, BOW)
+    os.symlink(tmp_path / "clips", tmp_path / "linked")
+    hits = library.search("r_arm place high", within="raise.bvh")
+    for folder in ("clips", "linked"):
+        with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
+            library.export(hits, tmp_path / folder, force=True)
+
+
+def test_an_export_does_not_go_through_all_captures(
+    tmp_path: Path, library: Library, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hits = library.search("r_arm place high", within="raise.bvh")
+    for through_all in ("captures", "known"):
+        monkeypatch.setattr(type(library), through_all, None)
+    for _ in range(2):
+        library.export(hits, tmp_path / "clips", force=True)
+
+
+def test_clips_come_as_bytes_with_a_name(tmp_path: Path, library: Library) -> None:
+    wanted = [from_range(library, name, 3, 9) for name in ("bow.bvh", "score.lnd")]
+    manifest: list[dict[str, object]] = []
+    files = list(clips(library, wanted, manifest=manifest))
+    names = ["bow_3-9.bvh", "bow_3-9.lnd", "score_3-9.lnd", "manifest.csv", "manifest.jsonl"]
+    assert [file.name for file in files] == names
+    assert [row["clip"] for row in manifest] == ["bow_3-9.bvh", "score_3-9.lnd"]
+    assert export(library, wanted, tmp_path / "out") == manifest
+    for file in files:
+        assert (tmp_path / "out" / file.name).read_bytes() == file.content
+    assert list(clips(library, [])) == []
+
+
+def test_names_at_the_limit_of_the_file_system(tmp_path: Path, library: Library) -> None:
+    name = "踊" * 83 + ".bvh"
+    dance(tmp_path / name)
+    library.ingest(tmp_path / name)
+    wanted = [from_range(library, name, 3, 9)] * 2
+    rows = export(library, wanted, tmp_path / "out")
+    assert [row["clip"] for row in rows] == ["踊" * 66 + end for end in ("_3-9.bvh", "_3-9_2.bvh")]
+
+
+@pytest.mark.parametrize("first", ["=", "+", "-", "@", "\t", "\r", "\n"])
+def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None:
+    capture = replace(library.capture("bow.bvh"), label=first + "cmd()")
+    said = {"part": first + "1", "direction": None, "level": "mid", "start_frame": 1}
+    wanted = Request(capture, Span(3, 9), first + "> r_arm", 0.5, ({**said, "end_frame": 2},))
+    manifest: list[dict[str, object]] = []
+    content = {file.name: file.content for file in clips(library, [wanted], manifest=manifest)}
+    table = csv.DictReader(io.StringIO(content["manifest.csv"].decode(), newline=""))
+    (row,) = table
+    shown = first.replace("\r", "\n")
+    assert row["pattern"] == f"'{shown}> r_arm"
+    assert row["symbols"] == f"'{shown}1 mid 1-2"
+    assert (row["fit"], row["clip"]) == ("0.5", "bow_3-9.bvh")
+    assert json.loads(content["manifest.jsonl"]) == manifest[0]
+    assert manifest[0]["pattern"] == first + "> r_arm"

@@ -22,7 +22,21 @@ from lanindex.pipeline.files import safe_stem, write_all
         ("walk\n$(rm).bvh", "walk___rm_"),
         ("踊り.bvh", "踊り"),
         ("", "clip"),
+        ("=1+1.bvh", "1+1"),
+        ("-.@=a.bvh", "a"),
+        ("e\N{COMBINING ACUTE ACCENT}tude.bvh", "étude"),
+        ("नृत्य.bvh", "नृत्य"),
+        ("a\x1b[31m\u202eb.bvh", "a__31m_b"),
+        ("CON.bvh", "_CON"),
+        ("nul.tar.bvh", "_nul.tar"),
+        ("lpt1 .bvh", "_lpt1"),
+        ("COM².bvh", "_COM²"),
+        ("console.bvh", "console"),
+        ("踊" * 83 + ".bvh", "踊" * 66),
+        ("a" + "踊" * 83 + ".bvh", "a" + "踊" * 66),
+        ("a" * 199 + " b.bvh", "a" * 199),
     ],
+    ids=lambda text: text[:20],
 )
 def test_stems(path: str, stem: str) -> None:
     assert safe_stem(path) == stem
@@ -31,10 +45,10 @@ def test_stems(path: str, stem: str) -> None:
 @given(st.text())
 def test_a_stem_never_leaves_its_folder(path: str) -> None:
     stem = safe_stem(path)
-    assert 0 < len(stem) <= 100
+    assert 0 < len(stem.encode()) <= 200
     assert not set(stem) & set("/\\\0\n\r\t")
     assert stem not in (".", "..")
-    assert stem[0] not in ".-"
+    assert stem[0] not in ".-=+@ "
 
 
 def test_all_are_written(tmp_path: Path) -> None:
@@ -105,6 +119,30 @@ def test_a_source_is_never_replaced(tmp_path: Path) -> None:
     assert source.read_bytes() == b"source"
     assert (tmp_path / "soft").is_symlink()
     write_all([(tmp_path / "b.bvh", b"new")], sources=[source])
+
+
+def test_sources_too_many_to_list_are_asked_for_once(tmp_path: Path) -> None:
+    for name in "abc":
+        (tmp_path / name).write_bytes(b"old")
+    os.link(tmp_path / "b", tmp_path / "source")
+    asked = []
+
+    def suspects(replaced):
+        asked.append([path.name for path in replaced])
+        return [str(tmp_path / "gone"), str(tmp_path / "source")]
+
+    def write(*names: str) -> None:
+        files = [(tmp_path / name, b"new") for name in names]
+        write_all(files, force=True, suspects=suspects)
+
+    with pytest.raises(ExportError, match=r"b: is the file that is read, wanted another file"):
+        write("a", "new", "b")
+    assert (tmp_path / "a").read_bytes() == b"old"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b", "c", "source"]
+    write("new")
+    write("new", "c")
+    assert asked == [["a", "b"], ["new", "c"]]
+    assert (tmp_path / "c").read_bytes() == b"new"
 
 
 def test_a_dead_link_is_not_followed(tmp_path: Path) -> None:

@@ -1,16 +1,21 @@
 import os
+import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.encode.profile import load
+from lanindex.formats.not_read import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.ingest import discover, ingest
-from lanindex.pipeline.prepare import Outcome
+from lanindex.pipeline.ingest import SUFFIXES, discover, ingest, left_out
+from lanindex.pipeline.labels import read_labels
+from lanindex.pipeline.pool import prepared
+from lanindex.pipeline.prepare import Outcome, Task
 
 PROFILE = load("default")
 
@@ -42,6 +47,39 @@ def test_folders_are_searched_in_order(folder: Path) -> None:
     (folder / ".hidden.bvh").write_text("")
     names = [os.path.relpath(path, folder) for path in discover([folder, folder / "bow.BVH"])]
     assert names == ["bow.BVH", "score.lnd", os.path.join("b", "raise.bvh")]
+
+
+def test_what_is_passed_over_is_counted_by_kind(folder: Path) -> None:
+    for name in (
+        "a.c3d",
+        "b.C3D",
+        "walk.amc",
+        "take.tar.gz",
+        "x.bvh.gz",
+        "b/.hidden.c3d",
+        ".x.amc",
+    ):
+        (folder / name).write_text("")
+    others: list[str] = []
+    assert len(list(discover([folder, folder / "b", folder / ".." / "in"], others))) == 3
+    said = "2 .c3d, 1 .amc, 1 .gz, 1 .tar.gz (formats that are not read yet); 1 other file"
+    assert left_out(others) == said
+    assert left_out(["a.txt", "b", "v1.2"]) == "3 other files"
+    assert left_out(["a/b.npy"]) == "1 .npy (formats that are not read yet)"
+    assert left_out([]) == ""
+
+
+def test_what_is_read_is_not_among_what_is_not() -> None:
+    assert SUFFIXES.keys().isdisjoint(UNREAD)
+    assert all(unread("a" + suffix) == suffix for suffix in UNREAD)
+
+
+def test_a_file_of_a_format_that_is_not_read_yet(library: Library, folder: Path) -> None:
+    (folder / "a.C3D").write_bytes(b"\x02\x50")
+    (folder / "b.csv").write_bytes((folder / "bow.BVH").read_bytes())
+    failed, added = take(library, folder / "a.C3D") + take(library, folder / "b.csv")
+    assert "its format, C3D, is not read yet, wanted BVH" in str(failed.error)
+    assert added.status == "added"
 
 
 def test_a_file_named_is_taken_whatever_its_ending(folder: Path) -> None:
@@ -168,3 +206,91 @@ def test_lists_of_paths_are_taken_as_they_come(library: Library, folder: Path) -
 
 def test_outcomes_carry_no_score(library: Library, folder: Path) -> None:
     assert all(outcome.score is None for outcome in take(library, folder))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("force", [False, True])
+def test_a_file_that_moved_stays_what_it_was(
+    library: Library, folder: Path, jobs: int, force: bool
+) -> None:
+    take(library, folder)
+    library.label("bow.BVH", "bow", {"who": "x"})
+    before = library.capture("bow.BVH")
+    stamp = library.stamp
+    (folder / "bow.BVH").rename(folder / "b" / "moved.bvh")
+    take(library, folder, dry_run=True)
+    assert library.stamp == stamp
+    outcomes = take(library, folder, jobs=jobs, force=force)
+    assert statuses(outcomes) == (["added"] if force else ["unchanged"]) * 3
+    (moved,) = (one for one in outcomes if one.moved)
+    assert (moved.moved, moved.path, moved.held) == (
+        *(before.location, str(folder / "b" / "moved.bvh"), True),
+    )
+    after = library.capture(moved.path)
+    assert (after.id, after.label, after.metadata) == (before.id, "bow", {"who": "x"})
+    assert len(library.captures()) == 3
+
+
+def test_a_copy_is_a_capture_of_its_own(library: Library, folder: Path) -> None:
+    take(library, folder)
+    shutil.copy(folder / "bow.BVH", folder / "copy.bvh")
+    outcomes = take(library, folder)
+    assert sorted(statuses(outcomes)) == ["added", "unchanged", "unchanged", "unchanged"]
+    assert len(library.captures()) == 4
+
+
+def test_of_several_that_are_gone_the_first_has_moved(library: Library, folder: Path) -> None:
+    shutil.copy(folder / "bow.BVH", folder / "copy.bvh")
+    first = [one for one in take(library, folder) if one.path.endswith(("BVH", "copy.bvh"))]
+    ids = [library.capture(one.path).id for one in first]
+    for one in first:
+        os.remove(one.path)
+    dance(folder / "b" / "one.bvh", BOW)
+    take(library, folder)
+    assert library.capture("one.bvh").id == min(ids)
+    dance(folder / "b" / "three.bvh", BOW)
+    dance(folder / "b" / "two.bvh", BOW)
+    assert [bool(one.moved) for one in take(library, folder)].count(True) == 1
+    assert library.capture("three.bvh").id == max(ids)
+    assert library.capture("two.bvh").id > max(ids)
+
+
+def test_another_profile_does_not_follow_a_file_that_moved(library: Library, folder: Path) -> None:
+    take(library, folder)
+    (folder / "bow.BVH").rename(folder / "moved.bvh")
+    outcomes = take(library, folder, profile=load("paper"))
+    assert statuses(outcomes) == ["added", "unchanged", "added"]
+    assert not any(one.moved for one in outcomes)
+    assert len(library.captures()) == 4
+
+
+def test_words_of_a_file_that_moved_follow_the_table(library: Library, folder: Path) -> None:
+    take(library, folder)
+    library.label("bow.BVH", "bow", {"who": "x"})
+    (folder / "bow.BVH").rename(folder / "moved.bvh")
+    (folder / "labels.csv").write_text("file,label,take\nmoved.bvh,deep bow,2\n")
+    take(library, folder, labels=read_labels(folder / "labels.csv"))
+    moved = library.capture("moved.bvh")
+    assert (moved.label, moved.metadata) == ("deep bow", {"who": "x", "take": "2"})
+
+
+def test_doubts_are_stored(library: Library, folder: Path) -> None:
+    doubtful = [one for one in take(library, folder) if one.warnings]
+    assert [one.path for one in library.captures(doubts=True)] == [one.path for one in doubtful]
+    assert [one.warnings for one in library.captures(doubts=True)] == [
+        one.warnings for one in doubtful
+    ]
+
+
+class Sleeper:
+    """What takes for ever to arrive in another process."""
+
+    def __reduce__(self):
+        return time.sleep, (10**6,)
+
+
+def test_who_breaks_off_does_not_wait_for_what_is_half_done(folder: Path) -> None:
+    tasks = [Task(str(folder / "none.bvh"), PROFILE), *[Task("", Sleeper()) for _ in range(9)]]
+    outcomes = prepared(tasks, 2)
+    assert next(outcomes).status == "failed"
+    outcomes.close()

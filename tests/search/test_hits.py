@@ -1,58 +1,98 @@
+"""Hits as people and notebooks see them, and as tables."""
+
+import sys
 from dataclasses import replace
 from fractions import Fraction
+from types import ModuleType
+from typing import Any
 
 import pytest
-from query_cases import track
 
-from lanindex.model import Capture
+from lanindex import records
+from lanindex.errors import LanindexError
+from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.search.hits import Hits
-from lanindex.search.language import parse
-from lanindex.search.plain import find
-
-CAPTURE = Capture(1, "wave.bvh", "bvh", "0" * 64, "", Fraction(10), 100)
-ROWS = ", ".join(f"{'right' if k % 2 else 'left'} mid {k} {k + 1}" for k in range(1, 23))
 
 
-def hits(count: int, captures: int = 1) -> Hits:
-    recordings = [
-        (replace(CAPTURE, id=number), {"r_arm": track("r_arm", f"place low 0 0, {ROWS}", 100)})
-        for number in range(1, captures + 1)
-    ]
-    found = list(find(parse("r_arm right"), recordings))
-    return Hits(found[:count], "r_arm right")
+def symbol(part: str, direction: str, level: str, start: int, stop: int) -> Symbol:
+    rest = (start, stop - start, False, 0, 0, 1.0, None, None, None)
+    return Symbol(part, 0, direction, level, start, stop, *rest)
 
 
-@pytest.mark.parametrize(
-    ("count", "captures", "counted"),
-    [
-        (0, 1, "<0 hits in 0 captures: r_arm right>"),
-        (1, 1, "<1 hit in 1 capture: r_arm right>"),
-        (10, 1, "<10 hits in 1 capture: r_arm right>"),
-        (13, 2, "<13 hits in 2 captures: r_arm right>"),
-    ],
-)
-def test_hits_print_the_first_ten(count: int, captures: int, counted: str):
-    lines = repr(hits(count, captures)).splitlines()
-    assert lines[0] == counted
-    assert lines[1:2] == ["  wave.bvh  [1, 2)  0.10-0.20 s  fit 1.00"][:count]
-    assert len(lines) == 1 + min(count, 10) + (count > 10)
-    assert (lines[-1] == "  ... 3 more") == (count == 13)
+def hit(path: str = "walk.bvh", start: int = 30, label: str = "") -> Hit:
+    capture = Capture(1, path, "bvh", "0" * 64, label, Fraction(30), 300)
+    arm = [symbol("r_arm", "right", "mid", start, 45), symbol("r_arm", "place", "high", 45, 60)]
+    head = symbol("head", "forward", "low", 45, 60)
+    return Hit(capture, Span(start, 60), 0.5, (tuple(arm), (head,)))
 
 
-def test_hits_are_a_sequence():
-    found = hits(3)
-    assert [hit.span.start for hit in found[1:]] == [3, 5]
-    assert isinstance(found[1:], Hits)
-    assert found[-1].span.stop == 6
+def test_a_hit_is_told_on_a_line() -> None:
+    told = "<Hit walk.bvh [30, 60) 1.00-2.00 s, fit 0.50: r_arm right mid, place high, "
+    assert repr(hit()) == told + "head forward low>"
+    assert repr(hit("a\x1b\n\u202eb.bvh")).startswith("<Hit a\\x1b\\n\\u202eb.bvh [30, ")
+    assert (hit().path, hit().start, hit().stop) == ("walk.bvh", 30, 60)
 
 
-def test_the_clearest_first_and_ties_as_they_were():
-    one, two, three = hits(3)
-    mixed = Hits([replace(one, fit=0.5), two, replace(three, fit=0.5)], "")
-    assert [hit.span.start for hit in mixed.by_fit()] == [3, 1, 5]
+def test_hits_are_told_on_lines() -> None:
+    assert repr(Hits([], "head low")) == "<0 hits in 0 captures: head low>"
+    lines = repr(Hits([hit("a\x1b.bvh")] * 12, "head\n\x1blow")).splitlines()
+    assert lines[0] == "<12 hits in 1 capture: head\\n\\x1blow>"
+    assert lines[1] == "  a\\x1b.bvh  [30, 60) 1.00-2.00 s, fit 0.50"
+    assert lines[-1] == "  ... 2 more"
+    assert len(lines) == 12
 
 
-def test_hits_as_an_array():
-    rows = hits(2).numpy()
-    assert rows.tolist() == [(1, 1, 2, 1.0), (1, 3, 4, 1.0)]
-    assert rows.dtype.names == ("capture_id", "start", "stop", "fit")
+@pytest.mark.parametrize("count", [1, 10, 11])
+def test_no_more_than_ten_are_told(count: int) -> None:
+    lines = repr(Hits([hit(start=k) for k in range(count)], "head")).splitlines()
+    assert lines[0].startswith(f"<{count} hit{'s' if count > 1 else ''} in 1 capture: ")
+    assert lines[1].endswith("[0, 60) 0.00-2.00 s, fit 0.50")
+    assert len(lines) == 1 + count
+    assert lines[10:11] != ["  ... 1 more"]
+    assert lines[11:] == ["  ... 1 more"][: count - 10]
+
+
+def test_the_clearest_first_and_ties_as_they_were() -> None:
+    mixed = Hits([hit(start=1), replace(hit(start=2), fit=0.9), hit(start=3)], "")
+    assert [it.start for it in mixed.by_fit()] == [2, 1, 3]
+    assert [it.start for it in mixed[1:]] == [2, 3]
+    assert mixed.numpy()[["start", "stop"]].tolist() == [(1, 60), (2, 60), (3, 60)]
+
+
+def test_a_notebook_shows_a_table() -> None:
+    page = Hits([hit("<script>\u202e.bvh", label="a&b")] * 12, "r_arm <2s")._repr_html_()
+    assert page.startswith("<table><caption>12 hits in 1 capture: r_arm &lt;2s</caption><tr><th>")
+    assert page.count("<td>&lt;script&gt;\\u202e.bvh</td><td>a&amp;b</td>") == 10
+    assert page.endswith("</table><p>... 2 more</p>")
+    assert "<p>" not in Hits([hit()], "r_arm")._repr_html_()
+
+
+@pytest.mark.parametrize("installed", [["pandas"], ["polars"], ["pandas", "polars"]])
+@pytest.mark.parametrize("count", [0, 2])
+def test_a_data_frame(monkeypatch: pytest.MonkeyPatch, installed: list[str], count: int) -> None:
+    for name in ("pandas", "polars"):
+        module: Any = ModuleType(name)
+        module.DataFrame = lambda columns, name=name: (name, columns)
+        monkeypatch.setitem(sys.modules, name, module if name in installed else None)
+    found = Hits([hit()] * count, "r_arm")
+    name, columns = found.to_frame()
+    assert name == installed[0]
+    assert list(columns) == list(records.HIT)
+    assert [
+        dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+    ] == (found.dicts())
+
+
+def test_no_data_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setitem(sys.modules, "polars", None)
+    with pytest.raises(LanindexError, match="Type: pip install pandas"):
+        Hits([], "r_arm").to_frame()
+
+
+def test_a_broken_library_of_data_frames_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
+    (tmp_path / "pandas.py").write_text("import nothing_of_this_name")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "pandas", raising=False)
+    with pytest.raises(ModuleNotFoundError, match="nothing_of_this_name"):
+        Hits([hit()], "r_arm").to_frame()

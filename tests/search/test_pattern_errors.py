@@ -185,6 +185,9 @@ def test_an_error_points_at_its_place(marked: str, sentence: str):
 
 
 READ = {
+    "r_arm high <0.05s": "r_arm high <0.05s",
+    "r_arm high 010.500s": "r_arm high 10.5s",
+    "r_arm high .5b..20f": "r_arm high 0.5b..20f",
     "right_arm high": "r_arm high",
     "Left Hand right -> left": "l_hand right -> left",
     "both arms high -> both_arms low": "arms high -> arms low",
@@ -195,7 +198,7 @@ READ = {
 
 
 @pytest.mark.parametrize("text", READ)
-def test_what_a_person_calls_a_part(text: str):
+def test_what_is_read_in_other_words(text: str):
     assert str(parse(text)) == READ[text]
 
 

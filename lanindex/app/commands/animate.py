@@ -44,7 +44,7 @@ def run(
     target = output or score.with_suffix(".bvh")
     content = bvh.write(motion)
     if target == options.STDOUT:
-        out.line(content.decode().removesuffix("\n"))
+        out.content(content.decode())
     else:
         write_all([(target, content)], force=force, sources=[score])
     for warning in motion.warnings:

@@ -35,12 +35,14 @@ def run(
     from lanindex.pipeline.files import write_all
 
     told = options.reading(unit, up, fps, compose)
-    motion = read(file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose)
+    motion = read(
+        file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose, body_only=True
+    )
     text = lnd.write(encode(motion, profile))
     for warning in motion.warnings:
         out.note(f"{file}: {warning}")
     if output == options.STDOUT:
-        out.line(text.removesuffix("\n"))
+        out.content(text)
     else:
         write_all([(output, text.encode())], force=force, sources=[file])
         out.note(str(output))

@@ -62,8 +62,6 @@ def check(
             out.record({"damage": sentence})
         else:
             out.line(sentence)
-    if json:
-        out.record({"summary": {"damages": len(found)}})
     out.note(f"{db}: {len(found) or 'no'} damage{'s' if len(found) > 1 else ''} found")
     if found:
         raise typer.Exit(1)

@@ -75,7 +75,7 @@ def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
     out.line()
     out.line(out.paint(f'$ lanindex search "{pattern}"', "match"))
     out.line(out.paint(f"# {meaning}", "dim"))
-    formatting.hits(out, found[:3])
+    formatting.hits(out, found[:3], pattern)
     out.line(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}")
 
 

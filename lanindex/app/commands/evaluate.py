@@ -13,7 +13,9 @@ from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
-    from lanindex.evaluate import Miss, Result
+    from collections.abc import Sequence
+
+    from lanindex.evaluate import Clip, Miss, Result
     from lanindex.pipeline.labels import Labels
 
 
@@ -36,7 +38,7 @@ def run(
     """Measure patterns against labelled captures.
 
     A clip is found if a pattern has at least one hit in it. Files both in FOLDER and in the CSV
-    count. PATTERNS: name = {pattern = "r_arm high", positives = ["label", ...]}.
+    count. PATTERNS: name = {pattern = "r_arm high", positives = ["label", "walk*", ...]}.
     """
     out = Output(json, quiet, verbose, color)
     from lanindex.app.formatting import counted
@@ -46,36 +48,39 @@ def run(
     chosen, named = read_patterns(patterns), _labels(labels)
     reader = read_clips(folder, named, load(profile), jobs=jobs or os.cpu_count() or 1)
     clips = list(out.progress(reader, len(named), "clips"))
-    if not clips:
-        raise UsageError(
-            "no file of the CSV is in the folder",
-            place=str(folder),
-            wanted="files that both name",
-            remedy="A relative path in the CSV counts from the CSV's folder.",
-        )
+    _compare(out, folder, labels, named, clips)
     failed = [clip for clip in clips if clip.error]
     for clip in failed:
         out.note(f"{clip.error}; it counts as not found")
-    seen = {clip.capture.label for clip in clips}
-    for pattern in chosen:
-        if unseen := sorted(pattern.positives - seen):
-            out.note(f"{pattern.name}: no clip has the label {', '.join(unseen)}")
+    for expectation in chosen:
+        if unused := expectation.unused(clip.capture.label for clip in clips):
+            out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")
     results = evaluate(clips, chosen)
-    _print(out, results)
-    if misses:
-        for result in results:
-            for miss in result.misses:
-                _miss(out, result, miss)
+    _print(out, results, misses)
     total = summary(results)
+    mean, error = total["mean_f1"], total["standard_error"]
     if json:
-        out.record({"summary": total})
-    else:
-        mean, error = total["mean_f1"], total["standard_error"]
-        figure = "no pattern has positives" if mean is None else f"mean F1 {mean:.3f} ± {error:.3f}"
+        out.record({"pattern": "(mean)", **total})
+    elif mean is not None:
         counts = (counted(total[f"{noun}s"], noun) for noun in ("pattern", "clip"))
-        out.line(", ".join((figure, *counts)))
-    if failed:
-        raise typer.Exit(2)
+        out.line(", ".join((f"mean F1 {mean:.3f} ± {error:.3f}", *counts)))
+    if mean is None:
+        out.note("nothing was measured: no clip has a label that a pattern should find")
+    if failed or mean is None:
+        raise typer.Exit(2 if failed else 1)
+
+
+def _compare(out: Output, folder: Path, table: str, named: Labels, clips: Sequence[Clip]) -> None:
+    """Say which rows of the table name no clip; refuse to go on without any."""
+    from lanindex.pipeline.ingest import discover
+    from lanindex.pipeline.labels import unfitting
+
+    files = [clip.capture.path for clip in clips]
+    said = unfitting(named, files or discover([folder]))
+    if not clips:
+        raise UsageError(said, place=table, wanted=f"files in {folder}")
+    if said:
+        out.note(f"{table}: {said}")
 
 
 def _labels(table: str) -> Labels:
@@ -87,8 +92,8 @@ def _labels(table: str) -> Labels:
     return named
 
 
-def _print(out: Output, results: list[Result]) -> None:
-    records = [result.record() for result in results]
+def _print(out: Output, results: list[Result], misses: bool) -> None:
+    records = [result.record(misses=misses and out.json) for result in results]
     if out.json:
         for record in records:
             out.record(record)
@@ -105,25 +110,19 @@ def _print(out: Output, results: list[Result]) -> None:
         for record in records
     ]
     out.table(head, rows)
+    for result in results if misses else ():
+        for miss in result.misses:
+            _miss(out, result, miss)
 
 
 def _miss(out: Output, result: Result, miss: Miss) -> None:
-    from lanindex import records
     from lanindex.app.formatting import words
-    from lanindex.search.explain import obstacle
 
-    name, query = result.pattern.name, result.pattern.query
-    why = "" if miss.hit else obstacle(query, miss.capture, miss.tracks)
-    if out.json:
-        record = {"miss": name, "capture": miss.capture.path, "label": miss.capture.label}
-        if miss.hit:
-            out.record({**record, "kind": "wrong", "hit": records.of_hit(miss.hit)})
-        else:
-            out.record({**record, "kind": "missed", "obstacle": why})
-    elif miss.hit:
+    name, capture = result.expectation.name, miss.capture
+    if miss.hit:
         span = miss.hit.span
-        out.line(f"{name}: wrongly {miss.capture.path} ({miss.capture.label})")
+        out.line(f"{name}: wrongly {capture.path} ({capture.label})")
         out.line(f"    frames {span.start}-{span.stop}: {words(miss.hit.symbols)}")
     else:
-        out.line(f"{name}: missed {miss.capture.path} ({miss.capture.label})")
-        out.line(f"    {why}")
+        out.line(f"{name}: missed {capture.path} ({capture.label})")
+        out.line(f"    {result.obstacle(miss)}")

@@ -41,6 +41,7 @@ def run(
         str, typer.Option(metavar="TIME", help="Time around each hit: 0.5s, 200ms, 10f.")
     ] = "0",
     within: options.In = None,
+    where: options.Where = None,
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
@@ -63,6 +64,8 @@ def run(
         )
     if capture is None and not (begin is None and end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
+    if (where or within is not None) and (capture is not None or what == "-"):
+        raise UsageError("--in and --where", wanted="a pattern beside them")
     from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
     from lanindex.pipeline.export import export
@@ -72,10 +75,16 @@ def run(
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
-            wanted = from_lines(library, sys.stdin)
+            wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
             pattern = str(what)
-            found = library.search(pattern, tolerance=tolerance, overlaps=overlaps, within=within)
+            found = library.search(
+                pattern,
+                tolerance=tolerance,
+                overlaps=overlaps,
+                within=within,
+                where=options.where(where),
+            )
             wanted = from_hits(found, pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
     for row in manifest:
@@ -83,8 +92,6 @@ def run(
             out.record(row)
         else:
             out.line(str(output / row["clip"]))
-    if json:
-        out.record({"summary": {"clips": len(manifest), "folder": str(output)}})
     out.note(f"{counted(len(manifest), 'clip')} in {output}")
     if not manifest:
         raise typer.Exit(1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, say_error
 
 if TYPE_CHECKING:
     from lanindex.pipeline.labels import Labels
@@ -56,19 +56,21 @@ def run(
     from contextlib import nullcontext
 
     from lanindex.encode.profile import load
+    from lanindex.formats import check
     from lanindex.pipeline import open_library
-    from lanindex.pipeline.ingest import SUFFIXES, discover, ingest
+    from lanindex.pipeline.ingest import discover, ingest
 
     chosen = load(profile)
     told = options.reading(unit, up, fps, compose)
-    files = list(discover(paths))
+    check(told)
+    others: list[str] = []
+    files = list(discover(paths, others))
+    rest = _left_out(others, labels, db)
     if not files:
-        out.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}")
-        raise typer.Exit(1)
+        _nothing(out, paths, rest)
     named = _labels(out, labels, files)
-    processes = jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1)
-    tally: Counter[str] = Counter()
-    begun = time.monotonic()
+    processes = _processes(out, files, jobs)
+    tally, begun = Counter[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         done = ingest(
@@ -85,21 +87,47 @@ def run(
             _count(tally, outcome, chosen.meter.division)
             _report(out, outcome)
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
-    _doubts(out, tally, chosen.meter.division)
+    if rest:
+        out.note(f"left out: {rest}")
+    _doubts(out, tally, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
 
 
+def _processes(out: Output, files: list[str], told: int | None) -> int:
+    """Return how many processes are worth their start and have room in memory."""
+    from lanindex.pipeline.memory import affordable, size_of
+
+    wanted = told or (os.cpu_count() or 1 if len(files) >= MANY else 1)
+    found = affordable(map(size_of, files), wanted)
+    if found < wanted:
+        out.detail(f"{found} of {wanted} processes: the largest files leave no room for more")
+    return found
+
+
 def _labels(out: Output, table: str | None, files: list[str]) -> Labels:
-    from lanindex.pipeline.labels import read_labels
+    from lanindex.pipeline.labels import read_labels, unfitting
 
     named = {} if table is None else read_labels(table)
-    if table is not None and named.keys().isdisjoint(map(os.path.abspath, files)):
-        out.note(
-            f"{table}: no row names a file that is ingested here; a relative path counts from the "
-            "table's folder"
-        )
+    if said := unfitting(named, files):
+        out.note(f"{table}: {said}")
     return named
+
+
+def _left_out(others: list[str], *own: str | None) -> str:
+    """Say what was passed over; the library and the table of labels are none of it."""
+    from lanindex.pipeline.ingest import left_out
+
+    known = {os.path.abspath(path) + end for path in own if path for end in ("", "-wal", "-shm")}
+    return left_out(path for path in others if os.path.abspath(path) not in known)
+
+
+def _nothing(out: Output, paths: list[str], rest: str) -> None:
+    from lanindex.pipeline.ingest import SUFFIXES
+
+    said = f", but {rest}" if rest else ""
+    out.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}{said}")
+    raise typer.Exit(1)
 
 
 def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
@@ -114,9 +142,9 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
 def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
     from lanindex.app.formatting import counted, duration
 
-    if out.json:
-        keys = ("added", "unchanged", "failed", "frames", "symbols", "warnings")
-        out.record({"summary": {key: tally[key] for key in keys}})
+    if tally["unchanged"] == files and not tally["labelled"]:
+        out.note(f"nothing new: {counted(files, 'file')} unchanged")
+        return
     would = "would be " if dry_run else ""
     counts = {
         f"{would}added": tally["added"] - tally["anew"],
@@ -133,11 +161,12 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
     )
 
 
-def _doubts(out: Output, tally: Counter[str], division: int) -> None:
+def _doubts(out: Output, tally: Counter[str], division: int, dry_run: bool) -> None:
     from lanindex.app.formatting import counted
 
     if tally["warnings"] and not (out.verbose or out.json):
-        out.note(f"{counted(tally['warnings'], 'warning')}: --force -v shows them")
+        shown = "-v shows" if dry_run else "lanindex list --doubts tells"
+        out.note(f"{counted(tally['warnings'], 'warning')}: {shown} more")
     if tally["finer"]:
         finer = counted(tally["finer"], "score")
         out.detail(f"grid finer than 1/{division} of a unit: {finer}")
@@ -146,7 +175,7 @@ def _doubts(out: Output, tally: Counter[str], division: int) -> None:
 def _report(out: Output, outcome: Outcome) -> None:
     if out.json:
         record: dict[str, Any] = {
-            "path": outcome.path,
+            "capture": outcome.path,
             "status": outcome.status,
             "frames": outcome.frames,
             "symbols": outcome.symbols,
@@ -155,8 +184,6 @@ def _report(out: Output, outcome: Outcome) -> None:
         }
         out.record(record)
     if outcome.error:
-        from lanindex.app.cli import say_error
-
         say_error(outcome.error)
     for warning in outcome.warnings:
         out.detail(f"{outcome.path}: {warning}")

@@ -32,36 +32,39 @@ def run(
     out = Output(json, quiet, verbose, color)
     from lanindex.formats import read
 
-    told = options.reading(unit, up, fps, compose)
-    motion = read(file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose)
+    given = options.reading(unit, up, fps, compose)
+    motion = read(
+        file, unit=given.unit, up=given.up, rate=given.rate, compose=given.compose, body_only=True
+    )
     seen = _seen(motion)
     if json:
-        out.record(seen)
+        told = {key.replace(" ", "_"): seen[key] for key in seen if key not in ("file", "rate")}
+        out.record({"capture": seen["file"], "fps": round(float(motion.rate), 6), **told})
         return
     body = seen.pop("body")
     warnings = seen.pop("warnings")
     joints = seen.pop("joints")
     for key, value in seen.items():
-        out.line(f"{key:12} {value}")
-    out.line(f"{'joints':12} {len(joints)}: {' '.join(joints)}")
+        out.line(f"{key:14} {value}")
+    out.line(f"{'joints':14} {len(joints)}: {' '.join(joints)}")
     out.line("body")
     for joint, name in body.items():
-        out.line(f"  {joint:10} {name or '(absent)'}")
+        out.line(f"  {joint:12} {name or '(absent)'}")
     for warning in warnings:
-        out.line(out.paint(f"warning      {warning}", "warn"))
+        out.line(out.paint(f"warning        {warning}", "warn"))
 
 
 def _seen(motion: Motion) -> dict[str, Any]:
     import numpy as np
 
-    from lanindex.alphabet import JOINTS
+    from lanindex.alphabet import JOINTS, PARTS
     from lanindex.encode.limbs import body, heading, lengths
 
-    joints = body(motion)
-    turn = float(np.degrees(heading(joints, motion.rate, motion.rate)[motion.first]))
+    turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
     played = motion.skeleton.played()
-    known = joints[:, ~np.isnan(joints).all(axis=(0, 2)), 1]
-    leg, arm = lengths(joints, ["r_leg", "r_arm"])
+    limbs = {
+        part: lengths(body(motion, PARTS[part].chain), [part])[0] for part in ("r_leg", "r_arm")
+    }
     return {
         "file": motion.source.path,
         "format": motion.source.format,
@@ -70,11 +73,28 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "seconds": round(motion.seconds, 3),
         "unit": f"{motion.source.unit}: {motion.source.scale:g} mm",
         "up": motion.source.up,
-        "height": f"{np.nanmedian(known.max(axis=1) - known.min(axis=1)):.0f} mm",
-        "limbs": f"leg {leg:.0f} mm, arm {arm:.0f} mm",
+        "compose": motion.source.compose or "the format leaves no choice",
+        "height": f"{_height(motion):.0f} mm",
+        "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
         "calibration": "frame 0 is a pose, frame 1 stands in" if motion.first else "none",
-        "joints": list(motion.skeleton.names),
+        "joints": list(motion.source.joints),
         "body": {joint: played.get(joint) for joint in JOINTS},
         "warnings": list(motion.warnings),
     }
+
+
+def _height(motion: Motion) -> float:
+    """Return the median height, joint by joint: all of a long capture are many."""
+    import numpy as np
+
+    from lanindex.alphabet import JOINTS
+    from lanindex.encode.limbs import body
+
+    highest, lowest = np.full(len(motion), -np.inf), np.full(len(motion), np.inf)
+    for joint in JOINTS:
+        level = body(motion, [joint])[joint][:, 1]
+        if not np.isnan(level).all():
+            np.maximum(highest, level, out=highest)
+            np.minimum(lowest, level, out=lowest)
+    return float(np.nanmedian(highest - lowest))

@@ -20,6 +20,7 @@ def run(
         bool, typer.Option("--missing", help="All whose file is no longer there.")
     ] = False,
     within: options.In = None,
+    where: options.Where = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what would be removed; change nothing.")
     ] = False,
@@ -36,15 +37,15 @@ def run(
     out = Output(json, quiet, verbose, color)
     if captures and missing:
         raise UsageError("captures and --missing", wanted="one of them")
-    if not captures and not missing and within is None:
-        raise UsageError("nothing to remove", wanted="captures, --in or --missing")
+    if not (captures or missing or where) and within is None:
+        raise UsageError("nothing to remove", wanted="captures, --in, --where or --missing")
     from lanindex import records
     from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=dry_run) as library:
         named = [library.capture(options.which(name)) for name in captures or []]
-        chosen = library.captures(within)
+        chosen = library.captures(within, options.where(where))
         if captures or missing:
             wanted = {one.id for one in (named if captures else library.missing())}
             chosen = [one for one in chosen if one.id in wanted]
@@ -53,7 +54,6 @@ def run(
     if json:
         for capture in chosen:
             out.record(records.of_capture(capture))
-        out.record({"summary": {"removed": len(chosen)}})
     elif chosen:
         out.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
     out.note(f"{counted(len(chosen), 'capture')} {'would be ' if dry_run else ''}removed")

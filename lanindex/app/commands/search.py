@@ -24,6 +24,7 @@ def run(
         typer.Option("--limit", "-n", min=1, help="Hits to show: 20 on a terminal, else all."),
     ] = None,
     within: options.In = None,
+    where: options.Where = None,
     sort: Annotated[str, typer.Option(metavar="fit|time", help="Clearest or earliest first.")] = (
         "time"
     ),
@@ -44,22 +45,26 @@ def run(
     """Find movement by pattern.
 
     Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
-    "arms place high 1s+", "r_arm high with l_arm low". Exits with 1 if nothing is found.
+    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex words.
+    Exits with 1 if nothing is found.
     """
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
     from lanindex.pipeline import open_library
 
+    chosen = options.where(where)
     with open_library(db, readonly=True) as library:
         if explain:
-            text = library.explain(pattern, within=within)
+            text = library.explain(pattern, within=within, where=chosen)
             if json:
                 out.record({"explain": text})
             else:
-                out.line(text)
+                out.text(text)
             return
-        found = library.search(pattern, tolerance=tolerance, overlaps=overlaps, within=within)
+        found = library.search(
+            pattern, tolerance=tolerance, overlaps=overlaps, within=within, where=chosen
+        )
     if count:
         _count(out, found)
     else:
@@ -83,7 +88,7 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
     from lanindex.app import formatting
 
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
-    formatting.hits(out, found[:most])
+    formatting.hits(out, found[:most], found.pattern)
     _summary(out, found, min(most, len(found)))
 
 
@@ -91,8 +96,5 @@ def _summary(out: Output, found: Hits, shown: int) -> None:
     from lanindex.app.formatting import counted
 
     captures = len({hit.capture.id for hit in found})
-    if out.json:
-        summary = {"hits": len(found), "shown": shown, "captures": captures}
-        out.record({"summary": {**summary, "pattern": found.pattern}})
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
     out.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")

@@ -22,6 +22,7 @@ def run(
     part: Annotated[
         list[str] | None, typer.Option("--part", metavar="PART", help="Only this part.")
     ] = None,
+    where: options.Where = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -35,19 +36,23 @@ def run(
     out = Output(json, quiet, verbose, color)
     if (capture is None) != everything:
         raise UsageError("no capture" if capture is None else "a capture and --all", wanted="one")
+    if where and not everything:
+        raise UsageError("--where", wanted="--all beside it")
+    from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
         numbers = None
         if capture is not None:
             numbers = [library.capture(options.which(capture)).id]
+        elif where:
+            numbers = [one.id for one in library.captures(None, options.where(where))]
         _check_parts(part, library.parts())
         symbols = 0
         for found, tracks in library.tracks(numbers, part):
             _show(out, found, tracks)
             symbols += sum(len(track) for track in tracks.values())
-    if json:
-        out.record({"summary": {"symbols": symbols}})
+    out.note(counted(symbols, "symbol"))
     if not symbols:
         raise typer.Exit(1)
 

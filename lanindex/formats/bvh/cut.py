@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 
 from lanindex.formats.bvh.layout import Layout, scan
-from lanindex.formats.file import File
+from lanindex.formats.file import Content, File
 from lanindex.model import Span
+
+_BLOCK = 4096  # frames copied at a time
 
 
 def cutter(file: File) -> Callable[[Span], bytes]:
@@ -21,12 +24,12 @@ def cutter(file: File) -> Callable[[Span], bytes]:
     return lambda span: cut(file.content, layout, span)
 
 
-def cut(data: bytes, layout: Layout, span: Span) -> bytes:
+def cut(data: Content, layout: Layout, span: Span) -> bytes:
     """Return the clip of some frames.
 
     Parameters
     ----------
-    data : bytes
+    data : Content
         The whole source file.
     layout : Layout
         Where its bytes lie.
@@ -40,7 +43,16 @@ def cut(data: bytes, layout: Layout, span: Span) -> bytes:
         of frames is new.
     """
     before, after = layout.count
-    starts, ends = layout.frames[span.start : span.stop, 0], layout.ends[span.start : span.stop]
-    kept = (data[start:end] for start, end in zip(starts.tolist(), ends.tolist(), strict=True))
-    head = data[:before] + str(len(span)).encode() + data[after : layout.first]
-    return head + b"".join(kept)
+    clip = io.BytesIO()
+    clip.write(data[:before] + str(len(span)).encode() + data[after : layout.first])
+    for start in range(span.start, span.stop, _BLOCK):
+        stop = min(start + _BLOCK, span.stop)
+        starts, ends = layout.frames[start:stop, 0], layout.ends[start:stop]
+        first, last = int(starts[0]), int(ends[-1])
+        piece = data[first:last]
+        if (starts[1:] == ends[:-1]).all():
+            clip.write(piece)
+            continue
+        for begin, end in zip((starts - first).tolist(), (ends - first).tolist(), strict=True):
+            clip.write(piece[begin:end])  # what stands between is left out
+    return clip.getvalue()

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from lanindex.errors import CaptureError
+from lanindex.formats.file import PIECE, Content
 
 CHANNELS = ("xposition", "yposition", "zposition", "xrotation", "yrotation", "zrotation")
 """Channels by code: code < 3 moves along axis `code`, the others turn about axis `code - 3`."""
@@ -38,6 +39,8 @@ _STATEMENT = re.compile(
 )
 _BEGIN = re.compile(rb"(?:\xef\xbb\xbf)?\s*HIERARCHY\b", re.IGNORECASE)
 _WORD = re.compile(rb"\s*([{}]|[^\s{}]*)")
+_LAST_LINE = re.compile(rb"[^\r\n]*(?:\r\n|\r|\n)?\Z")
+_BLANK = re.compile(rb"\s*\Z")
 _WANTED = {
     b"OFFSET": "three finite numbers behind it",
     b"CHANNELS": "how many, then as many of Xposition ... Zrotation",
@@ -77,10 +80,15 @@ class Hierarchy:
         return sum(map(len, self.channels))
 
 
-def line_of(data: bytes, offset: int) -> int:
+def line_of(data: Content, offset: int) -> int:
     """Return the line, counted from 1, that holds a byte; any of the three line ends counts."""
-    ends = data.count(b"\n", 0, offset) + data.count(b"\r", 0, offset)
-    return ends - data.count(b"\r\n", 0, offset) + 1
+    line, before = 1, b""
+    for start in range(0, offset, PIECE):
+        piece = data[start : min(start + PIECE, offset)]
+        line += piece.count(b"\n") + piece.count(b"\r") - piece.count(b"\r\n")
+        line -= before == b"\r" and piece[:1] == b"\n"
+        before = piece[-1:]
+    return line
 
 
 def text_of(word: bytes) -> str:
@@ -110,7 +118,7 @@ class _Builder:
         """Return an error at the statement that is being read."""
         word = _WORD.match(self.data, self.at)
         start = word.start(1) if word else self.at
-        if len(self.data[start:].splitlines()) <= 1:
+        if _LAST_LINE.match(self.data, start):
             remedy = "It is the last line: the file may be cut short."
         place = f"{self.path}:{line_of(self.data, start)}"
         return CaptureError(found, place=place, wanted=wanted, remedy=remedy)
@@ -250,8 +258,9 @@ def _unknown(build: _Builder, wanted: str) -> CaptureError:
     data = build.data
     found = _WORD.match(data, build.at)
     word = found.group(1) if found else b""
-    line = data[found.start(1) if found else build.at :][:200].splitlines()[:1]
-    if not word or (not data[found.end() if found else build.at :].strip() and build.names):
+    start = found.start(1) if found else build.at
+    line = data[start : start + 200].splitlines()[:1]
+    if not word or (_BLANK.match(data, found.end() if found else build.at) and build.names):
         return build.error("the file ends inside the hierarchy", wanted)
     about = f" in {build.called(build.stack[-1])}" if build.stack else ""
     shown = text_of(line[0].strip())[:60] if line else ""

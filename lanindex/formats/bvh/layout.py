@@ -13,11 +13,16 @@ from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh.hierarchy import Hierarchy, line_of, parse, text_of
+from lanindex.formats.file import Content, holding
 
 _COUNT = re.compile(rb"\s*Frames[ \t]*:[ \t]*([^\s]*)[^\r\n]*", re.IGNORECASE)
 _TIME = re.compile(rb"\s*(Frame[ \t]*Time[ \t]*:[ \t]*([^\s]*)[^\r\n]*)", re.IGNORECASE)
 _BLOCK = 1 << 17  # bytes looked through at a time
+_HEAD = 1 << 20  # bytes in which a header is looked for
+_BEYOND = 4096  # bytes that must follow it there, lest its last line be cut
 _END = re.compile(rb"\r\n|\r|\n")
+
+Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,12 +65,12 @@ class Layout:
     newline: bytes
 
 
-def scan(data: bytes, path: str = "") -> Layout:
+def scan(data: Content, path: str = "") -> Layout:
     """Find the frames of a BVH file without reading their numbers.
 
     Parameters
     ----------
-    data : bytes
+    data : Content
         The file.
     path : str
         Its name, for errors.
@@ -80,23 +85,7 @@ def scan(data: bytes, path: str = "") -> Layout:
     CaptureError
         The hierarchy or the lines behind MOTION cannot be understood, or there are no frames.
     """
-    hierarchy, motion = parse(data, path)
-    if not hierarchy.width:
-        raise CaptureError(
-            "no joint has CHANNELS, nothing can move", place=path, wanted="a ROOT with channels"
-        )
-    count = _COUNT.match(data, motion)
-    if count is None or not re.fullmatch(rb"[+-]?\d{1,30}", count.group(1)):
-        found = "no Frames: line" if count is None else f"Frames: {text_of(count.group(1))[:40]!r}"
-        line = line_of(data, motion if count is None else count.start(1))
-        raise CaptureError(
-            found, place=f"{path}:{line}", wanted="Frames: and a whole number behind MOTION"
-        )
-    time = _TIME.match(data, count.end())
-    header = time or count
-    newline = _END.match(data, count.end())
-    behind = _END.match(data, header.end())
-    first = behind.end() if behind else len(data)
+    hierarchy, count, time, newline, first = _header(data, path)
     frames, ends = _lines(data, first, hierarchy.width)
     if not len(frames):
         raise CaptureError(
@@ -113,34 +102,81 @@ def scan(data: bytes, path: str = "") -> Layout:
         first,
         frames,
         ends,
-        newline.group() if newline else b"\n",
+        newline,
     )
 
 
-def _lines(data: bytes, first: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+_Header = tuple[Hierarchy, re.Match[bytes], re.Match[bytes] | None, bytes, int]
+
+
+def _header(data: Content, path: str) -> _Header:
+    """Read what stands before the frames, of a large file as little as tells it for certain."""
+    size = _HEAD
+    while size < len(data):
+        head = data[:size]
+        try:
+            found = _parsed(head, path)
+        except CaptureError:  # it may be we who cut it short
+            found = None
+        if found is not None and len(head[found[-1] :].lstrip()) > _BEYOND:
+            return found
+        size *= 8
+    return _parsed(data[:], path)
+
+
+def _parsed(data: bytes, path: str) -> _Header:
+    hierarchy, motion = parse(data, path)
+    if not hierarchy.width:
+        raise CaptureError(
+            "no joint has CHANNELS, nothing can move", place=path, wanted="a ROOT with channels"
+        )
+    count = _COUNT.match(data, motion)
+    if count is None or not re.fullmatch(rb"[+-]?\d{1,30}", count.group(1)):
+        found = "no Frames: line" if count is None else f"Frames: {text_of(count.group(1))[:40]!r}"
+        line = line_of(data, motion if count is None else count.start(1))
+        raise CaptureError(
+            found, place=f"{path}:{line}", wanted="Frames: and a whole number behind MOTION"
+        )
+    time = _TIME.match(data, count.end())
+    newline = _END.match(data, count.end())
+    behind = _END.match(data, (time or count).end())
+    first = behind.end() if behind else len(data)
+    return hierarchy, count, time, newline.group() if newline else b"\n", first
+
+
+def _lines(data: Content, first: int, width: int) -> tuple[Places, Places]:
     """Return the lines that are not blank, (T, 2) without their ends, and (T,) with them."""
-    text = np.frombuffer(data, np.uint8, offset=first)
-    returns = data.find(b"\r", first) >= 0
-    breaks = np.concatenate(
-        [
-            np.flatnonzero((part == 10) | (part == 13) if returns else part == 10) + start
-            for start in range(0, max(len(text), 1), _BLOCK)
-            for part in (text[start : start + _BLOCK],)
-        ]
-    )
-    starts = np.concatenate(([0], breaks + 1))
-    stops = np.concatenate((breaks, [len(text)]))
-    ends = np.minimum(stops + 1, len(text))
-    if returns:
-        following = np.minimum(breaks + 1, max(len(text) - 1, 0))
-        ends[:-1] += (text[breaks] == 13) & (text[following] == 10) & (following > breaks)
+    length = len(data)
+    breaks, pairs = _breaks(data, first)
+    starts = np.concatenate(([first], breaks + 1))
+    stops = np.concatenate((breaks, [length]))
+    ends = np.minimum(stops + 1, length)
+    ends[:-1] += pairs
+    del breaks, pairs
     keep = stops > starts
-    starts, stops, ends = starts[keep], stops[keep], ends[keep]
-    blank = [
-        line
-        for line in np.flatnonzero(stops - starts < 2 * width - 1).tolist()
-        if data[first + starts[line] : first + stops[line]].isspace()
-    ]
-    frames = np.stack((starts, stops), axis=1) + first
-    ends += first
+    if not keep.all():
+        starts, stops, ends = starts[keep], stops[keep], ends[keep]
+    frames = np.stack((starts, stops), axis=1)
+    short = np.flatnonzero(stops - starts < 2 * width - 1)
+    blank = [line for line in short.tolist() if data[starts[line] : stops[line]].isspace()]
     return (np.delete(frames, blank, axis=0), np.delete(ends, blank)) if blank else (frames, ends)
+
+
+def _breaks(data: Content, first: int) -> tuple[Places, NDArray[np.bool_]]:
+    """Return the bytes that end a line, and which of them are followed by their second half."""
+    breaks: list[Places] = [np.zeros(0, np.int64)]
+    pairs: list[NDArray[np.bool_]] = [np.zeros(0, bool)]
+    for start in range(first, len(data), _BLOCK):
+        stop = min(start + _BLOCK + 1, len(data))  # and the byte behind, for a pair across
+        held, begin = holding(data, start, stop)
+        text = np.frombuffer(held, np.uint8)[start - begin : stop - begin]
+        here = text[:_BLOCK]
+        returns = held.find(b"\r", start - begin, stop - begin) >= 0
+        found = np.flatnonzero((here == 10) | (here == 13) if returns else here == 10)
+        pair = np.zeros(len(found), bool)
+        if returns:
+            behind = np.append(text[1:], 0).astype(np.uint8)
+            pair = (text[found] == 13) & (behind[found] == 10)
+        breaks.append(found + start)
+        pairs.append(pair)
+    return np.concatenate(breaks), np.concatenate(pairs)

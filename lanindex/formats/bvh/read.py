@@ -8,19 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import sampled, understand
+from lanindex.body import body_of, sampled, understand
 from lanindex.body.kinematics import Plan, plan
 from lanindex.body.names import exporter_of
-from lanindex.errors import CaptureError, UsageError
+from lanindex.errors import CaptureError
 from lanindex.formats.bvh import floats
 from lanindex.formats.bvh.compiled import Paths, paths
 from lanindex.formats.bvh.hierarchy import line_of
 from lanindex.formats.bvh.layout import Layout, scan
-from lanindex.formats.file import File
+from lanindex.formats.file import File, Wanted, holding
 from lanindex.formats.rates import rate_doubt, rate_of
 from lanindex.model import Motion, Reading, Skeleton, Source
-
-COMPOSE = ("parent", "child")
 
 BLOCK = 4096
 """Frames whose numbers are held at a time."""
@@ -28,7 +26,7 @@ BLOCK = 4096
 Floats = NDArray[np.float64]
 
 
-def read(file: File, told: Reading) -> Motion:
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     """Read a BVH file.
 
     Parameters
@@ -37,11 +35,13 @@ def read(file: File, told: Reading) -> Motion:
         Its content and name.
     told : Reading
         See `lanindex.formats.read`.
+    wanted : Wanted
+        What the motion is for.
 
     Returns
     -------
     Motion
-        Every joint and End Site.
+        Every joint and End Site, or those of the body.
 
     Raises
     ------
@@ -50,23 +50,30 @@ def read(file: File, told: Reading) -> Motion:
     BodyError
         It holds no human skeleton.
     """
-    if told.compose not in (None, *COMPOSE):
-        raise UsageError(f"compose {told.compose!r}", wanted="parent or child")
     path, layout = file.name, scan(file.content, file.name)
     place = f"{path}:{line_of(file.content, layout.time_line[0])}"
     rate = rate_of(layout.time, place, told.rate)
     joints = layout.hierarchy
     order, reason = _order(told.compose, joints.names)
     work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
-    frames = _Frames(file, layout, work, paths(len(file.content)))
+    frames = _Frames(file, layout, work, paths(max(wanted.total, len(file.content))))
     found = understand(joints.names, joints.parents, *frames.looked_at(), rate, told, path)
-    positions = np.empty((len(layout.frames), len(joints.names), 3), np.float32)
-    for start, places in frames.blocks():
-        found.oriented(places, positions[start : start + len(places)])
     offsets = found.oriented(np.array(joints.offsets, np.float64))
     skeleton = Skeleton(joints.names, np.array(joints.parents, np.int16), offsets, found.body)
+    kept = None
+    if wanted.body_only:
+        kept, skeleton = body_of(skeleton)
+    positions = np.empty((len(layout.frames), len(skeleton.names), 3), np.float32)
+    for start, places in frames.blocks():
+        found.oriented(places, positions[start : start + len(places)], kept)
     source = Source(
-        path, "bvh", found.unit, found.scale, found.up, compose=f"{order} first ({reason})"
+        path,
+        "bvh",
+        found.unit,
+        found.scale,
+        found.up,
+        compose=f"{order} first ({reason})",
+        joints=joints.names,
     )
     doubts = (*_count_doubt(layout), *rate_doubt(rate), *found.doubts)
     return Motion(skeleton, rate, positions, source, found.first, doubts)
@@ -113,8 +120,10 @@ class _Frames:
             self.kept = self._places(0, count)
             return self.kept[sampled(count)], self.kept[:2]
         chosen = np.unique(np.append(sampled(count), [0, 1]))
-        values, bad = self.paths.parse(
-            self.file.content, self.layout.frames[chosen], self.layout.hierarchy.width
+        lines = self.layout.frames[chosen]
+        values, bad = self._numbers(
+            b"".join(self.file.content[first:stop] for first, stop in lines.tolist()),
+            _side_by_side(lines),
         )
         if bad is not None:
             for _ in self.blocks():  # says which frame is the first that is damaged
@@ -132,21 +141,31 @@ class _Frames:
 
     def _places(self, start: int, stop: int) -> Floats:
         """Read some frames, or say which of them is damaged and how."""
-        data, lines = self.file.content, self.layout.frames[start:stop]
-        width = self.layout.hierarchy.width
-        values, bad = self.paths.parse(data, lines, width)
+        lines = self.layout.frames[start:stop]
+        data, begin = holding(self.file.content, int(lines[0, 0]), int(lines[-1, 1]))
+        values, bad = self._numbers(data, lines - begin)
         if bad is None:
             return self.paths.positions(self.work, values)
         first, last = lines[bad].tolist()
-        found, wanted = floats.fault(data[first:last], width)
-        cut = start + bad == len(self.layout.frames) - 1 and bool(data[first:last].strip())
-        short = len(data[first:last].split()) <= width
+        line, width = data[first - begin : last - begin], self.layout.hierarchy.width
+        found, wanted = floats.fault(line, width)
+        cut = start + bad == len(self.layout.frames) - 1 and bool(line.strip())
+        short = len(line.split()) <= width
         raise CaptureError(
             f"frame {start + bad} {found}",
-            place=f"{self.file.name}:{line_of(data, first)}",
+            place=f"{self.file.name}:{line_of(self.file.content, first)}",
             wanted=wanted,
             remedy="It is the last line: the file may be cut short." if cut and short else "",
         )
+
+    def _numbers(self, data: bytes, lines: NDArray[np.int64]) -> tuple[Floats, int | None]:
+        return self.paths.parse(data, lines, self.layout.hierarchy.width)
+
+
+def _side_by_side(lines: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return where lines (T, 2) lie once they are put together without their ends."""
+    stops = np.cumsum(lines[:, 1] - lines[:, 0])
+    return np.stack((np.append(0, stops[:-1]), stops), axis=1)
 
 
 def _count_doubt(layout: Layout) -> tuple[str, ...]:

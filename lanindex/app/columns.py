@@ -1,0 +1,117 @@
+"""Columns on a terminal: how wide text is, cut in the middle where there is no room."""
+
+from __future__ import annotations
+
+import shutil
+import unicodedata
+from collections.abc import Iterable, Iterator, Sequence
+
+LEAST = 12
+"""Cells that a column of words keeps, however narrow the terminal is."""
+
+
+def width(text: str) -> int:
+    """Return how many cells of a terminal a text takes.
+
+    Examples
+    --------
+    >>> width("walk"), width("歩く"), width("e\u0301")
+    (4, 4, 1)
+    """
+    return len(text) if text.isascii() else sum(map(_cells, text))
+
+
+def _cells(character: str) -> int:
+    if unicodedata.category(character) in ("Mn", "Me", "Cf"):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
+
+
+def cut(text: str, most: int) -> str:
+    """Return a text that takes `most` cells at the most: its middle gives way.
+
+    Examples
+    --------
+    >>> cut("archive/1998/walk.bvh", 13)
+    'archiv…lk.bvh'
+    """
+    if width(text) <= most:
+        return text
+    room = most - 1
+    tail = _first(text[::-1], room // 2)[::-1]
+    while tail and not _cells(tail[0]):  # it belongs to what is cut
+        tail = tail[1:]
+    return f"{_first(text, room - room // 2)}…{tail}"
+
+
+def _first(text: str, most: int) -> str:
+    taken = 0
+    for index, character in enumerate(text):
+        taken += _cells(character)
+        if taken > most:
+            return text[:index]
+    return text
+
+
+def wrapped(pieces: Iterable[str], most: int) -> list[str]:
+    """Return pieces, commas between them, on lines that take `most` cells if they can.
+
+    Examples
+    --------
+    >>> wrapped(["r_arm high", "mid", "low"], 16)
+    ['r_arm high, mid,', 'low']
+    """
+    lines = [""]
+    for piece in pieces:
+        longer = f"{lines[-1]}, {piece}" if lines[-1] else piece
+        if lines[-1] and width(longer) >= most:  # a comma may follow
+            lines[-1] += ","
+            lines.append(piece)
+        else:
+            lines[-1] = longer
+    return lines
+
+
+def laid_out(lines: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield lines of cells as columns, numbers to the right, that fit the terminal.
+
+    The first line is the head. The widest columns of words give way first, none to less than
+    `LEAST`; a number is never cut. Where that is not enough, the gaps between them do.
+    """
+    widths = _fitted(list(zip(*lines, strict=True)))
+    gap = "  " if sum(widths) + 2 * (len(widths) - 1) <= room() else " "
+    for line in lines:
+        cells = (_padded(cell, most) for cell, most in zip(line, widths, strict=True))
+        yield gap.join(cells).rstrip()
+
+
+def _fitted(columns: Sequence[Sequence[str]]) -> list[int]:
+    widths = [max(map(width, column)) for column in columns]
+    words = [at for at, column in enumerate(columns) if any(map(_worded, column[1:]))]
+    over = sum(widths) + 2 * (len(widths) - 1) - room()
+    while over > 0 and (wide := [at for at in words if widths[at] > LEAST]):
+        widest, *others = sorted(wide, key=lambda at: -widths[at])
+        least = max([LEAST, *(widths[at] for at in others[:1])])
+        less = max(1, min(over, widths[widest] - least))
+        widths[widest] -= less
+        over -= less
+    return widths
+
+
+def room() -> int:
+    """Return how many cells a line of the terminal has."""
+    return shutil.get_terminal_size().columns
+
+
+def _worded(cell: str) -> bool:
+    return any(map(str.isalpha, cell))
+
+
+def _padded(cell: str, most: int) -> str:
+    cell = cut(cell, most)
+    space = " " * (most - width(cell))
+    return space + cell if _numeric(cell) else cell + space
+
+
+def _numeric(cell: str) -> bool:
+    return cell.replace(".", "", 1).lstrip("-").isdigit()

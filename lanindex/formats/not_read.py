@@ -1,0 +1,50 @@
+"""Kinds of file that hold captures and are not read yet: to be named instead of passed over."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+
+UNREAD: dict[str, str] = {
+    ".c3d": "C3D",
+    ".asf": "ASF",
+    ".amc": "AMC",
+    ".trc": "TRC",
+    ".mot": "MOT",
+    ".sto": "STO",
+    ".fbx": "FBX",
+    ".mvn": "MVN",
+    ".mvnx": "MVNX",
+    ".htr": "HTR",
+    ".bip": "BIP",
+    ".vmd": "VMD",
+    ".glb": "glTF",
+    ".gltf": "glTF",
+    ".vrm": "VRM",
+    ".vrma": "VRM animation",
+    ".dae": "COLLADA",
+    ".usd": "USD",
+    ".usda": "USD",
+    ".usdc": "USD",
+    ".usdz": "USD",
+    ".laban": "the Laban files of other programs",
+    ".csv": "CSV",
+    ".tsv": "TSV",
+    ".npy": "NumPy",
+    ".npz": "NumPy",
+    ".pkl": "pickle",
+    ".zip": "ZIP",
+    ".7z": "7z",
+    ".rar": "RAR",
+    ".gz": "gzip",
+    ".tgz": "tar.gz",
+    ".tar": "tar",
+    ".tar.gz": "tar.gz",
+}
+"""By ending in small letters, what the format is called. What is read has no line here."""
+
+
+def unread(path: str) -> str:
+    """Return the ending by which a file is in `UNREAD`; empty: it is not."""
+    suffixes = [suffix.lower() for suffix in PurePath(path).suffixes]
+    endings = ("".join(suffixes[-2:]), *suffixes[-1:])
+    return next((ending for ending in endings if ending in UNREAD), "")

@@ -1,0 +1,34 @@
+"""What a user says of files in place of what a reader would find, checked at the door."""
+
+from __future__ import annotations
+
+from lanindex.body import calibration
+from lanindex.errors import UsageError
+from lanindex.formats.rates import told_rate
+from lanindex.model import Reading
+
+COMPOSE = ("parent", "child")
+"""Whose turn stands first."""
+
+
+def check(told: Reading) -> None:
+    """Refuse what no reader would understand, before any file is read.
+
+    Parameters
+    ----------
+    told : Reading
+        What the user says.
+
+    Raises
+    ------
+    UsageError
+        Unit, axis, rate or order of rotations are not known.
+    """
+    if told.unit is not None:
+        calibration.told_unit(told.unit)
+    if told.up is not None:
+        calibration.told_up(told.up)
+    if told.rate is not None:
+        told_rate(told.rate)
+    if told.compose not in (None, *COMPOSE):
+        raise UsageError(f"compose {told.compose!r}", wanted=" or ".join(COMPOSE))

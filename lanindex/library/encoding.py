@@ -1,0 +1,47 @@
+"""How a capture came to be written down, and the checksum of all that this led to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from lanindex.library import checksums
+
+_ENCODED = (
+    *("path", "location", "format", "sha256", "fps", "rate", "frames"),
+    *("speed", "beats", "beat", "division", "options", "warnings", "tracks", "content"),
+)
+"""Columns of ``capture`` that its checksum is over; ``tracks`` and ``content`` are checksums."""
+
+
+@dataclass(frozen=True, slots=True)
+class Encoding:
+    """How a capture came to be written down; equal ones give equal scores.
+
+    Attributes
+    ----------
+    profile : str
+        Its name; empty for a score that came as one.
+    digest : str
+        sha256 of the profile's files.
+    options : Mapping of str to str
+        What the reader was told in place of what it would have found: unit, up, fps, compose.
+    """
+
+    profile: str = ""
+    digest: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+
+
+def encoded(values: Mapping[str, Any], profile: str | None, digest: str | None) -> int | None:
+    """Return the checksum of all that was encoded of a capture.
+
+    Parameters
+    ----------
+    values : Mapping
+        Columns of ``capture``.
+    profile, digest : str or None
+        Its profile; None where it has none.
+    """
+    return checksums.of_values(*(values[name] for name in _ENCODED), profile, digest)

@@ -1,0 +1,136 @@
+"""A library that is open: its connection, to whom it belongs, how it is closed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import get_ident
+from types import TracebackType
+from typing import Self
+
+from sqlalchemy import Connection
+
+from lanindex.errors import LibraryError
+from lanindex.library import write
+from lanindex.library.connect import (
+    DEFAULT,
+    Target,
+    drop_journal,
+    keep_journal,
+    opened,
+    reading,
+    target,
+    writing,
+)
+from lanindex.library.faults import translated
+
+
+class Session:
+    """An open library. Made by `open`; belongs to one thread."""
+
+    def __init__(self, where: Target, connection: Connection) -> None:
+        self._where, self._connection, self._wrote = where, connection, False
+        self._thread = get_ident()
+
+    @classmethod
+    def open(
+        cls,
+        named: str | os.PathLike[str] = DEFAULT,
+        *,
+        create: bool = False,
+        readonly: bool = False,
+        timeout: float = 30.0,
+    ) -> Self:
+        """Open a library; use it as a context manager, or close it.
+
+        Parameters
+        ----------
+        named : str or path-like
+            A file, or an SQLAlchemy URL.
+        create : bool
+            Make it if there is none.
+        readonly : bool
+            Refuse to change it.
+        timeout : float
+            Seconds to wait for another process.
+
+        Returns
+        -------
+        Session
+
+        Raises
+        ------
+        LibraryError
+            If there is none, it is no library, or it cannot be opened.
+        LibraryVersionError
+            If it is older or newer than this program.
+        LibraryBusyError
+            If another process holds it for longer than `timeout`.
+        """
+        where = target(named)
+        return cls(where, opened(where, create=create, readonly=readonly, timeout=timeout))
+
+    def __repr__(self) -> str:
+        """Return the class and the place."""
+        return f"<{type(self).__name__} {self.place}>"
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    @property
+    def place(self) -> str:
+        """The library as it was named."""
+        return self._where.place
+
+    def close(self) -> None:
+        """Let go of the database; what is left is one file."""
+        if self._connection.closed:
+            return
+        self._check_usable()
+        try:
+            if self._wrote:
+                with translated(self.place):
+                    drop_journal(self._connection)
+        finally:
+            self._connection.close()
+            self._connection.engine.dispose()
+
+    def _check_usable(self) -> None:
+        if self._connection.closed:
+            raise LibraryError(
+                "this library has been closed", place=self.place, remedy="Open it again."
+            )
+        if get_ident() != self._thread:
+            raise LibraryError(
+                "this library was opened in another thread",
+                place=self.place,
+                remedy="Open it in each thread that uses it.",
+            )
+
+    @contextmanager
+    def _reading(self) -> Iterator[Connection]:
+        self._check_usable()
+        with translated(self.place), reading(self._connection):
+            yield self._connection
+
+    @contextmanager
+    def _changing(self) -> Iterator[Connection]:
+        self._check_usable()
+        with translated(self.place):
+            if not self._wrote:
+                keep_journal(self._connection)
+                self._wrote = True
+            with writing(self._connection):
+                write.touch(self._connection)
+                yield self._connection

@@ -1,0 +1,65 @@
+"""How much memory a file takes, how much is free, and so how many can be read at once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from heapq import nlargest
+from itertools import accumulate
+
+BASE = 300 << 20
+"""Bytes that a process takes which reads a small file."""
+
+SHARE = 2.5
+"""Bytes more for each byte of the file (tests/benchmarks/memory.py)."""
+
+
+def needed(size: int) -> int:
+    """Return the bytes that a process takes at most which reads a file of some bytes."""
+    return BASE + round(SHARE * size)
+
+
+def available() -> int | None:
+    """Return the bytes of memory that are free or can be made so, if the system tells."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            lines = dict(line.split(":") for line in file)
+        return int(lines["MemAvailable"].split()[0]) * 1024
+    except (OSError, ValueError, KeyError, IndexError):
+        pass
+    try:
+        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
+def affordable(sizes: Iterable[int], jobs: int) -> int:
+    """Return how many processes have room for the largest files at once: one at least.
+
+    Parameters
+    ----------
+    sizes : iterable of int
+        Bytes of each file that waits.
+    jobs : int
+        Processes that are wanted.
+
+    Returns
+    -------
+    int
+        Up to `jobs`.
+    """
+    free = available()
+    if jobs == 1 or free is None:
+        return jobs
+    largest = nlargest(jobs, sizes)
+    largest += [0] * (jobs - len(largest))
+    taken = accumulate(map(needed, largest))
+    return max(sum(together <= free for together in taken), 1)
+
+
+def size_of(path: str) -> int:
+    """Return the bytes of a file, 0 where nothing is there."""
+    try:
+        return os.stat(path).st_size
+    except (OSError, ValueError):
+        return 0

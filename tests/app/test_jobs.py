@@ -1,0 +1,126 @@
+"""The verbs that go through many files: what they say of what they left out."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+
+Done = subprocess.CompletedProcess[str]
+COMMAND = [sys.executable, "-W", "error", "-c", "from lanindex.app.cli import main; main()"]
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    dance(tmp_path / "in" / "bow.bvh", BOW)
+    (tmp_path / "in" / "raise.lnd").write_text(RAISE)
+    return tmp_path
+
+
+@pytest.fixture
+def run(place: Path):
+    def call(*words: str, text: bytes = b"", code: int = 0) -> Done:
+        done = subprocess.run(
+            [*COMMAND, *words], cwd=place, input=text, capture_output=True, check=False, timeout=120
+        )
+        assert done.returncode == code, done.stderr
+        return Done(done.args, code, done.stdout.decode(), done.stderr.decode())
+
+    return call
+
+
+class TestIngest:
+    def test_what_is_left_out_is_told(self, run, place: Path) -> None:
+        for name in ("a.c3d", "b.c3d", "c.trc", "notes.txt"):
+            (place / "in" / name).write_text("")
+        (place / "in" / "l.csv").write_text("file,label\nbow.bvh,bow\nnone.bvh,bow\n")
+        words = ("ingest", "in", "--db", "in/l.db", "--labels", "in/l.csv")
+        for _ in range(2):
+            said = run(*words).stderr.splitlines()
+            assert said[0] == "in/l.csv: 1 of 2 rows name no file that is read"
+            left = "left out: 2 .c3d, 1 .trc (formats that are not read yet); 1 other file"
+            assert said[2] == left
+        assert "left out" not in run(*words, "-q").stderr
+        lines = [json.loads(line) for line in run(*words, "--json").stdout.splitlines()]
+        assert [line["status"] for line in lines] == ["unchanged"] * 2
+
+    def test_nothing_but_what_is_left_out(self, run, place: Path) -> None:
+        (place / "out").mkdir()
+        (place / "out" / "a.amc").write_text("")
+        said = "no .bvh or .lnd file in out, but 1 .amc (formats that are not read yet)\n"
+        assert run("ingest", "out", code=1).stderr == said
+
+    def test_nothing_new(self, run) -> None:
+        run("ingest", "in")
+        assert run("ingest", "in").stderr == "nothing new: 2 files unchanged\n"
+        assert run("ingest", "in/bow.bvh").stderr == "nothing new: 1 file unchanged\n"
+        assert "2 written anew" in run("ingest", "in", "--force").stderr
+
+
+class TestExport:
+    @pytest.mark.parametrize(
+        "line",
+        [
+            b'{"capture": "in/bow.bvh", "capture_id": 1.5, "start_frame": 1, "end_frame": 2}',
+            b'{"capture": "in/bow.bvh", "start_frame": 1, "end_frame": 9999999999999999999999999}',
+            b'{"capture": "in/bow.bvh", "start_frame": 1, "end_frame": 2, "fit": NaN}',
+            b"\xff",
+        ],
+    )
+    def test_lines_that_are_no_hits(self, run, place: Path, line: bytes) -> None:
+        run("ingest", "in")
+        said = run("export", "-", "-o", "out", text=b"\n" + line, code=2).stderr
+        assert said.startswith("lanindex: standard input:2: ")
+        assert said.count("\n") == 1
+        assert not (place / "out").exists()
+
+    def test_closed_standard_input_holds_no_hits(self, run, place: Path) -> None:
+        run("ingest", "in")
+        words = [*COMMAND, "export", "-", "-o", "out"]
+        done = subprocess.run(
+            ["sh", "-c", 'exec "$@" <&-', "sh", *words],
+            cwd=place,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (1, "0 clips in out\n")
+
+
+class TestEvaluate:
+    WORDS = ("evaluate", "in", "--labels", "l.csv", "--patterns", "p.toml")
+
+    def test_misses_stand_in_their_patterns_record(self, run, place: Path) -> None:
+        (place / "l.csv").write_text("file,label\nin/bow.bvh,bow\nin/raise.lnd,raise\n")
+        (place / "p.toml").write_text(
+            'up = {pattern = "r_arm high", positives = ["b*"]}\n'
+            'bow = {pattern = "r_arm forward mid", positives = ["bow"]}\n'
+        )
+        lines = run(*self.WORDS, "--misses", "--json").stdout.splitlines()
+        up, bow, mean = map(json.loads, lines)
+        assert [miss["kind"] for miss in up["misses"]] == ["missed", "wrong"]
+        assert (up["f1"], bow["f1"], bow["misses"]) == (0, 1, [])
+        assert list(mean) == ["pattern", "mean_f1", "standard_error", "clips", "patterns"]
+        assert (mean["pattern"], mean["mean_f1"], mean["clips"]) == ("(mean)", 0.5, 2)
+
+    @pytest.mark.parametrize("words", [(), ("--json",)])
+    def test_nothing_to_measure(self, run, place: Path, words: tuple[str, ...]) -> None:
+        (place / "l.csv").write_text("file,label\nin/bow.bvh,bow\n")
+        (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["walk*"]}\n')
+        done = run(*self.WORDS, *words, code=1)
+        assert done.stderr == (
+            "up: no clip has the label walk*\n"
+            "nothing was measured: no clip has a label that a pattern should find\n"
+        )
+
+    def test_rows_that_name_no_clip(self, run, place: Path) -> None:
+        (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["bow"]}\n')
+        (place / "l.csv").write_text("file,label\nin/bow.bvh,bow\nin/gone.bvh,bow\n")
+        said = run(*self.WORDS).stderr
+        assert said == "l.csv: 1 of 2 rows name no file that is read\n"
+        (place / "l.csv").write_text("file,label\nbow.bvh,bow\n")
+        said = run(*self.WORDS, code=2).stderr
+        assert said.startswith("lanindex: l.csv: no row names a file that is read; the first names")
+        assert f"is it {place / 'in' / 'bow.bvh'}?" in said

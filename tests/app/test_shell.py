@@ -1,0 +1,110 @@
+"""Around the command: completion by a shell, other locales, ``python -m``."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dances import dance
+
+from lanindex.app.cli import VERBS
+
+COMMAND = [sys.executable, "-W", "error", "-m", "lanindex"]
+
+
+def called(
+    place: Path, *words: str | bytes, **env: str | None
+) -> subprocess.CompletedProcess[bytes]:
+    told = {**os.environ, **env}
+    return subprocess.run(
+        [*COMMAND, *words],
+        cwd=place,
+        capture_output=True,
+        env={key: value for key, value in told.items() if value is not None},
+    )
+
+
+class TestCompletion:
+    @pytest.mark.parametrize(
+        ("typed", "offered"),
+        [
+            ("lanindex ", set(VERBS)),
+            ("lanindex se", {"search"}),
+            ("lanindex search --li", {"--limit"}),
+            ("lanindex db ", {"status", "upgrade", "check"}),
+            ("lanindex nothing", set()),
+        ],
+    )
+    def test_verbs_and_options(self, tmp_path: Path, typed: str, offered: set[str]) -> None:
+        at = str(len(typed.split(" ")) - 1)
+        asked = {"_LANINDEX_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": at}
+        done = called(tmp_path, **asked)
+        assert done.stderr == b""
+        assert offered <= set(done.stdout.decode().split())
+        assert offered or not done.stdout.strip()
+
+    def test_installed_once_and_only_when_asked(self, tmp_path: Path) -> None:
+        home = {"HOME": str(tmp_path), "SHELL": "/bin/zsh"}
+        code = (
+            "import shellingham, sys\n"
+            "def detect_shell(): raise shellingham.ShellDetectionFailure\n"
+            "shellingham.detect_shell = detect_shell\n"
+            "from lanindex.app.cli import main; main()"
+        )
+        for option, words in (("--show-completion", []), ("--install-completion", [])):
+            assert not list(tmp_path.iterdir())
+            done = subprocess.run(
+                [sys.executable, "-c", code, option, *words],
+                capture_output=True,
+                text=True,
+                env={**os.environ, **home},
+            )
+            assert done.returncode == 0, done.stderr
+        assert "completes lanindex in zsh" in done.stderr
+        assert "_LANINDEX_COMPLETE" in (tmp_path / ".zfunc" / "_lanindex").read_text()
+
+    def test_an_unknown_shell(self, tmp_path: Path) -> None:
+        code = (
+            "import shellingham\n"
+            "shellingham.detect_shell = lambda: ('tcsh', '/bin/tcsh')\n"
+            "from lanindex.app.cli import main; main()"
+        )
+        done = subprocess.run(
+            [sys.executable, "-c", code, "--show-completion"], capture_output=True, text=True
+        )
+        assert done.returncode == 2
+        assert done.stderr.startswith('lanindex: no shell that is known ("tcsh"), wanted bash or')
+
+
+ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": None}
+
+
+class TestLocale:
+    def test_an_ascii_locale_reads_names_and_arrows(self, tmp_path: Path) -> None:
+        dance(tmp_path / "in" / "歩く é.bvh")
+        done = called(tmp_path, "ingest", "in", "--jobs", "2", **ASCII)
+        assert (done.returncode, done.stdout) == (0, b""), done.stderr
+        arrow = "r_arm right mid → place high".encode()
+        done = called(tmp_path, "search", arrow, "--in", "in/歩*".encode(), **ASCII)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.decode().startswith("in/歩く é.bvh\t")
+        done = called(tmp_path, "inspect", "in/歩く é.bvh".encode(), **ASCII)
+        assert done.returncode == 0, done.stderr
+
+    def test_bytes_that_are_no_text_are_refused_by_name(self, tmp_path: Path) -> None:
+        dance(tmp_path / "plain.bvh")
+        os.rename(tmp_path / "plain.bvh", os.fsencode(tmp_path) + b"/\xff.bvh")
+        for env in ({}, ASCII):
+            done = called(tmp_path, "ingest", ".", **env)
+            assert done.returncode == 2
+            assert rb"\udcff.bvh has bytes that are no UTF-8" in done.stderr
+
+
+def test_python_runs_it_by_name(tmp_path: Path) -> None:
+    import lanindex
+
+    assert called(tmp_path, "--version").stdout.decode() == f"lanindex {lanindex.__version__}\n"
+    asked_nothing = called(tmp_path)
+    assert asked_nothing.returncode == 2
+    assert asked_nothing.stderr.decode().count("\n") > len(VERBS)

@@ -1,0 +1,46 @@
+"""A capture worked out part by part and in blocks of a few frames: bit for bit the same score."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from made_motion import motion_of, swung, with_gaps
+
+from lanindex.alphabet import JOINTS
+from lanindex.encode import arithmetic, encode, limbs
+from lanindex.encode.profile import load
+from lanindex.model import Score
+
+GAPS = [(JOINTS.index("RWrist"), 9, 40), (JOINTS.index("LKnee"), 50, 3), (0, 30, 20)]
+
+
+def facts(score: Score) -> list[object]:
+    tracks = score.tracks.items()
+    rows = [(part, track.known, track.symbols.tobytes()) for part, track in tracks]
+    return [rows, score.heading.tobytes(), score.meter]
+
+
+@pytest.mark.parametrize("rate", [24, 60, 120])
+@pytest.mark.parametrize("profile", ["default", "paper"])
+@pytest.mark.parametrize("block", [5, 64])
+def test_blocks_leave_no_trace(
+    monkeypatch: pytest.MonkeyPatch, rate: int, profile: str, block: int
+) -> None:
+    motion = motion_of(with_gaps(swung(3, 100, Fraction(rate), 5.0), GAPS), Fraction(rate))
+    whole = facts(encode(motion, profile))
+    monkeypatch.setattr(arithmetic, "BLOCK", block)
+    monkeypatch.setattr(limbs, "TOGETHER", 3 * len(motion))
+    assert facts(encode(motion, profile)) == whole
+
+
+def test_a_few_parts_at_a_time_are_all_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion, profile = motion_of(swung(5, 60, Fraction(60), 0.0), Fraction(60)), load("default")
+    turn = limbs.heading(motion, profile.rate)
+    (together,) = limbs.limbs(motion, turn, profile)
+    monkeypatch.setattr(limbs, "TOGETHER", 1)
+    alone = list(limbs.limbs(motion, turn, profile))
+    assert [one.parts for one in alone] == [(part,) for part in together.parts]
+    assert all(
+        np.array_equal(one.curve[0], curve)
+        for one, curve in zip(alone, together.curve, strict=True)
+    )

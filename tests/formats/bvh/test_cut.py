@@ -1,0 +1,34 @@
+"""Clips: the lines of their frames, byte for byte, and nothing of what stands between."""
+
+import pytest
+from bodies import hierarchy
+
+from lanindex import formats
+from lanindex.formats.bvh import cut
+from lanindex.model import Span
+
+
+def head(frames: int) -> str:
+    return f"{hierarchy({'Pelvis': 'Hips'})}MOTION\nFrames: {frames}\nFrame Time: 0.1\n"
+
+
+def lines(count: int, end: str = "\n") -> list[str]:
+    return [f"0 {number} 0 0 0 0{end}" for number in range(count)]
+
+
+@pytest.mark.parametrize("block", [1, 3, 4096])
+@pytest.mark.parametrize("between", ["", "\n", "   \n\n"])
+@pytest.mark.parametrize("span", [(0, 9), (0, 1), (8, 9), (2, 7)])
+def test_a_clip_is_its_lines(monkeypatch, block, between, span):
+    monkeypatch.setattr(cut, "_BLOCK", block)
+    frames = lines(9)
+    data = (head(9) + between + between.join(frames) + between).encode()
+    clip = formats.cutter(formats.File("x.bvh", data))(Span(*span))
+    wanted = head(span[1] - span[0]) + "".join(frames[slice(*span)])
+    assert clip.decode() == wanted
+
+
+def test_a_last_line_without_an_end_stays_so():
+    data = (head(3) + "".join(lines(3, "\r\n"))).encode().removesuffix(b"\r\n")
+    clip = formats.cutter(formats.File("x.bvh", data))(Span(1, 3))
+    assert clip == (head(2) + "".join(lines(3, "\r\n")[1:])).encode().removesuffix(b"\r\n")

@@ -1,0 +1,253 @@
+"""Whatever happens to a library behind its back, it gives the same answers or says that it cannot.
+
+Each change is one of: a cell set to something else, a bit of the file turned over, a row taken out
+or put in twice.
+"""
+
+import random
+import sqlite3
+from collections import Counter
+from contextlib import closing
+
+import numpy as np
+import pytest
+from sample import ENCODING, sample_score, sql
+
+from lanindex import records
+from lanindex.errors import LibraryError
+from lanindex.library.migrate import check
+from lanindex.library.schema import tables, version
+from lanindex.model import Score, Span, Track
+from lanindex.pipeline import Library
+
+PATTERNS = ("r_arm right low -> r_forward mid", "head any with l_arm high", "r_arm 0.3s+ ... left")
+TABLES = {table.name: table for table in (*tables.sorted_tables, version)}
+
+
+@pytest.fixture
+def whole(tmp_path):
+    """Return a library with something in every column."""
+    with Library.open(tmp_path / "whole.db", create=True) as library:
+        for number in range(3):
+            score = sample_score(number)
+            heading = np.array([0.0, 10.5, 359.9], np.float32)
+            tracks = dict(score.tracks)
+            tracks["head"] = Track("head", tracks["head"].symbols, (Span(0, 20), Span(30, 60)))
+            library.add(
+                f"{number}.bvh",
+                Score(score.rate, score.frames, score.meter, tracks, heading, ("// kept",)),
+                format="bvh",
+                sha256=f"{number:064}",
+                encoding=ENCODING if number else None,
+                label="walk",
+                metadata={"who": "x", "take": str(number)},
+                warnings=("its unit is a guess",),
+            )
+    return tmp_path / "whole.db"
+
+
+def answers(path):
+    """Return what each verb says of a library, the words or the error; the error of opening it."""
+    try:
+        with Library.open(path, readonly=True) as library:
+            return {verb: told(library, ask) for verb, ask in VERBS.items()}
+    except LibraryError as error:
+        return {"open": error}
+
+
+def told(library, ask):
+    try:
+        return ask(library)
+    except LibraryError as error:
+        return error
+
+
+def found_by(pattern):
+    return lambda library: [records.of_hit(hit) for hit in library.search(pattern)]
+
+
+VERBS = {
+    "list": lambda library: [repr(one) for one in library.captures()],
+    "show": lambda library: [shown(library, number) for number in (1, 2, 3)],
+    **{pattern: found_by(pattern) for pattern in PATTERNS},
+    "parts": lambda library: library.parts(),
+    "stats": lambda library: repr(library.stats()),
+    "tracks": lambda library: [told_of(*one) for one in library.tracks([2], ["head"])],
+}
+
+
+def shown(library, number):
+    score, capture = library.score(number), library.capture(number)
+    symbols = [records.of_row(capture, one) for one in score.symbols()]
+    known = {part: (track.known, track.kind) for part, track in score.tracks.items()}
+    return symbols, known, score.heading.tolist(), score.other, score.meter, score.rate
+
+
+def told_of(capture, tracks):
+    return capture.id, {part: track.symbols.tolist() for part, track in tracks.items()}
+
+
+def verdict(path, wanted):
+    """Return what became of a change: same, told, or one of the two that must not be."""
+    errors = 0
+    for verb, found in answers(path).items():
+        if isinstance(found, LibraryError):
+            errors += bool(str(found).encode() and (found.remedy or found.wanted))
+        elif found != wanted[verb]:
+            return f"silent: {verb}"
+    try:
+        found = bool("".join(check(path)).encode())
+    except LibraryError:
+        found = True
+    if errors:
+        return "told" if found else "unfound by check"
+    return "found by check alone" if found else "same"
+
+
+VALUES = (None, b"\xff", b"", "z", "", "[[0,", "3", 0, 1, -1, 0.5, 1 << 40, "\udcff", "{}", "[]")
+
+
+def change_a_cell(path, choice):
+    table = TABLES[choice.choice(list(TABLES))]
+    with closing(sqlite3.connect(path)) as connection, connection:
+        row = one_row(connection, table, choice)
+        column = choice.choice(table.c.keys())
+        before = row[table.c.keys().index(column)]
+        more = [before + 7] * 5 if isinstance(before, int) else []
+        value = choice.choice([*VALUES, *more])
+        if isinstance(value, str):  # as bytes that need not be UTF-8
+            value = value.encode("utf-8", "surrogateescape")
+            text = f"UPDATE {table.name} SET {column} = CAST(? AS TEXT)"
+        else:
+            text = f"UPDATE {table.name} SET {column} = ?"
+        key, own = where(table, row)
+        connection.execute(f"{text} WHERE {key}", (value, *own))
+
+
+def turn_a_bit(path, choice):
+    content = bytearray(path.read_bytes())
+    content[choice.randrange(len(content))] ^= 1 << choice.randrange(8)
+    path.write_bytes(content)
+
+
+def take_out_a_row(path, choice):
+    table = TABLES[choice.choice(list(TABLES))]
+    with closing(sqlite3.connect(path)) as connection, connection:
+        key, own = where(table, one_row(connection, table, choice))
+        connection.execute(f"DELETE FROM {table.name} WHERE {key}", own)
+
+
+def put_a_row_in_twice(path, choice):
+    table = TABLES[choice.choice(list(TABLES))]
+    with closing(sqlite3.connect(path)) as connection, connection:
+        row = list(one_row(connection, table, choice))
+        names = table.c.keys()
+        for column in {"location", choice.choice(names), choice.choice(names)}.intersection(names):
+            place = names.index(column)
+            row[place] = row[place] + 7 if isinstance(row[place], int) else f"{row[place]}2"
+        marks = ", ".join("?" * len(row))
+        connection.execute(f"INSERT INTO {table.name} VALUES ({marks})", row)
+
+
+def one_row(connection, table, choice):
+    names = ", ".join(table.c.keys())
+    return choice.choice(connection.execute(f"SELECT {names} FROM {table.name}").fetchall())
+
+
+def where(table, row):
+    keys = [column.name for column in table.primary_key.columns]
+    return (
+        " AND ".join(f"{name} = ?" for name in keys),
+        [row[table.c.keys().index(name)] for name in keys],
+    )
+
+
+CHANGES = (*[change_a_cell] * 4, *[turn_a_bit] * 3, take_out_a_row, put_a_row_in_twice)
+
+
+def damage(whole, times, seed):
+    """Return how often what became of a change."""
+    choice = random.Random(seed)
+    wanted, content = answers(whole), whole.read_bytes()
+    path = whole.with_name("damaged.db")
+    became: Counter[str] = Counter()
+    while sum(became.values()) < times:
+        path.write_bytes(content)
+        state, change = choice.getstate(), choice.choice(CHANGES)
+        try:
+            change(path, choice)
+        except sqlite3.IntegrityError:  # what the tables themselves refuse
+            continue
+        told = verdict(path, wanted)
+        became[told] += 1
+        assert told in ("same", "told", "found by check alone"), (seed, state[1][-1], change, told)
+    return became
+
+
+def test_no_change_is_silent(whole):
+    became = damage(whole, 200, 1)
+    assert became["told"] > 100
+
+
+@pytest.mark.fuzz
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("seed", range(2, 12))
+def test_no_change_is_silent_at_length(whole, seed):
+    print(damage(whole, 300, seed))
+
+
+REPAIRED = (
+    "UPDATE symbol_code SET start = start + 7",
+    "DELETE FROM symbol_code WHERE track = 1",
+    "UPDATE track SET known = x'ff'",
+    "DELETE FROM track WHERE capture_id = 2",
+    "UPDATE capture SET frames = 'z'",
+    "UPDATE capture SET heading = 3",
+    "UPDATE capture SET label = 'x', checksum = 0",
+    "DELETE FROM metadata",
+    "UPDATE profile SET name = 'other'",
+)
+
+
+@pytest.mark.parametrize("change", REPAIRED)
+def test_what_is_damaged_is_written_down_anew(whole, change):
+    with sql(whole) as connection:
+        connection.execute(change)
+    assert check(whole) != []
+    with Library.open(whole) as library:
+        for number in range(3):
+            library.add(
+                f"{number}.bvh", sample_score(number), format="bvh", sha256="0", encoding=ENCODING
+            )
+        assert [capture.id for capture in library.captures()] == [1, 2, 3]
+    assert check(whole) == []
+
+
+def test_a_damaged_capture_can_be_removed_by_its_number(whole):
+    with sql(whole) as connection:
+        connection.execute("UPDATE capture SET frames = 'z' WHERE id = 2")
+    with Library.open(whole) as library:
+        with pytest.raises(LibraryError, match=r"capture 2 is damaged.*ingest --force"):
+            library.captures()
+        library.remove(2)
+        assert [capture.id for capture in library.captures()] == [1, 3]
+    assert check(whole) == []
+
+
+def test_what_was_said_stays_when_the_rest_is_written_anew(whole):
+    with sql(whole) as connection:
+        connection.execute("UPDATE capture SET frames = 'z' WHERE id = 2")
+        connection.execute("UPDATE capture SET label = 'x' WHERE id = 3")
+    with Library.open(whole) as library:
+        for number in (1, 2):
+            library.add(f"{number}.bvh", sample_score(number), format="bvh", sha256="0")
+        assert [one.label for one in library.captures()] == ["walk", "walk", ""]
+        assert library.capture(2).metadata == {"who": "x", "take": "1"}
+        assert library.capture(3).metadata == {}
+
+
+def test_a_damaged_capture_is_not_known(whole):
+    with sql(whole) as connection:
+        connection.execute("UPDATE capture SET speed = x'ff' WHERE id = 2")
+    with Library.open(whole) as library:
+        assert [path[-5:] for path in library.known()] == ["0.bvh", "2.bvh"]

@@ -1,0 +1,66 @@
+"""Several processes only as far as their files fit into what is free; a fast reader if worth it."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from bodies import person
+
+from lanindex.encode.profile import load
+from lanindex.pipeline import memory, pool
+from lanindex.pipeline.prepare import Outcome, Task
+
+GIGABYTE = 1 << 30
+
+
+def free(monkeypatch: pytest.MonkeyPatch, amount: int | None) -> None:
+    monkeypatch.setattr(memory, "available", lambda: amount)
+
+
+def test_the_largest_files_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = [1000, GIGABYTE, 2000, GIGABYTE]
+    one, small = memory.needed(GIGABYTE), memory.needed(2000)
+    for amount, jobs in ((2 * one, 2), (2 * one - 1, 1), (2 * one + small, 3), (0, 1)):
+        free(monkeypatch, amount)
+        assert memory.affordable(sizes, 4) == jobs
+    free(monkeypatch, None)  # a system that does not tell
+    assert memory.affordable(sizes, 4) == 4
+
+
+def test_processes_without_a_file_of_their_own_take_room_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    free(monkeypatch, memory.needed(GIGABYTE) + memory.needed(0))
+    assert memory.affordable([GIGABYTE], 8) == 2
+
+
+def test_the_system_tells_what_is_free() -> None:
+    found = memory.available()
+    assert found is None or found > 1 << 20
+
+
+def test_a_task_says_what_its_process_will_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = [tmp_path / f"{number}.bvh" for number in range(3)]
+    for path in paths:
+        path.write_bytes(person(3))
+    seen: list[int] = []
+    monkeypatch.setattr(pool, "prepare", lambda task: seen.append(task.total) or Outcome("", ""))
+    tasks = [Task(str(path), load("default")) for path in paths]
+    list(pool.prepared([*tasks, Task(str(tmp_path / "gone.bvh"), load("default"))], 1))
+    assert seen == [3 * len(person(3))] * 4
+
+
+@pytest.mark.parametrize("total", [0, 10**9])
+def test_many_small_files_are_worth_the_fast_reader(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, total: int
+) -> None:
+    path = tmp_path / "small.bvh"
+    path.write_bytes(person(3))
+    asked: list[int] = []
+    module = sys.modules["lanindex.formats.bvh.read"]
+    known = module.paths
+    monkeypatch.setattr(module, "paths", lambda size: asked.append(size) or known(0))
+    pool.prepare(Task(str(path), load("default"), total=total))
+    assert asked == [max(total, len(person(3)))]
