@@ -117,8 +117,8 @@ def test_obstacles():
         '"r_arm low -> mid" never goes on "-> left"; no movement at all is '
         '"r_arm low" or "r_arm left"'
     )
-    assert said("start -> r_arm mid -> high -> low") == (
-        '"start -> r_arm mid -> high" never goes on "-> low"; no movement at all is "r_arm low"'
+    assert said("r_arm low -> mid -> high -> low") == (
+        '"r_arm low -> mid -> high" never goes on "-> low"; no movement at all is "r_arm low"'
     )
     assert said("r_arm mid ->[<1s] high") == '"r_arm mid" never goes on "->[<1s] high"'
     assert said("r_arm mid -> end") == '"r_arm mid" is never the clip\'s end'
