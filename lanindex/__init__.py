@@ -11,6 +11,9 @@ pattern::
         library.ingest("captures/")
         hits = library.search("r_arm right mid -> high")
         library.export(hits, "clips")
+
+The examples of each function and class are typed in a folder with the choreographies of
+``corpus/`` and, where they open ``dance.db``, a library into which those were ingested.
 """
 
 from __future__ import annotations

@@ -38,6 +38,15 @@ class LanindexError(Exception):
         What would have been right.
     remedy : str, optional
         One sentence that says what to do.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> try:
+    ...     lanindex.read("corpus/none.bvh")
+    ... except lanindex.LanindexError as error:
+    ...     print(error)
+    corpus/none.bvh: there is no such file, wanted a file that can be read
     """
 
     def __init__(self, found: str, *, place: str = "", wanted: str = "", remedy: str = "") -> None:

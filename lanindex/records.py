@@ -35,7 +35,16 @@ def _said(symbol: Symbol, fields: tuple[str, ...]) -> dict[str, Any]:
 
 
 def of_symbol(symbol: Symbol) -> dict[str, Any]:
-    """Return the five keys that tell a symbol, and its amount where it has one."""
+    """Return the five keys that tell a symbol, and its amount where it has one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex import records
+    >>> score = lanindex.read_lnd("corpus/compass.lnd")
+    >>> records.of_symbol(score.symbols("r_arm")[0])
+    {'part': 'r_arm', 'direction': 'place', 'level': 'low', 'start_frame': 0, 'end_frame': 0}
+    """
     amount = {} if symbol.amount is None else {"amount": symbol.amount}
     return {"part": symbol.part, **_said(symbol, _BRIEF), **amount}
 

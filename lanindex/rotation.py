@@ -27,6 +27,16 @@ def rotations(points: Floats, offsets: Floats, parents: NDArray[np.int_]) -> Flo
     -------
     ndarray
         (T, J, 3, 3) rotations from rest to the world.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.rotation import euler, rotations
+    >>> rest = np.array([[0.0, 0, 0], [0, -30, 0]])  # a bone that hangs
+    >>> points = np.array([[[0.0, 90, 0], [30, 90, 0]]])  # stretched out along x
+    >>> turns = rotations(points, rest, np.array([-1, 0]))
+    >>> (turns[0, 0] @ rest[1]).round(3)
+    array([30.,  0.,  0.])
     """
     turns = np.empty((*points.shape, 3))
     for joint, parent in enumerate(parents):
@@ -97,6 +107,14 @@ def euler(turns: Floats) -> Floats:
     ndarray
         (T, ..., 3) degrees z, x, y, without jumps of a whole turn over time. Where x is a
         quarter turn, z does all the turning and y is 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.rotation import euler
+    >>> quarter = np.array([[[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]])  # about z
+    >>> [round(float(angle)) for angle in euler(quarter)[0]]
+    [90, 0, 0]
     """
     flat = np.hypot(turns[..., 0, 1], turns[..., 1, 1])
     locked = flat < 1e-9

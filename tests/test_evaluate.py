@@ -23,6 +23,7 @@ from lanindex.evaluate import (
 )
 from lanindex.model import Capture
 from lanindex.search.language import parse
+from lanindex.search.plain import find
 
 UP = Expectation("up", "r_arm high", parse("r_arm high"), frozenset({"raise"}))
 
@@ -123,6 +124,16 @@ def test_what_is_wrongly_found_shows_its_hit(folder: Path) -> None:
     (miss,) = evaluate(list(read_clips(folder, labels, load())), [UP])[0].misses
     assert miss.hit is not None
     assert [symbol.level for symbol in miss.hit.symbols] == ["high"]
+
+
+def test_of_several_wrong_hits_the_first_is_shown(folder: Path) -> None:
+    (clip,) = read_clips(folder, {str(folder / "raise.bvh"): ("other", {})}, load())
+    anything = Expectation("any", "r_arm any", parse("r_arm any"), frozenset({"raise"}))
+    (miss,) = evaluate([clip], [anything])[0].misses
+    spans = [hit.span for hit in find(anything.query, [(clip.capture, clip.tracks)])]
+    assert len(spans) > 1
+    assert miss.hit is not None
+    assert miss.hit.span == min(spans)
 
 
 def test_patterns_are_read(tmp_path: Path) -> None:

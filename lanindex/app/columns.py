@@ -15,6 +15,7 @@ def width(text: str) -> int:
 
     Examples
     --------
+    >>> from lanindex.app.columns import width
     >>> width("walk"), width("歩く"), width("e\u0301")
     (4, 4, 1)
     """
@@ -32,6 +33,7 @@ def cut(text: str, most: int) -> str:
 
     Examples
     --------
+    >>> from lanindex.app.columns import cut
     >>> cut("archive/1998/walk.bvh", 13)
     'archiv…lk.bvh'
     """
@@ -58,6 +60,7 @@ def wrapped(pieces: Iterable[str], most: int) -> list[str]:
 
     Examples
     --------
+    >>> from lanindex.app.columns import wrapped
     >>> wrapped(["r_arm high", "mid", "low"], 16)
     ['r_arm high, mid,', 'low']
     """

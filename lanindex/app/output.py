@@ -49,6 +49,7 @@ def escaped(text: str) -> str:
 
     Examples
     --------
+    >>> from lanindex.app.output import escaped
     >>> print(escaped("walk\x1b[31m.bvh"))
     walk\x1b[31m.bvh
     """

@@ -60,6 +60,18 @@ def by_shape(rig: Rig) -> tuple[dict[str, int], tuple[str, ...]]:
     -------
     tuple of dict and tuple of str
         Joint of the body → joint of the rig, as far as they were found; and doubts.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.body.by_shape import by_shape
+    >>> from lanindex.body.rig import Rig
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> unnamed = tuple(f"J{number}" for number in range(len(motion.skeleton.names)))
+    >>> poses = motion.positions[:3].astype(float)
+    >>> body, _ = by_shape(Rig(unnamed, motion.skeleton.parents.tolist(), poses))
+    >>> motion.skeleton.names[body["LKnee"]]
+    'LeftLeg'
     """
     pairs = sorted(_pairs(rig), key=lambda pair: -sum(pair[0].bones + pair[1].bones))
     if not pairs:

@@ -164,6 +164,16 @@ def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ..
     -------
     tuple of str and tuple of str
         A key of `AXES`, and warnings.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.alphabet import JOINT_CODES
+    >>> from lanindex.body.calibration import up_of
+    >>> body = np.zeros((1, 20, 3))
+    >>> body[0, JOINT_CODES["Neck"]] = 0, 0, 140  # over ankles at 0: z is up
+    >>> up_of(body, None)
+    ('z', ())
     """
     if up is not None:
         return told_up(up), ()

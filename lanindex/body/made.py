@@ -30,6 +30,14 @@ def weighted(parts: Iterable[tuple[Floats, float]]) -> Floats:
     -------
     ndarray
         (..., 3) float64; NaN where one of them is unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.body.made import weighted
+    >>> left, right = np.array([90.0, 905, 0]), np.array([-90.0, 905, 0])
+    >>> weighted([(left, 0.5), (right, 0.5)])
+    array([  0., 905.,   0.])
     """
     (first, share), *others = parts
     place = first * share

@@ -129,7 +129,14 @@ def candidates(names: tuple[str, ...]) -> Mapping[tuple[str, str, str], tuple[in
 
 @lru_cache(maxsize=64)
 def exporter_of(names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Return what `names.toml` knows about the program that wrote these joints, or nothing."""
+    """Return what `names.toml` knows about the program that wrote these joints, or nothing.
+
+    Examples
+    --------
+    >>> from lanindex.body.names import exporter_of
+    >>> exporter_of(("TORSO#", "TLS", "TRS", "TLH", "TRH", "TN"))["name"]
+    'MAE'
+    """
     present = set(names)
     for exporter in tables()["exporters"]:
         if present.issuperset(exporter["joints"]):

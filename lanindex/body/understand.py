@@ -218,6 +218,17 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
     ------
     BodyError
         This is no human skeleton; names the joints that are missing.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.body.rig import Rig
+    >>> from lanindex.body.understand import find_body
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> names, parents = motion.skeleton.names, motion.skeleton.parents.tolist()
+    >>> body, doubts = find_body(Rig(names, parents, motion.positions[:3].astype(float)))
+    >>> [names[index] for index in body[:4]], doubts
+    (['Hips', 'Chest', 'Neck', 'Head'], ())
     """
     body = by_name(rig)
     warnings: tuple[str, ...] = ()

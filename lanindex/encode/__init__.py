@@ -7,6 +7,7 @@ it.
 from __future__ import annotations
 
 import sys
+from fractions import Fraction
 from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -74,6 +75,7 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     from lanindex.encode.timing import quantise
     from lanindex.encode.track import written
     from lanindex.model import Score, Track
+    from lanindex.notation.excerpt import HEADING_RATE
 
     chosen = _profile(profile)
     if not len(motion):
@@ -95,6 +97,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     tracks = {
         part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered
     }
+    if chosen.rate != HEADING_RATE:
+        turn = limbs.heading(motion, Fraction(HEADING_RATE))
     heading = np.round(np.degrees(turn), 1) + 0.0  # in tenths; -0 would be another number
     return Score(motion.rate, len(motion), meter, tracks, heading=heading.astype(np.float32))
 

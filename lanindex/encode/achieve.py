@@ -62,6 +62,22 @@ def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
     -------
     list of list of Run
         By move, in order of time; the last is achieved at the move's end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import lanindex
+    >>> from lanindex.encode.achieve import runs
+    >>> from lanindex.encode.direction import course, space
+    >>> from lanindex.encode.segment import Segment
+    >>> turn = np.radians(np.linspace(0, 90, 10))  # an arm lifted to the side
+    >>> arm = 550 * np.stack([0 * turn, -np.cos(turn), np.sin(turn)], axis=-1)
+    >>> (passed,) = course(arm[None], [space(lanindex.load_profile().ranges["r_arm"], 550)])
+    >>> for run in runs(passed, [Segment(0, 9, 0, 9)])[0]:
+    ...     print(run.cell, run.start, run.stop, "nearest at", run.achieved)
+    24 0 3 nearest at 0
+    0 3 7 nearest at 4
+    1 7 10 nearest at 9
     """
     cells, apart, angle = course.cells, course.apart, course.angle
     changed = np.append(True, cells[1:] != cells[:-1])

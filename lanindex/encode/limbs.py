@@ -103,6 +103,14 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
     -------
     Joints
         In the order of ``alphabet.JOINTS``.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import body
+    >>> joints = body(lanindex.read("corpus/compass.bvh"), ["RShoulder", "RWrist"])
+    >>> joints.names, joints["RWrist"][0].round()
+    (('RShoulder', 'RWrist'), array([-185.,  805.,    0.]))
     """
     wanted = set(names)
     ordered = tuple(name for name in JOINTS if name in wanted)
@@ -175,9 +183,8 @@ def heading(motion: Motion, target: Fraction) -> Floats:
     >>> from fractions import Fraction
     >>> import lanindex
     >>> from lanindex.encode.limbs import heading
-    >>> motion = lanindex.read("corpus/compass.bvh")  # faces +z; forward shall be +x
-    >>> turn = heading(motion, Fraction(60))
-    >>> turn.shape, round(float(turn[0]), 3)
+    >>> turn = heading(lanindex.read("corpus/compass.bvh"), Fraction(60))
+    >>> turn.shape, round(float(turn[0]), 3)  # faces +z; forward shall be +x
     ((1679,), -1.571)
     """
     axis = _axis(motion)
@@ -223,15 +230,6 @@ def smooth(curve: Floats, window: int) -> Floats:
     -------
     ndarray
         (P, N, 3) float64.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encode.limbs import smooth
-    >>> curve = np.zeros((1, 4, 3))
-    >>> curve[0, :, 1] = 0, 30, 0, 30
-    >>> smooth(curve, 3)[0, :, 1]
-    array([15., 10., 20., 15.])
     """
     half = min(window // 2, curve.shape[1] - 1)
     if half < 1:
@@ -323,6 +321,17 @@ def limbs(
     Limbs
         Parts that are known over the same stretch stand together; of a long capture only a few
         parts are worked out at a time.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.limbs import heading, limbs
+    >>> motion, profile = lanindex.read("corpus/compass.bvh"), lanindex.load_profile()
+    >>> (found,) = limbs(motion, heading(motion, profile.rate), profile)
+    >>> found.known, found.curve.shape, found.parts[:2]
+    (Span(start=0, stop=840), (18, 1679, 3), ('r_arm', 'l_arm'))
+    >>> [round(float(number)) for number in found.curve[0, 0]]  # the right arm hangs
+    [0, -570, 0]
     """
     names = list(parts)
     few = max(TOGETHER // max(len(motion), len(turn), 1), 1)

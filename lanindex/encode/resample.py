@@ -101,6 +101,14 @@ def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tu
         Number of the first frame of the result; frame k lies at source frame k · rate / target.
     values : ndarray
         (N, ...) float64; no frame lies after the last of the source.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> import numpy as np
+    >>> from lanindex.encode.resample import resample
+    >>> resample(np.array([0.0, 1.0, 4.0]), 0, Fraction(30), Fraction(60))
+    (0, array([0.   , 0.375, 1.   , 2.375, 4.   ]))
     """
     work = Resampling(start, len(points), rate / target)
     frames = work.frames

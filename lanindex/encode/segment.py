@@ -1,4 +1,4 @@
-"""Stage 2: where a limb stops, and the moves between the stops.
+"""Stage 2: where a part holds still, and the moves between the holds.
 
 Source: ``encode/METHOD.md``, stages 2 and 2b; Matsumoto and Hachimura (2001), 4.3 and 4.4.
 """
@@ -22,7 +22,7 @@ LONG_HOLD = 6
 
 
 class Hold(NamedTuple):
-    """A stop: the limb stays near one point.
+    """Where a part stays near one point, from one candidate to another.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class Hold(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A move between two stops.
+    """A move between two holds.
 
     Attributes
     ----------
     first, last : int
-        Resampled frames, both included: the last of the stop before, the first of the one after.
+        Resampled frames, both included: the last of the hold before, the first of the one after.
     begin, end : int
         When the move is seen to begin and to end (stage 2b), both included.
     """
@@ -212,7 +212,7 @@ def _reach(curve: Floats, stops: NDArray[np.int64]) -> Floats:
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:
-    """Return the moves between the stops, with the times at which they begin and end.
+    """Return the moves between the holds, with the times at which they begin and end.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
     Returns
     -------
     list of Segment
-        In order of time: one between each stop and the next.
+        In order of time: one between each hold and the next.
 
     Examples
     --------

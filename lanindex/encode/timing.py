@@ -40,6 +40,18 @@ def to_source(rows: Rows, known: Span, rate: Fraction, target: Fraction) -> Rows
         (S,) of `model.SYMBOL`: every row but the first has a frame at least, none overlap, and a
         passing row lies inside the row after it. Where the stretch has fewer frames than symbols,
         the first of them become passing.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.timing import to_source
+    >>> from lanindex.model import Span
+    >>> from lanindex.model.symbol import blank
+    >>> rows = blank(2)
+    >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
+    >>> seen = to_source(rows, Span(0, 30), Fraction(30), Fraction(60))
+    >>> seen["start"], seen["stop"]
+    (array([ 0, 16], dtype=int32), array([ 0, 27], dtype=int32))
     """
     rows = rows.copy()
     step = rate / target

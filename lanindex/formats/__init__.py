@@ -98,6 +98,12 @@ def known(file: File) -> Format:
     ------
     CaptureError
         None; says how it begins.
+
+    Examples
+    --------
+    >>> from lanindex.formats import known, opened
+    >>> known(opened("corpus/compass.bvh")).name
+    'bvh'
     """
     head = file.content[:_HEAD]
     for form in FORMATS:
@@ -152,6 +158,15 @@ def read(
         It holds no human skeleton.
     UsageError
         What is told of it is not understood.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> motion
+    <Motion corpus/compass.bvh: 840 frames at 30 Hz, 28.00 s, 28 joints>
+    >>> lanindex.read("corpus/compass.bvh", rate=60).seconds
+    14.0
     """
     from lanindex.model import Reading
 
@@ -196,6 +211,14 @@ def cutter(file: File) -> Cutter:
     ------
     CaptureError
         The file cannot be read.
+
+    Examples
+    --------
+    >>> from lanindex.formats import cutter, opened
+    >>> from lanindex.model import Span
+    >>> clip = cutter(opened("corpus/compass.bvh"))(Span(30, 60))
+    >>> clip[clip.index(b"Frames:") :].split()[1]
+    b'30'
     """
     cut: Cutter = known(file).does.cutter(file)
     return cut

@@ -80,7 +80,15 @@ def _fraction(text: str) -> Fraction | None:
 
 @lru_cache(maxsize=64)
 def nearest_rate(rate: Fraction) -> Fraction:
-    """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself."""
+    """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.formats.rates import nearest_rate
+    >>> nearest_rate(1 / Fraction("0.0333333")), nearest_rate(Fraction("29.97"))
+    (Fraction(30, 1), Fraction(30000, 1001))
+    """
     slow = Fraction(1000, 1001)
     best = min((Fraction(round(rate)), round(rate / slow) * slow), key=lambda n: abs(n - rate))
     return best if best > 0 and abs(best - rate) <= _SNAP * rate else rate.limit_denominator(10**6)

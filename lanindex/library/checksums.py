@@ -6,7 +6,6 @@ numbers with a sign, which take four bytes in a library.
 
 from __future__ import annotations
 
-import json
 import shlex
 import zlib
 from typing import Any
@@ -14,18 +13,13 @@ from typing import Any
 from lanindex.errors import LibraryError
 from lanindex.library.texts import printable
 
-_PLAIN = json.JSONEncoder(separators=(",", ":")).encode
 
-
-def of_values(*values: Any) -> int | None:
-    """Return the checksum of numbers, texts, nothing, and lists of them; None where others stand.
+def of_values(*values: Any) -> int:
+    """Return the checksum of what a row holds: numbers, texts, bytes, nothing, tuples of them.
 
     The type counts: 1, 1.0 and "1" differ.
     """
-    try:
-        return of_bytes(_PLAIN(values).encode())
-    except (TypeError, ValueError):
-        return None
+    return of_bytes(ascii(values).encode())
 
 
 def of_bytes(*values: bytes | memoryview) -> int:

@@ -8,7 +8,7 @@ from typing import Any
 
 from lanindex.library import checksums
 
-_ENCODED = (
+ENCODED = (
     *("path", "location", "format", "sha256", "fps", "rate", "frames"),
     *("speed", "beats", "beat", "division", "options", "warnings", "tracks", "content"),
 )
@@ -34,7 +34,7 @@ class Encoding:
     options: Mapping[str, str] = field(default_factory=dict)
 
 
-def encoded(values: Mapping[str, Any], profile: str | None, digest: str | None) -> int | None:
+def encoded(values: Mapping[str, Any], profile: str | None, digest: str | None) -> int:
     """Return the checksum of all that was encoded of a capture.
 
     Parameters
@@ -44,4 +44,4 @@ def encoded(values: Mapping[str, Any], profile: str | None, digest: str | None) 
     profile, digest : str or None
         Its profile; None where it has none.
     """
-    return checksums.of_values(*(values[name] for name in _ENCODED), profile, digest)
+    return checksums.of_values(*(values[name] for name in ENCODED), profile, digest)

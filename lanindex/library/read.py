@@ -4,45 +4,39 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from fractions import Fraction
-from itertools import groupby
-from operator import itemgetter
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, Row, or_, select
+from sqlalchemy import Connection, CursorResult, Row, or_, select
 
-from lanindex.errors import LibraryError
+from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import checksums, codes, rows, schema
-from lanindex.library.encoding import Encoding, encoded
-from lanindex.model import Capture, Score, Track
+from lanindex.library.encoding import ENCODED, Encoding
+from lanindex.model import Capture, Meter, Score, Track
 
 _MOST = 500
 """Values in one statement: databases take a thousand at least."""
 
+_FACTS = len(ENCODED) + 2
+"""Columns of `CAPTURE` that a capture's checksum is over: `ENCODED`, and its profile."""
+
 CAPTURE = (
     select(
-        *(one for one in schema.capture.c if one.name not in ("other", "heading")),
+        *(schema.capture.c[name] for name in ENCODED),
         schema.profile.c.name.label("profile"),
         schema.profile.c.digest.label("digest"),
+        *(schema.capture.c[name] for name in ("checksum", "id", "label", "said")),
     )
     .select_from(schema.capture.outerjoin(schema.profile))
     .order_by(schema.capture.c.id)
 )
 _LISTED = select(schema.track).order_by(schema.track.c.capture_id, schema.track.c.ordinal)
-_CODES = (
-    select(schema.symbol_code)
-    .join_from(
-        schema.track,
-        schema.symbol_code,
-        (schema.symbol_code.c.capture_id == schema.track.c.capture_id)
-        & (schema.symbol_code.c.track == schema.track.c.ordinal),
-    )
-    .order_by(*schema.symbol_code.primary_key.columns)
-)
+_CODES = select(schema.symbol_code).order_by(*schema.symbol_code.primary_key.columns)
 
 
 class Stored(NamedTuple):
@@ -155,43 +149,43 @@ def read_stored(
 
 
 def _stored(row: Any, metadata: Mapping[str, str]) -> Stored:
-    if encoded(row._asdict(), row.profile, row.digest) != row.checksum:
-        raise checksums.damaged(row.id, row.location, "what is known of its file")
+    what = "what is known of its file"
+    if checksums.of_values(*row[:_FACTS]) != row.checksum:
+        raise checksums.damaged(row.id, row.location, what)
     if said(row.id, row.label, metadata) != row.said:
         raise checksums.damaged(row.id, row.location, "its label or metadata (say them again, too)")
-    with _understood(row.id, row.location, "what is known of its file"):
+    try:
         capture = Capture(
             id=row.id,
             path=row.path,
             format=row.format,
             sha256=row.sha256,
             label=row.label,
-            rate=Fraction(row.rate),
+            rate=_fraction(row.rate),
             frames=row.frames,
-            meter=rows.read_meter(row),
+            meter=Meter(_fraction(row.speed), row.beats, row.beat, row.division),
             metadata=metadata,
             location=row.location,
             warnings=tuple(json.loads(row.warnings)),
         )
         encoding = Encoding(row.profile or "", row.digest or "", json.loads(row.options))
+    except _NONSENSE as error:
+        raise checksums.damaged(row.id, row.location, f"{what} ({error})") from error
     return Stored(capture, encoding, row.tracks, row.content)
 
 
-def said(number: int, label: str, metadata: Mapping[str, str]) -> int | None:
+_NONSENSE = (ValueError, TypeError, ArithmeticError, LookupError, RecursionError, LanindexError)
+"""What reading a value leads to that a program has stored with the right checksum."""
+
+
+@lru_cache(maxsize=64)
+def _fraction(text: str) -> Fraction:
+    return Fraction(text)
+
+
+def said(number: int, label: str, metadata: Mapping[str, str]) -> int:
     """Return the checksum of what the user says of a capture."""
-    try:
-        return checksums.of_values(number, label, sorted(metadata.items()))
-    except TypeError:  # keys of several types have no order
-        return None
-
-
-@contextmanager
-def _understood(number: int, path: str, what: str) -> Iterator[None]:
-    # Behind its checksum only a program that stored nonsense can be the cause.
-    try:
-        yield
-    except (ValueError, TypeError, ArithmeticError, RecursionError) as error:
-        raise checksums.damaged(number, path, f"{what} ({error})") from error
+    return checksums.of_values(number, label, *sorted(metadata.items(), key=ascii))
 
 
 def read_captures(connection: Connection, numbers: Sequence[int] | None = None) -> list[Stored]:
@@ -236,24 +230,49 @@ class Listed(NamedTuple):
     checksum: int
 
 
-def read_lists(connection: Connection, chosen: Sequence[Stored]) -> dict[int, list[Listed]]:
-    """Return the tracks of captures without their symbols, by the captures' numbers.
+_PART = Listed._fields.index("part")
+
+Wanted = tuple[Stored, Listed]
+"""A track that is wanted, and whose."""
+
+
+def part_names(connection: Connection) -> list[str]:
+    """Return the names of all parts, as they stand there."""
+    found = connection.scalars(select(schema.track.c.part).distinct())
+    return [name for name in found if isinstance(name, str)]
+
+
+def read_parts(connection: Connection) -> Counter[str]:
+    """Return how many symbols each part has, in all captures.
 
     Raises
     ------
     LibraryError
-        If one of the lists is not what was stored.
+        If the tracks are not those that were stored.
     """
-    table = schema.track.c
-    numbers = [one.capture.id for one in chosen]
-    found = connection.execute(_LISTED.where(table.capture_id.in_(numbers))).cursor.fetchall()
-    lists = {
-        number: [Listed(*row[1:]) for row in listed]
-        for number, listed in groupby(found, itemgetter(0))
-    }
-    for capture, _, checksum, _ in chosen:
-        if checksums.of_values(lists.get(capture.id, [])) != checksum:
-            raise checksums.damaged(capture.id, capture.location, "the list of its tracks")
+    column = schema.capture.c
+    wanted = connection.execute(select(column.id, column.location, column.tracks)).all()
+    check_numbers(connection, [number for number, _, _ in wanted])
+    parts: Counter[str] = Counter()
+    for tracks in _lists(connection.execute(_LISTED), wanted).values():
+        for _, part, _, _, symbols, _ in tracks:
+            parts[part] += symbols
+    return parts
+
+
+_Raw = tuple[Any, ...]
+"""A row of ``track`` without its capture, in the order of `Listed`."""
+
+
+def _lists(found: CursorResult[Any], wanted: Sequence[Any]) -> dict[int, list[_Raw]]:
+    """Return the rows of each capture, by its number; of each its location and checksum is told."""
+    lists: dict[int, list[_Raw]] = {number: [] for number, _, _ in wanted}
+    for number, *row in found.cursor.fetchall():
+        if number in lists:  # else it hangs on nothing: it is no capture's
+            lists[number].append(tuple(row))
+    for number, location, checksum in wanted:
+        if checksums.of_values(*lists[number]) != checksum:
+            raise checksums.damaged(number, location, "the list of its tracks")
     return lists
 
 
@@ -267,60 +286,73 @@ def read_tracks(
     LibraryError
         If one of them is not what was stored.
     """
-    lists = read_lists(connection, chosen)
+    own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
+    inside = schema.track.c.capture_id.in_([number for number, _, _ in own])
+    lists = _lists(connection.execute(_LISTED.where(inside)), own)
     wanted = [
-        (one, listed)
+        (one, Listed._make(row))
         for one in chosen
-        for listed in lists.get(one.capture.id, ())
-        if parts is None or listed.part in parts
+        for row in lists[one.capture.id]
+        if parts is None or row[_PART] in parts
     ]
-    statement = _CODES.where(schema.track.c.capture_id.in_([one.capture.id for one in chosen]))
-    if parts is not None:
-        statement = statement.where(schema.track.c.part.in_(parts))
-    numbers = _numbers(connection.execute(statement).cursor.fetchall(), chosen)
-    _check_tracks(numbers, wanted)
+    numbers = _checked(_numbers(connection, wanted), wanted)
     symbols, first = codes.unpack(numbers[:, 3:]), 0
-    tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
+    tracks: dict[int, dict[str, Track]] = {number: {} for number in lists}
     for (capture, *_), listed in wanted:
         stretch = symbols[first : first + listed.symbols]
         first += listed.symbols
-        with _understood(capture.id, capture.location, f"its track {listed.part}"):
+        try:
             known = rows.read_known(listed.known, capture.frames)
             kind = codes.KIND_NAMES[listed.kind]
             tracks[capture.id][listed.part] = Track(listed.part, stretch, known, kind)
+        except _NONSENSE as error:
+            what = f"its track {listed.part} ({error})"
+            raise checksums.damaged(capture.id, capture.location, what) from error
     return tracks
 
 
-def _numbers(found: Sequence[tuple[Any, ...]], chosen: Sequence[Stored]) -> NDArray[np.int64]:
-    """Return rows of ``symbol_code`` as numbers: (S, C + 3) int64, capture, track, row, fields."""
+def _numbers(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
+    """Return the rows of tracks: (S, C + 3) int64, capture, track, row, fields; perhaps more."""
+    column, own = schema.symbol_code.c, {(one.capture.id, listed.ordinal) for one, listed in wanted}
+    captures, tracks = ({key[place] for key in own} for place in range(2))
+    # Straight from the driver: SQLAlchemy's rows would cost as much again.
+    statement = _CODES.where(column.capture_id.in_(captures), column.track.in_(tracks))
+    found = connection.execute(statement).cursor.fetchall() if own else []
     if not found:
         return np.empty((0, len(codes.COLUMNS) + 3), np.int64)
     numbers = np.array(found)
     if numbers.dtype == np.int64:
         return numbers
     number, track = next(row[:2] for row in found if not all(isinstance(one, int) for one in row))
-    location = next(one.capture.location for one in chosen if one.capture.id == number)
+    location = next(one.capture.location for one, _ in wanted if one.capture.id == number)
     raise checksums.damaged(number, location, f"its track number {track} holds what is no number")
 
 
-def _check_tracks(numbers: NDArray[np.int64], wanted: Sequence[tuple[Stored, Listed]]) -> None:
-    """Refuse rows that are not those of the tracks, one after the other."""
+def _checked(numbers: NDArray[np.int64], wanted: Sequence[Wanted]) -> NDArray[np.int64]:
+    """Return the rows of the tracks, one after the other, if they are what was stored."""
+    if len(numbers) != sum(listed.symbols for _, listed in wanted):
+        own = {(one.capture.id, listed.ordinal) for one, listed in wanted}
+        numbers = numbers[[key in own for key in map(tuple, numbers[:, :2].tolist())]]
     fields, first = np.ascontiguousarray(numbers[:, 1:]), 0
     for one, listed in wanted:
         last = first + listed.symbols
         if (numbers[first:last, 0] != one.capture.id).any() or (
             rows.of_symbols(fields[first:last]) != listed.checksum
         ):
-            break
+            raise _culprit(numbers, wanted)
         first = last
-    else:
-        if first == len(numbers):
-            return
-    for one, listed in wanted:  # which of them it is, when rows are missing or too many
-        own = (numbers[:, 0] == one.capture.id) & (numbers[:, 1] == listed.ordinal)
-        if own.sum() != listed.symbols or rows.of_symbols(fields[own]) != listed.checksum:
-            what = f"its track {listed.part}"
-            raise checksums.damaged(one.capture.id, one.capture.location, what)
+    if first != len(numbers):
+        raise _culprit(numbers, wanted)
+    return numbers
+
+
+def _culprit(numbers: NDArray[np.int64], wanted: Sequence[Wanted]) -> LibraryError:
+    """Return the error that names the track whose rows are others, missing or too many."""
+    for one, listed in wanted:
+        own = numbers[(numbers[:, 0] == one.capture.id) & (numbers[:, 1] == listed.ordinal), 1:]
+        if len(own) != listed.symbols or rows.of_symbols(own) != listed.checksum:
+            break
+    return checksums.damaged(one.capture.id, one.capture.location, f"its track {listed.part}")
 
 
 def read_score(connection: Connection, stored: Stored) -> Score:
@@ -337,15 +369,11 @@ def read_score(connection: Connection, stored: Stored) -> Score:
     if content(row.other, row.heading) != stored.content:
         raise checksums.damaged(capture.id, capture.location, what)
     tracks = read_tracks(connection, [stored])[capture.id]
-    with _understood(capture.id, capture.location, what):
-        return Score(
-            rate=capture.rate,
-            frames=capture.frames,
-            meter=capture.meter,
-            tracks=tracks,
-            heading=rows.read_heading(row.heading),
-            other=tuple(json.loads(row.other)),
-        )
+    try:
+        heading, other = rows.read_heading(row.heading), tuple(json.loads(row.other))
+    except _NONSENSE as error:
+        raise checksums.damaged(capture.id, capture.location, f"{what} ({error})") from error
+    return Score(capture.rate, capture.frames, capture.meter, tracks, heading, other)
 
 
 def content(other: Any, heading: Any) -> int | None:

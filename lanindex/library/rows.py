@@ -6,7 +6,6 @@ import json
 import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import KINDS
 from lanindex.errors import UsageError
 from lanindex.library import checksums, codes
-from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model import SYMBOL, Score, Span, Track
 
 _RAW, _TENTHS = b"\0", b"\1"
 """The first byte of a heading: how the rest is to be read."""
@@ -92,7 +91,7 @@ def rows_of(score: Score) -> Rows:
         checksum = of_symbols(numbers[first : first + count])
         tracks.append((ordinal, track.part, kind, known, count, checksum))
         first += count
-    return Rows(tracks, numbers.T.tolist(), checksums.of_values(tracks) or 0)
+    return Rows(tracks, numbers.T.tolist(), checksums.of_values(*tracks))
 
 
 def numbered(packed: NDArray[np.int64], counts: list[int]) -> NDArray[np.int64]:
@@ -148,19 +147,14 @@ def capture_columns(score: Score) -> dict[str, Any]:
     return {
         "fps": float(score.rate),
         "rate": str(score.rate),
-        "frames": score.frames,
+        "frames": int(score.frames),
         "speed": str(meter.speed),
-        "beats": meter.beats,
-        "beat": meter.beat,
-        "division": meter.division,
+        "beats": int(meter.beats),
+        "beat": int(meter.beat),
+        "division": int(meter.division),
         "other": json.dumps(score.other),
         "heading": pack_heading(score.heading),
     }
-
-
-def read_meter(row: Any) -> Meter:
-    """Return the meter of a row of ``capture``."""
-    return Meter(Fraction(row.speed), row.beats, row.beat, row.division)
 
 
 def pack_heading(heading: NDArray[np.float32]) -> bytes:

@@ -56,12 +56,8 @@ def count(connection: Connection, size: int) -> Stats:
         If a capture is not what was stored.
     """
     stored = read.read_captures(connection)
-    lists = read.read_lists(connection, stored)
+    parts = read.read_parts(connection)
     captures = [one.capture for one in stored]
-    parts: Counter[str] = Counter()
-    for tracks in lists.values():
-        for listed in tracks:
-            parts[listed.part] += listed.symbols
     return Stats(
         captures=len(captures),
         frames=sum(one.frames for one in captures),

@@ -82,8 +82,8 @@ class Store(Session):
             **rows.capture_columns(score),
         }
         with self._changing() as connection:
-            number = write.put_capture(connection, values, score, encoding)
-            write.describe(connection, number, label, metadata)
+            number, new = write.put_capture(connection, values, score, encoding)
+            write.describe(connection, number, label, metadata, new)
         return number
 
     def label(
@@ -125,6 +125,14 @@ class Store(Session):
             Its number or its path, as in `capture`.
         path : str or path-like
             Where it is, as given; no capture may be known from there.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.move("compass.bvh", "archive/compass.bvh")
+        ...     library.capture("compass.bvh").path
+        'archive/compass.bvh'
         """
         shown = os.fspath(path)
         check_text(shown, [shown])
@@ -258,11 +266,22 @@ class Store(Session):
         with self._reading() as connection:
             return read.read_score(connection, self._stored(connection, which))
 
-    def parts(self) -> list[str]:
-        """Return the parts that any capture has, in the order of the alphabet."""
+    def parts(self, *, checked: bool = True) -> list[str]:
+        """Return the parts that any capture has, in the order of the alphabet.
+
+        Parameters
+        ----------
+        checked : bool
+            Hold them against their checksums, which takes longer the more captures there are.
+
+        Raises
+        ------
+        LibraryError
+            If the tracks are not those that were stored.
+        """
         with self._reading() as connection:
-            lists = read.read_lists(connection, read.read_captures(connection))
-        found = {listed.part for tracks in lists.values() for listed in tracks}
+            asked = read.read_parts if checked else read.part_names
+            found = set(asked(connection))
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
 
     def stats(self) -> Stats:
@@ -284,6 +303,6 @@ class Store(Session):
                 return numbers[0]
             others = [one.capture for one in read.read_captures(connection)]
             return find_capture(others, named, self.place).id
-        if is_number(which) and which in read.read_numbers(connection, [which]):
+        if is_number(which) and read.read_numbers(connection, [int(which)]):
             return int(which)
         return find_capture([], str(which), self.place).id  # which says that there is none

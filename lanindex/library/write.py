@@ -21,6 +21,7 @@ from sqlalchemy import (
     update,
 )
 
+from lanindex.errors import LibraryError
 from lanindex.library import read, rows, schema
 from lanindex.library.encoding import Encoding, encoded
 from lanindex.model import Score
@@ -49,7 +50,11 @@ _COUNT = update(schema.state).values(
     captures=_STATE.captures + bindparam("more"),
     numbers=_STATE.numbers + bindparam("more") * bindparam("one"),
 )
-_TOUCH = update(schema.state).values(stamp=_STATE.stamp + 1)
+_TOUCH = (
+    update(schema.state)
+    .where(_STATE.stamp.between(0, 1 << 31))  # no text, no bytes, not nothing
+    .values(stamp=_STATE.stamp + 1)
+)
 _FIND_PROFILE = select(schema.profile.c.id).where(
     schema.profile.c.name == bindparam("name"), schema.profile.c.digest == bindparam("digest")
 )
@@ -60,7 +65,7 @@ _FORGET_PROFILES = delete(schema.profile).where(
 
 def put_capture(
     connection: Connection, values: Mapping[str, Any], score: Score, encoding: Encoding
-) -> int:
+) -> tuple[int, bool]:
     """Write a capture and its score, in place of those of the same location.
 
     Parameters
@@ -76,8 +81,8 @@ def put_capture(
 
     Returns
     -------
-    int
-        The number of the capture: the old one where there was one.
+    int, bool
+        The number of the capture, the old one where there was one; whether it is new.
     """
     made = rows.rows_of(score)
     named = (encoding.profile, encoding.digest) if encoding.digest else None
@@ -90,17 +95,18 @@ def put_capture(
         "content": read.content(values["other"], values["heading"]),
     }
     values["checksum"] = encoded(values, name, digest)
-    number = connection.scalar(_FIND, {"location": values["location"]})
-    if number is None:
+    held = connection.scalar(_FIND, {"location": values["location"]})
+    if held is None:
         number = _inserted(connection, schema.capture, {"label": "", "said": -1, **values})
         connection.execute(_COUNT, {"more": 1, "one": number})
     else:
+        number = int(held)
         _clear(connection, number)
         connection.execute(_CHANGE, {"number": number, **values})
         connection.execute(_FORGET_PROFILES)
     _insert(connection, schema.track, [(number, *row) for row in made.tracks])
     _insert(connection, schema.symbol_code, list(zip(repeat(number), *made.symbols)))
-    return int(number)
+    return number, held is None
 
 
 def describe(
@@ -108,19 +114,24 @@ def describe(
     number: int,
     label: str | None,
     metadata: Mapping[str, str] | None,
+    new: bool = False,
 ) -> None:
     """Write what the user says of a capture; None leaves what there is, if that is whole."""
-    found = connection.execute(_SAID, {"number": number}).one()
-    held = {key: value for key, value in connection.execute(_METADATA, {"number": number})}
-    if read.said(number, found.label, held) != found.said:  # nobody knows any more what was said
-        label, metadata = label or "", metadata or {}
-    if label is None and metadata is None:
-        return
-    label = found.label if label is None else label
+    held: dict[str, str] = {}
+    if not new:
+        row = connection.execute(_SAID, {"number": number}).one()
+        held = {key: value for key, value in connection.execute(_METADATA, {"number": number})}
+        if read.said(number, row.label, held) != row.said:  # nobody knows any more what was said
+            label, metadata = label or "", metadata or {}
+        if label is None and metadata is None:
+            return
+        label = row.label if label is None else label
+        if metadata is not None:
+            connection.execute(_FORGET, {"number": number})
     if metadata is not None:
-        connection.execute(_FORGET, {"number": number})
-        _insert(connection, schema.metadata, [(number, *pair) for pair in metadata.items()])
-        held = dict(metadata)
+        held = {str(key): str(value) for key, value in metadata.items()}
+        _insert(connection, schema.metadata, [(number, *pair) for pair in held.items()])
+    label = str(label or "")
     said = read.said(number, label, held)
     connection.execute(_CHANGE, {"number": number, "label": label, "said": said})
 
@@ -151,8 +162,9 @@ def touch(connection: Connection) -> None:
     LibraryError
         If there is none that can be raised.
     """
-    read.read_state(connection)
-    connection.execute(_TOUCH)
+    if connection.execute(_TOUCH).rowcount != 1:
+        read.read_state(connection)  # says what there is
+        raise LibraryError("the library's stamp cannot be raised", wanted="a number from 0")
 
 
 def put_profile(connection: Connection, name: str, digest: str) -> int:

@@ -26,6 +26,7 @@ def readable(text: str) -> str:
 
     Examples
     --------
+    >>> from lanindex.model.hit import readable
     >>> readable("walk.bvh"), readable(chr(27) + "walk.bvh")
     ('walk.bvh', '\\x1bwalk.bvh')
     """
@@ -46,6 +47,16 @@ class Hit:
         0 to 1, the smallest margin of the symbols that matched.
     lines : tuple of tuple of Symbol
         The symbols that matched, line by line of the pattern.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     hit = library.search("torso forward high -> hold 1s+")[0]
+    >>> hit.capture.path, hit.span, round(hit.fit, 2)
+    ('corpus/greetings.bvh', Span(start=482, stop=602), 1.0)
+    >>> print(*hit.symbols)
+    torso forward high [482, 524)
     """
 
     capture: Capture

@@ -106,6 +106,17 @@ class Motion:
         (T, J, 4) float32, unit quaternions (w, x, y, z) from each joint's rest to the world, in
         the axes of `positions`; NaN where unknown. None where the source has none: a twist cannot
         be told from positions.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> len(motion), motion.rate, motion.seconds, motion.positions.shape
+    (840, Fraction(30, 1), 28.0, (840, 28, 3))
+    >>> motion.skeleton.played()["RWrist"]
+    'RightHand'
+    >>> motion.source.unit, motion.source.up
+    ('cm (detected)', 'y')
     """
 
     skeleton: Skeleton

@@ -97,6 +97,17 @@ class Score:
         (N,) float32, degrees: where the body faces, at 60 frames a second; may be empty.
     other : tuple of str
         Lines of an LND file that were not understood, kept for the way back.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> score = lanindex.read_lnd("corpus/jumping_jacks.lnd")
+    >>> score
+    <Score 4 parts, 60 symbols, 192 frames at 16 Hz>
+    >>> sorted(score.tracks)
+    ['l_arm', 'l_leg', 'r_arm', 'r_leg']
+    >>> print(score.symbols("r_arm")[1])
+    r_arm right high [32, 40)
     """
 
     rate: Fraction

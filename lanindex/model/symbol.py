@@ -103,6 +103,16 @@ class Symbol:
         The cell across the nearest border; None: none known.
     amount : int or None
         Degrees of a turn, or of a bend; None where the kind of symbol has none.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
+    >>> symbol = score.symbols("r_arm")[1]
+    >>> print(symbol)
+    r_arm right low* [60, 67)
+    >>> symbol.words, symbol.span, symbol.passing, round(symbol.margin, 3), symbol.runner_up
+    ('right low', Span(start=60, stop=67), True, 0.759, ('place', 'low'))
     """
 
     part: str

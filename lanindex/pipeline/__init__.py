@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import PARTS
-from lanindex.errors import UsageError
+from lanindex.errors import PatternError, UsageError
 from lanindex.library import store
 from lanindex.search.hits import Hits
 
@@ -24,7 +24,31 @@ if TYPE_CHECKING:
 
 
 class Library(store.Store):
-    """Captures written down, to search and to cut clips from. Made by `open_library`."""
+    """Captures written down, to search and to cut clips from. Made by `open_library`.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     score = library.score("compass.bvh")
+    ...     for capture, tracks in library.tracks(parts=["r_arm"]):
+    ...         if capture in library.captures("marching*"):
+    ...             print(capture.id, capture.label, len(tracks["r_arm"]))
+    ...     library.stats().captures, library.parts()[:2], library.missing()
+    6 marching 49
+    (10, ['r_arm', 'l_arm'], [])
+    >>> library = lanindex.open_library("dance.db")
+    >>> library.label("compass.bvh", "directions")
+    True
+    >>> library.capture("compass.bvh").label
+    'directions'
+    >>> library.move("compass.bvh", "elsewhere/compass.bvh")
+    >>> library.remove("marching.bvh")
+    >>> number = library.add("own.lnd", score, format="lnd", sha256="0" * 64)
+    >>> number, len(library.known()), len(library.located([], ["0" * 64]))
+    (11, 10, 1)
+    >>> library.close()
+    """
 
     def ingest(
         self,
@@ -66,6 +90,15 @@ class Library(store.Store):
             Where the library cannot be written.
         NotationError, UsageError
             Where profile or labels cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("own.db", create=True) as library:
+        ...     for outcome in library.ingest("corpus/compass.bvh", "corpus/compass.lnd"):
+        ...         print(outcome.status, outcome.path)
+        added corpus/compass.bvh
+        added corpus/compass.lnd
         """
         from lanindex.encode.profile import load
         from lanindex.pipeline.ingest import discover, ingest
@@ -93,7 +126,7 @@ class Library(store.Store):
         Parameters
         ----------
         pattern : str
-            ``r_arm right mid -> high``; see the README's page on the language.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -114,6 +147,16 @@ class Library(store.Store):
             Where the pattern is not understood.
         LibraryError
             Where the library cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("arms side high with legs side low", within="*jacks*")
+        >>> for hit in hits[:2]:
+        ...     print(hit.capture.path, hit.span)
+        corpus/jumping_jacks.bvh Span(start=60, stop=76)
+        corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
         from lanindex.search.plain import find
 
@@ -146,6 +189,13 @@ class Library(store.Store):
         ------
         PatternError
             Where the pattern is not understood.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     print(library.explain("torso forward high -> hold 1s+").splitlines()[0])
+        The torso moves forward, high (or begins there), then stays where it is, for at least 1 s.
         """
         from lanindex.search.explain import explanation
 
@@ -158,7 +208,11 @@ class Library(store.Store):
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
-        query = parse(pattern, self.parts(), known=PARTS)
+        try:
+            query = parse(pattern, self.parts(checked=False), known=PARTS)
+        except PatternError:
+            self.parts()  # is a part unknown because the library is damaged? That would be said
+            raise
         chosen = None
         if within is not None or where:
             chosen = [capture.id for capture in self.captures(within, where)]
@@ -198,6 +252,15 @@ class Library(store.Store):
         ExportError
             Where a hit comes from another library, a source has changed or is gone, or a file
             is there already; then nothing is written.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("torso forward high -> hold 1s+")
+        ...     for clip in library.export(hits, "clips", pad="0.5s"):
+        ...         print(clip["clip"], clip["clip_start_frame"], clip["clip_end_frame"])
+        greetings_467-617.bvh 467 617
         """
         from lanindex.pipeline.export import export
         from lanindex.pipeline.requests import from_hits

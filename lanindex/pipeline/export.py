@@ -48,6 +48,13 @@ def pad_frames(text: str, rate: Fraction) -> int:
     ------
     UsageError
         Where it is no time.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.pipeline.export import pad_frames
+    >>> pad_frames("0.5s", Fraction(30)), pad_frames("10f", Fraction(30))
+    (15, 10)
     """
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|ms|f)|0", text.strip())
     if match is None:
@@ -61,7 +68,15 @@ def pad_frames(text: str, rate: Fraction) -> int:
 
 
 def padded(span: Span, frames: int, total: int) -> Span:
-    """Return a span with `frames` more on both sides, clamped to a file of `total` frames."""
+    """Return a span with `frames` more on both sides, clamped to a file of `total` frames.
+
+    Examples
+    --------
+    >>> from lanindex.model import Span
+    >>> from lanindex.pipeline.export import padded
+    >>> padded(Span(5, 40), 10, total=45)
+    Span(start=0, stop=45)
+    """
     return Span(max(0, span.start - frames), min(total, span.stop + frames))
 
 

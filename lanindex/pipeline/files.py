@@ -31,6 +31,12 @@ def safe_stem(path: str) -> str:
     str
         At most 200 bytes of UTF-8, composed, never empty: letters with their marks, digits, blanks
         and ``_.#+=@-``; it begins as no hidden file, option, formula or device does.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.files import safe_stem
+    >>> safe_stem("captures/a walk: 1.bvh")
+    'a walk_ 1'
     """
     name = re.split(r"[/\\]", path)[-1]
     stem = name.rsplit(".", 1)[0] if "." in name[1:] else name

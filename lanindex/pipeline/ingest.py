@@ -38,12 +38,19 @@ def discover(
     paths : iterable of path-like
         Files and folders.
     others : list of str, optional
-        To which the files of folders are added that are passed over, hidden ones left aside.
+        To which is added what is passed over in folders: files, and links to other folders. What
+        is hidden is left aside.
 
     Yields
     ------
     str
         A path, once.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.ingest import discover
+    >>> list(discover(["corpus"]))[:3]
+    ['corpus/compass.bvh', 'corpus/compass.lnd', 'corpus/conductor_four.bvh']
     """
     seen: set[str] = set()
     for named in paths:
@@ -59,6 +66,9 @@ def _walk(folder: str, others: list[str] | None) -> Iterator[str]:
     closed: list[OSError] = []
     for place, folders, names in os.walk(folder, onerror=closed.append):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
+        if others is not None:  # they could lead in a circle
+            linked = (os.path.join(place, name) for name in folders)
+            others.extend(path for path in linked if os.path.islink(path))
         for name in sorted(name for name in names if not name.startswith(".")):
             if Path(name).suffix.lower() in SUFFIXES:
                 yield os.path.join(place, name)
@@ -81,12 +91,14 @@ def left_out(others: Iterable[str]) -> str:
     str
         ``24 .c3d, 7 .amc (formats that are not read yet); 3 other files``; empty if there are none.
     """
-    kinds = Counter(map(unread, set(map(os.path.abspath, others))))
-    rest = kinds.pop("", 0)
+    paths = set(map(os.path.abspath, others))
+    kinds = Counter("/" if os.path.isdir(path) else unread(path) for path in paths)
+    rest, linked = kinds.pop("", 0), kinds.pop("/", 0)
     by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
     known = ", ".join(f"{number} {kind}" for kind, number in by_number)
     said = [f"{known} (formats that are not read yet)"] if known else []
-    said += [f"{rest} other file" + "s" * (rest > 1)] if rest else []
+    for number, noun in ((rest, "other file"), (linked, "linked folder")):
+        said += [f"{number} {noun}" + "s" * (number > 1)] if number else []
     return "; ".join(said)
 
 

@@ -54,6 +54,13 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
         twice with different words.
     NotationError
         Where it cannot be read or is no text.
+
+    Examples
+    --------
+    >>> import os
+    >>> from lanindex.pipeline.labels import read_labels
+    >>> read_labels("corpus/labels.csv")[os.path.abspath("corpus/marching.bvh")]
+    ('marching', {'kind': 'step', 'rhythm': '4/4'})
     """
     place = Path(path)
     (first, names), *rows = _rows(place) or [(1, [])]

@@ -27,6 +27,18 @@ class Hits(Sequence[Hit]):
         The hits.
     pattern : str
         What was searched for.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     hits = library.search("torso forward high -> hold 1s+")
+    >>> len(hits), hits.pattern
+    (1, 'torso forward high -> hold 1s+')
+    >>> hits[0].capture.label, hits[0].span
+    ('greeting', Span(start=482, stop=602))
+    >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
+    (True, 482, array([602]))
     """
 
     def __init__(self, found: Iterable[Hit], pattern: str) -> None:
@@ -114,6 +126,18 @@ class Hits(Sequence[Hit]):
         ------
         LanindexError
             Where neither is.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("torso forward high -> hold 1s+")
+        >>> try:
+        ...     columns = list(hits.to_frame().columns)
+        ... except lanindex.LanindexError:  # with neither: the same as dictionaries
+        ...     columns = list(hits.dicts()[0])
+        >>> columns[:3]
+        ['capture', 'capture_id', 'label']
         """
         rows = self.dicts()
         columns = {key: [row[key] for row in rows] for key in records.HIT}

@@ -194,7 +194,7 @@ def _insert(connection: sa.Connection, table: str, rows: list, names: tuple = ()
 
 
 def _checksum(*values: object) -> int:
-    return _signed(zlib.crc32(json.dumps(values, separators=(",", ":")).encode()))
+    return _signed(zlib.crc32(ascii(values).encode()))
 
 
 def _signed(checksum: int) -> int:
@@ -212,9 +212,9 @@ def _capture(connection: sa.Connection, old: dict, tracks: list) -> tuple[dict, 
     new = {
         **old,
         "warnings": "[]",
-        "tracks": _checksum(tracks),
+        "tracks": _checksum(*tracks),
         "content": _signed(zlib.crc32(old["other"].encode(), zlib.crc32(heading))),
-        "said": _checksum(number, old["label"], sorted(metadata.items())),
+        "said": _checksum(number, old["label"], *sorted(metadata.items(), key=ascii)),
         "heading": heading,
     }
     facts = "path location format sha256 fps rate frames speed beats beat division options"

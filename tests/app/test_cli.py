@@ -81,6 +81,11 @@ class TestHelp:
     def test_several_are_shown_as_several(self, run, verb: str, word: str) -> None:
         assert word in run(verb, "--help").stdout.splitlines()[0]
 
+    def test_the_language_is_a_page(self, run, repository: Path) -> None:
+        page = repository / "lanindex" / "search" / "LANGUAGE.md"
+        assert run("words").stdout == page.read_text(encoding="utf-8")
+        assert "lanindex words" in run("search", "--help").stdout
+
     def test_version(self, run) -> None:
         assert run("--version").stdout.startswith("lanindex 0.")
 
@@ -391,7 +396,7 @@ class TestOthers:
         said = run("list", "--doubts")
         number, path, doubt = said.stdout.splitlines()[0].split("\t")
         assert (number, path) == ("2", "./raise.bvh")
-        assert "frames" in doubt
+        assert doubt == "Frames: says 340, the file has 240"
         (line,) = records(run("list", "--doubts", "--json"))
         assert doubt in line["warnings"]
         nothing = run("list", "--doubts", "--in", "bow.bvh")

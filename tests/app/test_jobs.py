@@ -52,6 +52,21 @@ class TestIngest:
         said = "no .bvh or .lnd file in out, but 1 .amc (formats that are not read yet)\n"
         assert run("ingest", "out", code=1).stderr == said
 
+    def test_what_no_reader_understands_is_refused_once(self, run, place: Path) -> None:
+        said = run("ingest", "in", "--unit", "furlong", code=2).stderr
+        assert said.startswith("lanindex: ")
+        assert "furlong" in said
+        assert said.count("\n") == 1
+        assert not (place / "lanindex.db").exists()
+
+    def test_what_moved_is_told(self, run, place: Path) -> None:
+        run("ingest", "in")
+        (place / "in" / "bow.bvh").rename(place / "in" / "deep bow.bvh")
+        before, summary = run("ingest", "in", "-v").stderr.splitlines()
+        assert before == f"in/deep bow.bvh: was {place / 'in' / 'bow.bvh'} before"
+        assert summary.startswith("2 files: 1 unchanged, 1 moved;")
+        assert run("ingest", "in").stderr == "nothing new: 2 files unchanged\n"
+
     def test_nothing_new(self, run) -> None:
         run("ingest", "in")
         assert run("ingest", "in").stderr == "nothing new: 2 files unchanged\n"
@@ -90,6 +105,8 @@ class TestExport:
 
 
 class TestEvaluate:
+    """Rows and labels that fit nothing, and where what was judged wrongly is told."""
+
     WORDS = ("evaluate", "in", "--labels", "l.csv", "--patterns", "p.toml")
 
     def test_misses_stand_in_their_patterns_record(self, run, place: Path) -> None:
@@ -114,6 +131,15 @@ class TestEvaluate:
             "up: no clip has the label walk*\n"
             "nothing was measured: no clip has a label that a pattern should find\n"
         )
+
+    def test_a_file_that_cannot_be_read(self, run, place: Path) -> None:
+        (place / "in" / "bow.bvh").write_text("HIERARCHY\n")
+        (place / "l.csv").write_text("file,label\nin/bow.bvh,bow\n")
+        (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["bow"]}\n')
+        done = run(*self.WORDS, "-q", code=2)
+        assert done.stderr.startswith("lanindex: in/bow.bvh")
+        assert done.stderr.endswith("; it counts as not found\n")
+        assert done.stdout.splitlines()[-1] == "mean F1 0.000 ± 0.000, 1 pattern, 1 clip"
 
     def test_rows_that_name_no_clip(self, run, place: Path) -> None:
         (place / "p.toml").write_text('up = {pattern = "r_arm high", positives = ["bow"]}\n')

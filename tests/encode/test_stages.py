@@ -5,8 +5,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from made_motion import motion_of, swung
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
+from lanindex.encode import encode
 from lanindex.encode.achieve import Run, achieve, runs
 from lanindex.encode.direction import Course, Space, course, margins, space
 from lanindex.encode.limbs import smooth, window
@@ -53,6 +55,13 @@ class TestBody:
         begin, values = resample(points, 0, Fraction(120), Fraction(60))
         assert begin == 0
         assert np.array_equal(values, points[::2])
+
+    def test_the_heading_has_one_rate_in_every_score(self) -> None:
+        motion = motion_of(swung(1, 90, Fraction(30), 0.5), Fraction(30))
+        fast = replace(load("default"), rate=Fraction(120))
+        plain, fine = encode(motion).heading, encode(motion, fast).heading
+        assert len(plain) == 179
+        assert np.array_equal(plain, fine)
 
     def test_no_frame_lies_after_the_last(self) -> None:
         _, values = resample(np.zeros((4, 1)), 0, Fraction(25), Fraction(60))

@@ -89,7 +89,7 @@ ROWS = {
         "UPDATE state SET stamp = 3, captures = 1, numbers = 1",
         "INSERT INTO profile VALUES (1, 'default', 'aa')",
         "INSERT INTO capture VALUES (1, 'a.bvh', '/a.bvh', 'bvh', 'ff', 'walk', 30, '30', 9, '60',"
-        " 4, 4, 32, 1, '{}', '[]', -511303186, -1594958232, 658399323, -1535379441, '[]',"
+        " 4, 4, 32, 1, '{}', '[]', -189751464, -1594958232, 1753983228, 1297901499, '[]',"
         " x'01789c030000000001')",
         "INSERT INTO metadata VALUES (1, 'who', 'x')",
         "INSERT INTO track VALUES (1, 0, 'r_arm', 0, NULL, 1, -380827888)",

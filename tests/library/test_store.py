@@ -428,7 +428,7 @@ def test_globs_match_letters_however_composed(library, form):
 
 
 def test_a_heading_in_tenths_is_small(library):
-    turning = np.round(np.cumsum(np.sin(np.arange(6000) / 50)), 1).astype(np.float32)
+    turning = np.round(100 + np.cumsum(np.sin(np.arange(6000) / 50)), 1).astype(np.float32)
     score = sample_score()
     number = add(library, "a.bvh", Score(score.rate, 60, score.meter, {}, turning))
     assert library.score(number).heading.tobytes() == turning.tobytes()

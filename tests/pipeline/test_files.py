@@ -57,6 +57,12 @@ def test_all_are_written(tmp_path: Path) -> None:
     assert (tmp_path / "y").read_bytes() == b"2"
 
 
+def test_what_is_written_may_be_read_by_whom_other_files_may(tmp_path: Path) -> None:
+    (tmp_path / "plain").write_bytes(b"")
+    write_all([(tmp_path / "x", b"")])
+    assert (tmp_path / "x").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
 def test_a_failure_leaves_no_trace(tmp_path: Path) -> None:
     (tmp_path / "b").write_bytes(b"old")
     with pytest.raises(ExportError, match="exists already"):
@@ -119,6 +125,7 @@ def test_a_source_is_never_replaced(tmp_path: Path) -> None:
     assert source.read_bytes() == b"source"
     assert (tmp_path / "soft").is_symlink()
     write_all([(tmp_path / "b.bvh", b"new")], sources=[source])
+    write_all([(tmp_path / "c.bvh", b"new")], sources=[tmp_path / "gone"])
 
 
 def test_sources_too_many_to_list_are_asked_for_once(tmp_path: Path) -> None:

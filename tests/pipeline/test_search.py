@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from dances import BOW
 
-from lanindex.errors import PatternError
+from lanindex.errors import PatternError, UsageError
 from lanindex.pipeline import Library, open_library
 
 
@@ -26,3 +26,20 @@ def test_a_part_that_is_not_there_is_told_with_those_that_are(library: Library, 
 def test_a_part_that_is_only_not_seen_never_moves(library: Library) -> None:
     assert len(library.search("head high")) == 0
     assert len(library.search("r_arm forward without head")) == 1
+
+
+def test_only_captures_that_fit_are_searched(library: Library) -> None:
+    pattern = "r_arm forward"
+    library.label("bow.lnd", "bow", {"who": "x"})
+    wanted = len(library.search(pattern))
+    for where, found in (
+        ({"label": "b?w", "who": "x"}, wanted),
+        ({"label": "wave"}, 0),
+        ([("format", "lnd"), ("format", "bvh")], 0),
+    ):
+        assert len(library.search(pattern, where=where)) == found
+        assert len(library.search(pattern, within="*.lnd", where=where)) == found
+        assert len(library.search(pattern, within="*.bvh", where=where)) == 0
+        assert f"r_arm forward  {found}\n" in library.explain(pattern, where=where)
+    with pytest.raises(UsageError, match="no capture has a column"):
+        library.search(pattern, where={"whom": "x"})

@@ -22,6 +22,10 @@ SENTENCES = {
     "arms side -> hold": (
         "Both arms together move to their own sides (or begin there), then stay where they are."
     ),
+    "r_arm -> high": "The right arm moves anywhere (or begins there), then moves high.",
+    "r_arm rising high -> low": (
+        "The right arm moves to a higher level than before, high, then moves low."
+    ),
     "head not forward ...[<=1] forward/left ... end": (
         "The head moves not forward (or begins there), later (at most 1 movement between) "
         "moves forward or to the left, some time before the clip's end."
@@ -112,6 +116,9 @@ def test_obstacles():
     assert said("r_arm low -> mid -> left ... high") == (
         '"r_arm low -> mid" never goes on "-> left"; no movement at all is '
         '"r_arm low" or "r_arm left"'
+    )
+    assert said("r_arm low -> mid -> high -> low") == (
+        '"r_arm low -> mid -> high" never goes on "-> low"; no movement at all is "r_arm low"'
     )
     assert said("r_arm mid ->[<1s] high") == '"r_arm mid" never goes on "->[<1s] high"'
     assert said("r_arm mid -> end") == '"r_arm mid" is never the clip\'s end'

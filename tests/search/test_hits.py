@@ -1,6 +1,7 @@
 """Hits as people and notebooks see them, and as tables."""
 
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from types import ModuleType
 from typing import Any
@@ -39,6 +40,23 @@ def test_hits_are_told_on_lines() -> None:
     assert lines[1] == "  a\\x1b.bvh  [30, 60) 1.00-2.00 s, fit 0.50"
     assert lines[-1] == "  ... 2 more"
     assert len(lines) == 12
+
+
+@pytest.mark.parametrize("count", [1, 10, 11])
+def test_no_more_than_ten_are_told(count: int) -> None:
+    lines = repr(Hits([hit(start=k) for k in range(count)], "head")).splitlines()
+    assert lines[0].startswith(f"<{count} hit{'s' if count > 1 else ''} in 1 capture: ")
+    assert lines[1].endswith("[0, 60) 0.00-2.00 s, fit 0.50")
+    assert len(lines) == 1 + count
+    assert lines[10:11] != ["  ... 1 more"]
+    assert lines[11:] == ["  ... 1 more"][: count - 10]
+
+
+def test_the_clearest_first_and_ties_as_they_were() -> None:
+    mixed = Hits([hit(start=1), replace(hit(start=2), fit=0.9), hit(start=3)], "")
+    assert [it.start for it in mixed.by_fit()] == [2, 1, 3]
+    assert [it.start for it in mixed[1:]] == [2, 3]
+    assert mixed.numpy()[["start", "stop"]].tolist() == [(1, 60), (2, 60), (3, 60)]
 
 
 def test_a_notebook_shows_a_table() -> None:

@@ -185,6 +185,9 @@ def test_an_error_points_at_its_place(marked: str, sentence: str):
 
 
 READ = {
+    "r_arm high <0.05s": "r_arm high <0.05s",
+    "r_arm high 010.500s": "r_arm high 10.5s",
+    "r_arm high .5b..20f": "r_arm high 0.5b..20f",
     "right_arm high": "r_arm high",
     "Left Hand right -> left": "l_hand right -> left",
     "both arms high -> both_arms low": "arms high -> arms low",
@@ -195,7 +198,7 @@ READ = {
 
 
 @pytest.mark.parametrize("text", READ)
-def test_what_a_person_calls_a_part(text: str):
+def test_what_is_read_in_other_words(text: str):
     assert str(parse(text)) == READ[text]
 
 
@@ -315,6 +318,22 @@ def test_endless_texts_come_to_an_end(text):
     check(text[:10_000])
     with pytest.raises(PatternError, match="10000 is the most"):
         parse(text)
+
+
+def test_how_long_a_pattern_may_be():
+    text = "r_arm high//"
+    assert str(parse(text + "x" * (10_000 - len(text)))) == "r_arm high"
+    with pytest.raises(PatternError, match="A pattern of 10001 characters; 10000 is the most"):
+        parse(text + "x" * (10_001 - len(text)))
+
+
+def test_what_is_said_where_nothing_is_like_a_word():
+    with pytest.raises(PatternError) as caught:
+        parse("r_arm qqq")
+    assert caught.value.found == (
+        'I don\'t know "qqq". A movement has a direction (right, r_forward, forward, l_forward …) '
+        "and a level (high, mid, low)."
+    )
 
 
 @pytest.mark.fuzz

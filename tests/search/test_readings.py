@@ -226,6 +226,12 @@ class TestBrackets:
         assert found(self.ARMS, "(r_arm high with l_arm high) 1.7s") == []
         assert found(self.ARMS, "(l_arm high with r_arm high) 1.7s -> low") == [(5, 50)]
 
+    def test_one_of_a_single_step_in_the_middle_of_a_line(self):
+        assert found(self.ARMS, "r_arm low -> (high) 1s -> mid") == [(0, 30)]
+        assert found(self.ARMS, "r_arm low -> (high) <1s -> mid") == []
+        arms = "r_arm: place low 0 0, right high 4 9, right mid 12 20; l_arm: place low 0 0"
+        assert found(arms, "r_arm low -> (high with l_arm low) -> mid") == []
+
     def test_without_looks_at_the_whole_bracket(self):
         assert found(self.ARMS, "r_arm high without head") == [(10, 20)]
         assert found(self.ARMS, "r_arm high with l_arm high without head") == []

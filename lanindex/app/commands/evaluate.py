@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, say_error
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def run(
     _compare(out, folder, labels, named, clips)
     failed = [clip for clip in clips if clip.error]
     for clip in failed:
-        out.note(f"{clip.error}; it counts as not found")
+        say_error(f"{clip.error}; it counts as not found")
     for expectation in chosen:
         if unused := expectation.unused(clip.capture.label for clip in clips):
             out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")

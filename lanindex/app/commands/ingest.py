@@ -60,8 +60,7 @@ def run(
     from lanindex.pipeline import open_library
     from lanindex.pipeline.ingest import discover, ingest
 
-    chosen = load(profile)
-    told = options.reading(unit, up, fps, compose)
+    chosen, told = load(profile), options.reading(unit, up, fps, compose)
     check(told)
     others: list[str] = []
     files = list(discover(paths, others))
@@ -69,9 +68,8 @@ def run(
     if not files:
         _nothing(out, paths, rest)
     named = _labels(out, labels, files)
-    processes = _processes(out, files, jobs or (os.cpu_count() or 1 if len(files) >= MANY else 1))
-    tally: Counter[str] = Counter()
-    begun = time.monotonic()
+    processes = _processes(out, files, jobs)
+    tally, begun = Counter[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         done = ingest(
@@ -88,17 +86,16 @@ def run(
             _count(tally, outcome, chosen.meter.division)
             _report(out, outcome)
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
-    if rest:
-        out.note(f"left out: {rest}")
-    _doubts(out, tally, chosen.meter.division, dry_run)
+    _afterwards(out, tally, rest, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
 
 
-def _processes(out: Output, files: list[str], wanted: int) -> int:
-    """Return how many processes the memory has room for."""
+def _processes(out: Output, files: list[str], told: int | None) -> int:
+    """Return how many processes are worth their start and have room in memory."""
     from lanindex.pipeline.memory import affordable, size_of
 
+    wanted = told or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     found = affordable(map(size_of, files), wanted)
     if found < wanted:
         out.detail(f"{found} of {wanted} processes: the largest files leave no room for more")
@@ -135,6 +132,7 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally["milliseconds"] += round(1000 * outcome.seconds)
     tally["warnings"] += len(outcome.warnings)
     tally["anew"] += outcome.held and outcome.status == "added"
+    tally["moved"] += bool(outcome.moved) and outcome.status == "unchanged"
     tally["labelled"] += outcome.labelled
     tally["finer"] += outcome.division > division
 
@@ -142,14 +140,15 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
 def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
     from lanindex.app.formatting import counted, duration
 
-    if tally["unchanged"] == files and not tally["labelled"]:
+    if tally["unchanged"] == files and not (tally["labelled"] or tally["moved"]):
         out.note(f"nothing new: {counted(files, 'file')} unchanged")
         return
     would = "would be " if dry_run else ""
     counts = {
         f"{would}added": tally["added"] - tally["anew"],
         f"{would}written anew": tally["anew"],
-        "unchanged": tally["unchanged"],
+        "unchanged": tally["unchanged"] - tally["moved"],
+        "moved": tally["moved"],
         "labelled anew": tally["labelled"],
         "failed": tally["failed"],
     }
@@ -161,9 +160,11 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
     )
 
 
-def _doubts(out: Output, tally: Counter[str], division: int, dry_run: bool) -> None:
+def _afterwards(out: Output, tally: Counter[str], rest: str, division: int, dry_run: bool) -> None:
     from lanindex.app.formatting import counted
 
+    if rest:
+        out.note(f"left out: {rest}")
     if tally["warnings"] and not (out.verbose or out.json):
         shown = "-v shows" if dry_run else "lanindex list --doubts tells"
         out.note(f"{counted(tally['warnings'], 'warning')}: {shown} more")
@@ -185,5 +186,7 @@ def _report(out: Output, outcome: Outcome) -> None:
         out.record(record)
     if outcome.error:
         say_error(outcome.error)
+    if outcome.moved:
+        out.detail(f"{outcome.path}: was {outcome.moved} before")
     for warning in outcome.warnings:
         out.detail(f"{outcome.path}: {warning}")

@@ -45,13 +45,13 @@ def run(
     warnings = seen.pop("warnings")
     joints = seen.pop("joints")
     for key, value in seen.items():
-        out.line(f"{key:14} {value}")
-    out.line(f"{'joints':14} {len(joints)}: {' '.join(joints)}")
+        out.line(f"{key:12} {value}")
+    out.line(f"{'joints':12} {len(joints)}: {' '.join(joints)}")
     out.line("body")
     for joint, name in body.items():
-        out.line(f"  {joint:12} {name or '(absent)'}")
+        out.line(f"  {joint:10} {name or '(absent)'}")
     for warning in warnings:
-        out.line(out.paint(f"warning        {warning}", "warn"))
+        out.line(out.paint(f"warning      {warning}", "warn"))
 
 
 def _seen(motion: Motion) -> dict[str, Any]:

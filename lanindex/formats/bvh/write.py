@@ -48,6 +48,14 @@ def write(motion: Motion) -> bytes:
     ------
     ExportError
         A position is unknown, or the skeleton has several roots.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.formats.bvh.write import write
+    >>> motion = lanindex.animate(lanindex.read_lnd("corpus/compass.lnd"))
+    >>> write(motion).split()[:3]
+    [b'HIERARCHY', b'ROOT', b'Hips']
     """
     skeleton, points = motion.skeleton, motion.positions.astype(np.float64)
     _check(motion, points)

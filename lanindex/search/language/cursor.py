@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import re
 
-from lanindex.errors import PatternError
+from lanindex.errors import PatternError, shown
 from lanindex.search.language.lexer import Token, tokens
 from lanindex.search.language.words import Vocabulary
 
 _QUOTED = re.compile(r'"([^"]*)"')
-
-
-def shortened(text: str, most: int = 60) -> str:
-    """Return a text that a sentence can hold: cut if it is long."""
-    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 class Cursor:
@@ -62,12 +57,12 @@ class Cursor:
 
     def said(self, first: Token, last: Token | None = None) -> str:
         """Return the text from one token to another, on one line, and cut where it is long."""
-        return shortened(" ".join(self.text[first.start : (last or first).stop].split()))
+        return shown(" ".join(self.text[first.start : (last or first).stop].split()))
 
     def error(
         self, sentence: str, first: Token | None = None, last: Token | None = None
     ) -> PatternError:
         """Return an error about the next token, or about those from `first` to `last`."""
         first = first or self.token
-        sentence = _QUOTED.sub(lambda quoted: f'"{shortened(quoted[1])}"', sentence)
+        sentence = _QUOTED.sub(lambda quoted: f'"{shown(quoted[1])}"', sentence)
         return PatternError(sentence, text=self.text, start=first.start, stop=(last or first).stop)

@@ -56,6 +56,20 @@ def parse(text: str, parts: Collection[str] | None = None, known: Collection[str
     ------
     PatternError
         The pattern cannot be understood; says where and why.
+
+    Examples
+    --------
+    >>> from lanindex.errors import PatternError
+    >>> from lanindex.search.language import parse
+    >>> sorted(parse("r_arm right mid -> high with head").parts)
+    ['head', 'r_arm']
+    >>> try:
+    ...     parse("r_arm rihgt")
+    ... except PatternError as error:
+    ...     print(error)
+    r_arm rihgt
+          ^^^^^
+    I don't know "rihgt". Did you mean "right"?
     """
     if len(text) > _LONGEST:
         raise PatternError(

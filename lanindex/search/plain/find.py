@@ -56,6 +56,18 @@ def find(
         `overlaps` or `tolerance` make no sense.
     LanindexError
         The pattern fits a capture in too many ways to try them all.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.search.language import parse
+    >>> from lanindex.search.plain import find
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     for hit in find(parse("r_arm place high -> place mid"), library.tracks()):
+    ...         print(hit.capture.path, hit.span)
+    corpus/compass.bvh Span(start=721, stop=773)
+    corpus/radio_gymnastics.bvh Span(start=383, stop=428)
+    corpus/radio_gymnastics.bvh Span(start=473, stop=518)
     """
     if overlaps not in OVERLAPS:
         raise UsageError(f'overlaps "{overlaps}"', wanted=" or ".join(OVERLAPS))
