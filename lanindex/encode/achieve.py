@@ -5,12 +5,13 @@ Source: ``encode/METHOD.md``, stage 4; Matsumoto and Hachimura (2001), 4.5.3.
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lanindex.encode.arithmetic import blocks
 from lanindex.encode.direction import Course
 from lanindex.encode.segment import Segment
 
@@ -48,8 +49,8 @@ class Run(NamedTuple):
     rule: int = 0
 
 
-def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
-    """Return the runs of each move, each with the frame that comes nearest to its reference.
+def runs(course: Course, moves: Sequence[Segment]) -> Iterator[list[Run]]:
+    """Yield the runs of each move, each with the frame that comes nearest to its reference.
 
     Parameters
     ----------
@@ -58,10 +59,10 @@ def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
     moves : sequence of Segment
         In order of time.
 
-    Returns
-    -------
-    list of list of Run
-        By move, in order of time; the last is achieved at the move's end.
+    Yields
+    ------
+    list of Run
+        Those of a move, in order of time; the last is achieved at the move's end.
 
     Examples
     --------
@@ -73,7 +74,7 @@ def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
     >>> turn = np.radians(np.linspace(0, 90, 10))  # an arm lifted to the side
     >>> arm = 550 * np.stack([0 * turn, -np.cos(turn), np.sin(turn)], axis=-1)
     >>> (passed,) = course(arm[None], [space(lanindex.load_profile().ranges["r_arm"], 550)])
-    >>> for run in runs(passed, [Segment(0, 9, 0, 9)])[0]:
+    >>> for run in next(runs(passed, [Segment(0, 9, 0, 9)])):
     ...     print(run.cell, run.start, run.stop, "nearest at", run.achieved)
     24 0 3 nearest at 0
     0 3 7 nearest at 4
@@ -81,23 +82,42 @@ def runs(course: Course, moves: Sequence[Segment]) -> list[list[Run]]:
     """
     cells, apart, angle = course.cells, course.apart, course.angle
     changed = np.append(True, cells[1:] != cells[:-1])
-    borders = np.flatnonzero(changed).tolist()
+    borders = np.flatnonzero(changed)
     changed[[move.first for move in moves]] = True
     starts = np.flatnonzero(changed)
     stops = np.append(starts[1:], len(cells))
-    least = np.minimum.reduceat(apart, starts).repeat(stops - starts)
-    nearest = np.flatnonzero(apart == least)
-    nearest = nearest[nearest.searchsorted(starts)]
-    fields = (cells[starts], starts, stops, nearest, angle[nearest], apart[nearest])
-    whole = {run.start: run for run in map(Run, *(field.tolist() for field in fields))}
-    found = []
-    for first, last, *_ in moves:
-        inner = borders[bisect_right(borders, first) : bisect_right(borders, last)]
-        passed = [whole[start] for start in (first, *inner)]
+    nearest = _nearest(apart, starts, stops)
+    # as views: Python's own numbers take four times the memory, and each is wanted once
+    fields = [
+        np.ascontiguousarray(field).data
+        for field in (cells[starts], starts, stops, nearest, angle[nearest], apart[nearest])
+    ]
+    edges = np.array([move[:2] for move in moves], np.int64).reshape(-1, 2)
+    begins = starts.searchsorted(edges[:, 0]).tolist()
+    inside, places = (
+        borders.searchsorted(edges, side="right").tolist(),
+        starts.searchsorted(borders),
+    )
+    for (first, stop), begin, (_, last, *_) in zip(inside, begins, moves, strict=True):
+        chosen = (begin, *places[first:stop].tolist())
+        passed = [Run(*[field[index] for field in fields]) for index in chosen]
         end = float(angle[last]), float(apart[last])
         passed[-1] = Run(passed[-1].cell, passed[-1].start, last + 1, last, *end)
-        found.append(passed)
-    return found
+        yield passed
+
+
+def _nearest(
+    apart: NDArray[np.float64], starts: NDArray[np.int64], stops: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return the frame of each run that is least apart, the first of equals; (R,), by blocks."""
+    nearest = np.empty_like(starts)
+    for runs, *_ in blocks(len(starts)):
+        begin, some = starts[runs][0], starts[runs] - starts[runs][0]
+        near = apart[begin : stops[runs][-1]]
+        least = np.minimum.reduceat(near, some).repeat(stops[runs] - starts[runs])
+        found = np.flatnonzero(near == least)
+        nearest[runs] = begin + found[found.searchsorted(some)]
+    return nearest
 
 
 def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:

@@ -58,7 +58,7 @@ class Course:
     Attributes
     ----------
     cells : ndarray
-        (N,) int64, direction · 3 + level.
+        (N,) int8, direction · 3 + level.
     apart : ndarray
         (N,) float64, distance from the middle of the point's cell: between unit vectors, for place
         between points, in limb lengths. To be compared within one cell.
@@ -67,7 +67,7 @@ class Course:
         vertical, 0 for place mid.
     """
 
-    cells: NDArray[np.int64]
+    cells: NDArray[np.int8]
     apart: Floats
     angle: Floats
 
@@ -153,10 +153,10 @@ def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
     >>> hand = np.array([[[0.0, -550, 0], [0, -389, 389], [0, 0, 550]]])  # forward, up, right
     >>> (passed,) = course(hand, [around])
     >>> passed.cells, passed.angle.round()  # place low, right low, right mid
-    (array([24,  0,  1]), array([0., 0., 0.]))
+    (array([24,  0,  1], dtype=int8), array([0., 0., 0.]))
     """
     shape = curves.shape[:-1]
-    cells, apart, angle = np.empty(shape, np.int64), np.empty(shape), np.empty(shape)
+    cells, apart, angle = np.empty(shape, np.int8), np.empty(shape), np.empty(shape)
     for part in blocks(curves.shape[1]):
         found = _course(curves[:, part.inner], around)
         cells[:, part.inner], apart[:, part.inner], angle[:, part.inner] = found

@@ -112,14 +112,16 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
     level = np.maximum(speed, still)
     borders = np.ones(len(level) + 1, bool)
     borders[1:-1] = level[1:] != level[:-1]
-    edges = np.flatnonzero(borders)
-    heights = level[edges[:-1]]
+    heights = level[borders[:-1]]
+    del level  # what a long capture is done with would be half as much again
     rises = np.ones(len(heights) + 1, bool)
     rises[0] = False
     rises[1:-1] = heights[1:] > heights[:-1]
     lowest = np.flatnonzero((rises[1:] > rises[:-1]) & (heights <= slow))
     deep = _deep(heights, lowest, prominence)
-    chosen = np.zeros(len(level), bool)
+    del heights, rises, lowest
+    edges = np.flatnonzero(borders)
+    chosen = np.zeros(len(speed), bool)
     chosen[0] = chosen[-1] = chosen[edges[deep]] = chosen[edges[deep + 1] - 1] = True
     return np.flatnonzero(chosen)
 
@@ -244,7 +246,7 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
         max(still, median(speed[first : last + 1])) if last - first + 1 >= LONG_HOLD else still
         for first, last in stops
     ]
-    values = speed.tolist()
+    values = speed.data  # a list of Python's own numbers would take four times the memory
     found = []
     for (before, after), (quiet, calm) in zip(pairwise(stops), pairwise(noise), strict=True):
         first, last = before.last, after.first
@@ -255,7 +257,7 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
     return found
 
 
-def _begin(speed: list[float], hold: int, move: range, fast: float, slow: float) -> int:
+def _begin(speed: memoryview, hold: int, move: range, fast: float, slow: float) -> int:
     """Return where the move begins: back from its first fast frame, but not beyond the hold."""
     for start in move:
         if speed[start] >= fast:

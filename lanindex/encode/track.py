@@ -103,10 +103,11 @@ class Written(NamedTuple):
 
 def written(limbs: Limbs, profile: Profile) -> list[Written]:
     """Do `write_limbs` and let go of all that led to the rows."""
-    return [Written(one.part, one.known, one.rows) for one in write_limbs(limbs, profile)]
+    traces = write_limbs(limbs, profile, traced=False)
+    return [Written(one.part, one.known, one.rows) for one in traces]
 
 
-def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:
+def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Iterator[Trace]:
     """Write down parts that are known over one stretch.
 
     Parameters
@@ -115,6 +116,8 @@ def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:
         Their curves.
     profile : Profile
         The numbers.
+    traced : bool
+        Whether the traces shall tell the runs of each move.
 
     Yields
     ------
@@ -129,9 +132,12 @@ def write_limbs(limbs: Limbs, profile: Profile) -> Iterator[Trace]:
     parts = list(zip(limbs.parts, limbs.curve, around, speed, strict=True))
     moved = [_moves(*part[1:], profile) for part in parts]
     # the cells come last: what leads to the moves takes as much memory again
+    if not traced:
+        speed = np.empty((len(parts), 0))
+        parts = [(*part[:3], none) for part, none in zip(parts, speed, strict=True)]
     passed = course(limbs.curve, around)
     followed = [
-        _follow(*part[:3], cells, moves, profile)
+        _follow(*part[:3], cells, moves, profile, traced)
         for part, cells, (*_, moves) in zip(parts, passed, moved, strict=True)
     ]
     listed = tables([writer for _, writer in followed], limbs.begin)
@@ -163,8 +169,9 @@ def _follow(
     passed: Course,
     moves: list[Segment],
     profile: Profile,
+    traced: bool,
 ) -> tuple[list[list[Run]], Writer]:
-    """Return what became of the runs of each move, and the writer that knows the symbols."""
+    """Return what became of the runs of each move, if wanted, and the writer of the symbols."""
     distance = profile.distance.of(around.length)
     writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
     found = []
@@ -174,5 +181,6 @@ def _follow(
             achieve(seen, cell, profile.achieved_within), cell, profile.rules[part]
         )
         writer.add(move, judged)
-        found.append(judged)
+        if traced:
+            found.append(judged)
     return found, writer

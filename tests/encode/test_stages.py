@@ -213,7 +213,7 @@ class TestAchieve:
         cells = np.array([3, 3, 3, 3, 3, 4, 4])
         apart = np.array([0.1, 0.5, 0.4, 0.2, 0.3, 0.2, 0.1])
         moves = [Segment(0, 2, 0, 2), Segment(2, 6, 2, 6)]
-        found = runs(Course(cells, apart, 10 * apart), moves)
+        found = list(runs(Course(cells, apart, 10 * apart), moves))
         assert [[(one.start, one.stop, one.achieved) for one in move] for move in found] == [
             [(0, 3, 2)],
             [(2, 5, 3), (5, 7, 6)],
@@ -221,7 +221,7 @@ class TestAchieve:
 
     def test_the_first_of_equally_near_frames_counts(self) -> None:
         apart = np.array([0.3, 0.2, 0.2, 0.2, 0.5])
-        found = runs(Course(np.array([3, 3, 3, 3, 4]), apart, apart), [Segment(0, 4, 0, 4)])
+        found = list(runs(Course(np.array([3, 3, 3, 3, 4]), apart, apart), [Segment(0, 4, 0, 4)]))
         assert [one.achieved for one in found[0]] == [1, 4]
 
     def test_far_runs_are_dropped_and_neighbours_joined(self) -> None:
