@@ -1,6 +1,6 @@
 """Run all benchmarks, one after the other: ``python tests/benchmarks/run.py``.
 
-Says the machine first. About half an hour on two cores; leave the machine alone meanwhile.
+Says the machine first. About an hour on two cores; leave the machine alone meanwhile.
 """
 
 import os
@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 HERE = Path(__file__).parent
-ALL = ("startup", "read_speed", "ingest_speed", "retrieval", "laws")
+ALL = ("startup", "read_speed", "ingest_speed", "memory", "retrieval", "laws")
 
 
 def processor() -> str:
