@@ -11,6 +11,7 @@ from lanindex.errors import UsageError
 from lanindex.model import Motion, Score
 from lanindex.notation import lnd
 from lanindex.perform import perform
+from lanindex.perform.figure import standard
 from lanindex.perform.reach import great_circle, minimum_jerk
 
 
@@ -218,3 +219,16 @@ def test_nonsense_is_refused(options: dict[str, float]) -> None:
 def test_a_score_too_long_is_refused() -> None:
     with pytest.raises(UsageError, match="at most 100000"):
         perform(lnd.read("#unit_total 1000\n#unit1\ndirection r_arm right mid 0 1"))
+
+
+def test_a_performance_has_60_frames_a_second_unless_told() -> None:
+    score = lnd.read("#unit_total 1\n#unit1\ndirection r_arm right mid 0 1")
+    motion = perform(score)
+    assert (motion.rate, len(motion)) == (60, 240)
+    assert len(perform(score, rate=30)) == 120
+
+
+def test_the_standard_body_hangs_on_one_root() -> None:
+    parents = standard().skeleton.parents.tolist()
+    assert parents[0] == -1
+    assert all(0 <= parent < joint for joint, parent in enumerate(parents) if joint)
