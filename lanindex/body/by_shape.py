@@ -93,7 +93,7 @@ def _pairs(rig: Rig) -> list[_Pair]:
     for children in rig.below:
         if len(children) < 2:
             continue
-        longest = nlargest(_BRANCHES, children, key=rig.reach.__getitem__)
+        longest = nlargest(_BRANCHES, children, key=rig.extent.__getitem__)
         limbs = [limb for child in longest if (limb := _limb(rig, child)) is not None]
         for one, other in combinations(limbs, 2):
             if all(
@@ -124,7 +124,7 @@ def _chain(rig: Rig, top: int) -> list[int]:
     while rig.below[chain[-1]] and len(chain) < _LONGEST:
         joint = chain[-1]
         while rig.below[joint]:
-            joint = max(rig.below[joint], key=rig.reach.__getitem__)
+            joint = max(rig.below[joint], key=rig.extent.__getitem__)
             if rig.bones[joint] > rig.nothing:
                 break
         if rig.bones[joint] <= rig.nothing:
@@ -165,7 +165,7 @@ def _trunk(rig: Rig, legs: _Pair, arms: _Pair | None, body: dict[str, int]) -> N
     free = [child for child in rig.below[chest] if child not in limbs and child not in towards]
     if not free:
         return
-    neck = _chain(rig, max(free, key=rig.reach.__getitem__))
+    neck = _chain(rig, max(free, key=rig.extent.__getitem__))
     if rig.bones[neck[0]] <= rig.nothing and len(neck) > 1:
         neck = neck[1:]
     head = next((k for k, joint in enumerate(neck) if len(rig.below[joint]) > 1), None)

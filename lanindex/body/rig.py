@@ -30,7 +30,7 @@ class Rig:
         (J) mean distance of each joint from its parent; 0 at a root.
     below : list of list of int
         (J) children.
-    reach : list of float
+    extent : list of float
         (J) length of the bone to each joint and of the longest branch beyond it.
     nothing : float
         Below this distance two joints are in one place.
@@ -48,11 +48,11 @@ class Rig:
         for joint, parent in enumerate(parents):
             if parent >= 0:
                 self.below[parent].append(joint)
-        self.reach = list(self.bones)
+        self.extent = list(self.bones)
         beyond = [0.0] * len(parents)
         for joint in range(len(parents) - 1, -1, -1):
-            self.reach[joint] += beyond[joint]
-            beyond[above[joint]] = max(beyond[above[joint]], self.reach[joint])
+            self.extent[joint] += beyond[joint]
+            beyond[above[joint]] = max(beyond[above[joint]], self.extent[joint])
         middle = poses[len(poses) // 2]
         self.nothing = _NOTHING * float((middle.max(axis=0) - middle.min(axis=0)).max())
 
@@ -82,7 +82,7 @@ class Rig:
         """Return the first joint away from `joint` on the branch that reaches farthest, if any."""
         length = 0.0
         while self.below[joint]:
-            joint = max(self.below[joint], key=self.reach.__getitem__)
+            joint = max(self.below[joint], key=self.extent.__getitem__)
             length += self.bones[joint]
             if length > self.nothing:
                 return joint

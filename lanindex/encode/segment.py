@@ -195,16 +195,16 @@ def _marks(
 
     As numbers of Python they take ten times the memory, so they are made a few at a time.
     """
-    reach = np.zeros(len(stops))
+    strayed = np.zeros(len(stops))
     if path_check:
-        reach[:-1] = _reach(curve, stops)
+        strayed[:-1] = _strayed(curve, stops)
     for part in blocks(len(stops)):
         some = stops[part.inner]
         places = map(tuple, curve[some].tolist())
-        yield from zip(some.tolist(), places, reach[part.inner].tolist(), strict=True)
+        yield from zip(some.tolist(), places, strayed[part.inner].tolist(), strict=True)
 
 
-def _reach(curve: Floats, stops: NDArray[np.int64]) -> Floats:
+def _strayed(curve: Floats, stops: NDArray[np.int64]) -> Floats:
     """Return how far the limb strays from each candidate until the next."""
     away = np.empty(max(len(curve) - 1, 0))
     origins = stops[:-1].repeat(stops[1:] - stops[:-1])
