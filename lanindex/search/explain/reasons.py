@@ -9,7 +9,16 @@ from fractions import Fraction
 from lanindex.model import Capture, Track
 from lanindex.search.automaton import states_of
 from lanindex.search.explain.english import sentence
-from lanindex.search.language.query import Bracket, Choice, Item, Line, Lines, Query, Step
+from lanindex.search.language.query import (
+    Bracket,
+    Choice,
+    Item,
+    Line,
+    Lines,
+    Query,
+    Step,
+    items_of,
+)
 from lanindex.search.plain import TOLERANCE, find
 from lanindex.search.plain.candidates import Recording
 
@@ -41,7 +50,7 @@ def step_counts(
     Movements, stays or rests, of pairs those together; no starting positions and, as a step
     alone is a first step, nothing that is only passed.
     """
-    states = {_alone(item): states_of(item) for item in _items(query.pattern)}
+    states = {_alone(item): states_of(item) for item in items_of(query.pattern)}
     counts = dict.fromkeys(states, 0)
     for capture, tracks in recordings:
         recording = Recording(capture, tracks)
@@ -117,16 +126,6 @@ def _shortened(lines: Lines) -> Iterator[tuple[Lines, str]]:
     for count, beside in enumerate(lines.others, 1):
         before_it = Lines(first, lines.others[: count - 1])
         yield Lines(first, lines.others[:count]), f'"{before_it}" is never "{beside}"'
-
-
-def _items(pattern: Choice) -> Iterator[Item]:
-    for lines in pattern.alternatives:
-        for line in (lines.first, *(beside.line for beside in lines.others)):
-            for item in line.items:
-                if isinstance(item.unit, Bracket):
-                    yield from _items(item.unit.pattern)
-                else:
-                    yield item
 
 
 def _alone(item: Item) -> str:

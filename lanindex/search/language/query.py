@@ -296,15 +296,20 @@ class Query:
         return frozenset(part for step in steps for part in step.mover.members)
 
 
-def steps_of(pattern: Choice) -> Iterator[Step]:
-    """Yield every step of a pattern, as written."""
+def items_of(pattern: Choice) -> Iterator[Item]:
+    """Yield every item of a pattern that is a step, brackets opened."""
     for lines in pattern.alternatives:
         for line in (lines.first, *(beside.line for beside in lines.others)):
             for item in line.items:
                 if isinstance(item.unit, Bracket):
-                    yield from steps_of(item.unit.pattern)
+                    yield from items_of(item.unit.pattern)
                 else:
-                    yield item.unit
+                    yield item
+
+
+def steps_of(pattern: Choice) -> Iterator[Step]:
+    """Yield every step of a pattern, as written."""
+    return (item.unit for item in items_of(pattern) if isinstance(item.unit, Step))
 
 
 def steps_taken(item: Item) -> int:
