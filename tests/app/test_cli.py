@@ -4,8 +4,10 @@ import json
 import os
 import re
 import shutil
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -281,6 +283,17 @@ class TestRemove:
         assert (done.returncode, done.stderr) == (0, "2 captures removed\n")
         assert done.stdout == "id\tpath\n1\t./bow.bvh\n3\t./score.lnd\n"
         assert [line["capture_id"] for line in records(filled("list", "--json"))] == [2]
+
+    def test_a_damaged_one_by_its_number(self, filled, place: Path) -> None:
+        with closing(sqlite3.connect(place / "lanindex.db")) as library, library:
+            library.execute("UPDATE capture SET location = '/elsewhere' WHERE id = 2")
+        for words in (["list"], ["remove", "raise.bvh"], ["remove", "2", "--dry-run"]):
+            assert filled(*words).returncode == 2
+        assert "capture 2 is damaged" in filled("remove", "2", "--in", "*").stderr
+        done = filled("remove", "2")
+        assert (done.returncode, done.stderr) == (0, "1 capture removed\n")
+        assert [line["capture_id"] for line in records(filled("list", "--json"))] == [1, 3]
+        assert filled("remove", "2").returncode == 2
 
     def test_all_that_are_gone(self, filled, place: Path) -> None:
         assert filled("remove", "--missing").returncode == 1
