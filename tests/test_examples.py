@@ -13,10 +13,11 @@ import pytest
 from conftest import REPOSITORY
 
 import lanindex
+from lanindex.search.explain import Advice
 from lanindex.search.hits import Hits
 
 PACKAGE = REPOSITORY / "lanindex"
-RESULTS = (Hits,)
+RESULTS = (Hits, Advice)
 """Classes that nobody imports but everybody gets."""
 
 

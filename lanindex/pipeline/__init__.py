@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Capture, Hit, Reading, Track
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.explain import Advice
     from lanindex.search.language.query import Query
 
 
@@ -201,22 +202,74 @@ class Library(store.Store):
 
         return explanation(*self._asked(pattern, within, where))
 
+    def suggest(
+        self,
+        pattern: str,
+        *,
+        tolerance: float = 0.1,
+        overlaps: str = "none",
+        within: str | None = None,
+        where: Where | None = None,
+    ) -> Advice:
+        """Say why a pattern finds nothing, and what would be found.
+
+        Parameters
+        ----------
+        pattern, tolerance, overlaps, within, where
+            As for `search`.
+
+        Returns
+        -------
+        Advice
+            What is found without each condition, and the nearest patterns that find something;
+            what has been looked at after some two seconds.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+        LibraryError
+            Where the library cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     advice = library.suggest("torso forward high <0.5s")
+        >>> print(advice)
+        without "<0.5s": 1 hit, the nearest takes 1.4 s
+        The nearest patterns that find something:
+          torso forward high <=1.4s  1 hit in 1 capture
+          torso forward high         1 hit in 1 capture
+        """
+        from lanindex.pipeline.advise import suggest
+
+        query, chosen = self._read(pattern), self._chosen(within, where)
+        span = Fraction(str(tolerance))
+        return suggest(self, query, chosen, tolerance=span, overlaps=overlaps)
+
     def _asked(
         self, pattern: str, within: str | None, where: Where | None
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
+        query = self._read(pattern)
+        return query, self.tracks(self._chosen(within, where), query.parts)
+
+    def _read(self, pattern: str) -> Query:
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS)
+            return parse(pattern, self.parts(checked=False), known=PARTS)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        return query, self.tracks(chosen, query.parts)
+
+    def _chosen(self, within: str | None, where: Where | None) -> list[int] | None:
+        """Return the numbers of the captures to look at; None: all."""
+        if within is None and not where:
+            return None
+        return [capture.id for capture in self.captures(within, where)]
 
     def export(
         self,

@@ -11,6 +11,7 @@ from lanindex.app import options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
+    from lanindex.search.explain import Advice
     from lanindex.search.hits import Hits
 
 ON_A_TERMINAL = 20
@@ -65,12 +66,19 @@ def run(
         found = library.search(
             pattern, tolerance=tolerance, overlaps=overlaps, within=within, where=chosen
         )
-    if count:
-        _count(out, found)
-    else:
-        _show(out, found.by_fit() if sort == "fit" else found, limit)
-    if not found:
-        raise typer.Exit(1)
+        if count:
+            _count(out, found)
+        else:
+            _show(out, found.by_fit() if sort == "fit" else found, limit)
+        if not found:
+            if not quiet:
+                _advise(
+                    out,
+                    library.suggest(
+                        pattern, tolerance=tolerance, overlaps=overlaps, within=within, where=chosen
+                    ),
+                )
+            raise typer.Exit(1)
 
 
 def _count(out: Output, found: Hits) -> None:
@@ -90,6 +98,12 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
     formatting.hits(out, found[:most], found.pattern)
     _summary(out, found, min(most, len(found)))
+
+
+def _advise(out: Output, advice: Advice) -> None:
+    """Say why nothing is found, and what is near: in lines, or in one beside JSON."""
+    for line in [advice.brief] if out.json else str(advice).split("\n"):
+        out.note(line)
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:

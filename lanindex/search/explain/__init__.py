@@ -3,7 +3,8 @@
 For people only: no other room needs it.
 """
 
+from lanindex.search.explain.advice import Advice, advise
 from lanindex.search.explain.english import sentence
 from lanindex.search.explain.reasons import explanation, obstacle, order, step_counts
 
-__all__ = ["explanation", "obstacle", "order", "sentence", "step_counts"]
+__all__ = ["Advice", "advise", "explanation", "obstacle", "order", "sentence", "step_counts"]
