@@ -123,6 +123,8 @@ class _Parser:
                 begin,
                 cursor.before,
             )
+        if self.timed:
+            pattern = _opened(pattern)
         return Endings(cursor, pattern, self.labels).query()
 
     def let(self, let: Token) -> None:
@@ -324,3 +326,11 @@ class _Parser:
             self.labels[name] = (begin, cursor.before)
         self.depth -= 1
         return Bracket(pattern)
+
+
+def _opened(pattern: Choice) -> Choice:
+    """Return what stands in brackets, if that is all: a score is lines side by side."""
+    match pattern:
+        case Choice((Lines(Line((Item(Bracket(inner), None, repeat, ""),), (), None, None), ()),)):
+            return inner if repeat == ONCE else pattern
+    return pattern
