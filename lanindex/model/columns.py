@@ -146,7 +146,7 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
     >>> with lanindex.open_library("dance.db") as library:
     ...     (capture, held), = library.tracks([library.capture("compass.bvh").id])
     >>> columns = columns_of("r_arm", [capture], [held["r_arm"]])
-    >>> len(columns) == len(held["r_arm"]), columns.cell[0] == cell_of(8, 0) | STARTING
+    >>> len(columns) == len(held["r_arm"]), int(columns.cell[0]) == cell_of(8, 0) | STARTING
     (True, True)
     """
     from lanindex.model.symbol import SYMBOL
