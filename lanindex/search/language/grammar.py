@@ -11,6 +11,7 @@ from lanindex.search.language.lexer import Token
 from lanindex.search.language.measures import arrow_at, length_at, repeat_at, within_at
 from lanindex.search.language.mistakes import stray
 from lanindex.search.language.names import ANYONE, Names, label_at, name_at, within
+from lanindex.search.language.natural import remedied
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -96,7 +97,15 @@ def parse(
             start=60,
             stop=61,
         )
-    return _Parser(Cursor(text, Vocabulary(parts, known)), Names(names or {}), strict).query()
+    vocabulary = Vocabulary(parts, known)
+
+    def read(text: str) -> Query:
+        return _Parser(Cursor(text, vocabulary), Names(names or {}), strict).query()
+
+    try:
+        return read(text)
+    except PatternError as error:
+        raise remedied(error, read) from None
 
 
 class _Parser:
