@@ -13,11 +13,11 @@ import pytest
 from conftest import REPOSITORY
 
 import lanindex
-from lanindex.search.explain import Advice
+from lanindex.search.explain import Advice, Trace
 from lanindex.search.hits import Hits
 
 PACKAGE = REPOSITORY / "lanindex"
-RESULTS = (Hits, Advice)
+RESULTS = (Hits, Advice, Trace)
 """Classes that nobody imports but everybody gets."""
 
 

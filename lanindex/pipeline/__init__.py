@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Capture, Hit, Reading, Track
     from lanindex.pipeline.prepare import Outcome
-    from lanindex.search.explain import Advice
+    from lanindex.search.explain import Advice, Trace
     from lanindex.search.language.query import Query
 
 
@@ -247,6 +247,46 @@ class Library(store.Store):
         query, chosen = self._read(pattern), self._chosen(within, where)
         span = Fraction(str(tolerance))
         return suggest(self, query, chosen, tolerance=span, overlaps=overlaps)
+
+    def why(
+        self, pattern: str, capture: int | str, *, tolerance: float = 0.1, overlaps: str = "none"
+    ) -> Trace:
+        """Say step by step what a pattern met with in one capture.
+
+        Parameters
+        ----------
+        pattern, tolerance, overlaps
+            As for `search`.
+        capture : int or str
+            Its number or path.
+
+        Returns
+        -------
+        Trace
+            The hits with the symbols that matched each step; where there are none, the furthest
+            beginning that is found, and what came there instead.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+        LibraryError
+            Where there is no such capture, or it cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     (stop,) = library.why("torso forward high <0.5s", "greetings.bvh").stops
+        >>> stop.reason
+        'torso forward high [482, 524) takes 1.40 s, wanted <0.5s'
+        """
+        from lanindex.search.explain import trace
+
+        query = self._read(pattern)
+        held, tracks = next(self.tracks([self.capture(capture).id]))
+        span = Fraction(str(tolerance))
+        return trace(query, held, tracks, tolerance=span, overlaps=overlaps)
 
     def _asked(
         self, pattern: str, within: str | None, where: Where | None

@@ -65,3 +65,21 @@ def test_what_is_found_needs_no_advice(place: Path) -> None:
     done = called(place, "search", "r_arm high")
     assert done.returncode == 0
     assert "nearest" not in done.stderr
+
+
+def test_one_capture_under_the_glass(place: Path) -> None:
+    done = called(place, "search", "r_arm low -> high", "--why", "raise.bvh")
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[1:3] == ["found:      r_arm low", "not found:  -> high"]
+    assert "the next movement is right mid" in done.stdout
+    done = called(place, "search", "r_arm mid -> high", "--why", "raise.bvh")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "fit 1.00" in done.stdout
+    assert "r_arm place high [" in done.stdout
+    assert "margin 1.00" in done.stdout
+
+
+def test_a_capture_that_is_not_there(place: Path) -> None:
+    done = called(place, "search", "r_arm high", "--why", "rise.bvh")
+    assert done.returncode == 2
+    assert "there is no capture rise.bvh" in done.stderr

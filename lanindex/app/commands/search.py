@@ -11,7 +11,7 @@ from lanindex.app import options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
-    from lanindex.search.explain import Advice
+    from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
 
 ON_A_TERMINAL = 20
@@ -37,6 +37,14 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how the pattern is understood.")
     ] = False,
+    why: Annotated[
+        str | None,
+        typer.Option(
+            "--why",
+            metavar="CAPTURE",
+            help="Say what matched in one capture, or where the walk through it ended.",
+        ),
+    ] = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -56,6 +64,10 @@ def run(
 
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
+        if why is not None:
+            seen = library.why(pattern, options.which(why), tolerance=tolerance, overlaps=overlaps)
+            _trace(out, seen)
+            raise typer.Exit(not seen.hits)
         if explain:
             text = library.explain(pattern, within=within, where=chosen)
             if json:
@@ -104,6 +116,17 @@ def _advise(out: Output, advice: Advice) -> None:
     """Say why nothing is found, and what is near: in lines, or in one beside JSON."""
     for line in [advice.brief] if out.json else str(advice).split("\n"):
         out.note(line)
+
+
+def _trace(out: Output, seen: Trace) -> None:
+    from lanindex.app import formatting
+    from lanindex.search.explain.trace import records_of
+
+    if out.json:
+        for record in records_of(seen):
+            out.record(record)
+    else:
+        formatting.trace(out, seen)
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:
