@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from time import monotonic
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
 from lanindex.search.explain.advice import SECONDS, Advice, Count, Found, LeftOut, advise
+from lanindex.search.explain.budget import Budget
 from lanindex.search.language import Query, parse
 from lanindex.search.plain import find
 
@@ -32,7 +32,7 @@ def suggest(
     *,
     tolerance: Fraction,
     overlaps: str,
-    seconds: float = SECONDS,
+    budget: Budget | None = None,
 ) -> Advice:
     """Return what to do about a query that finds nothing.
 
@@ -46,7 +46,7 @@ def suggest(
         The captures that were looked at; by default all.
     tolerance, overlaps
         As in `lanindex.search.plain.find.find`.
-    seconds : float
+    budget : Budget, optional
         How long it may take, about.
 
     Returns
@@ -54,18 +54,18 @@ def suggest(
     Advice
         Of a library that cannot be read in that time, what a part of it tells.
     """
-    begun = monotonic()
+    budget = budget or Budget(SECONDS)
 
     def read(captures: Collection[int] | None, share: float) -> tuple[Recordings, bool]:
         recordings: Recordings = []
         for recording in library.tracks(captures):
             recordings.append(recording)
-            if monotonic() > begun + share * seconds:
+            if budget.late(share):
                 return recordings, False
         return recordings, True
 
     recordings, complete = read(chosen, _FOR_READING)
-    count = counting(recordings, tolerance, overlaps, begun + seconds)
+    count = counting(recordings, tolerance, overlaps, budget)
     remark = "" if complete else f"Tried on the first {len(recordings):,} captures only."
     if not recordings:
         fitting = "" if chosen is None else " that fits --in and --where"
@@ -73,12 +73,10 @@ def suggest(
     advice = Advice(str(query))
     if recordings:
         share = _FOR_ADVICE if chosen is not None else 1
-        advice = advise(
-            query, count, reader(library), seconds=begun + share * seconds - monotonic()
-        )
+        advice = advise(query, count, reader(library), budget=budget, share=share)
     if chosen is not None:
         others, _ = read(None, 1)
-        found = counting(others, tolerance, overlaps, begun + seconds + 1)(query)
+        found = counting(others, tolerance, overlaps, Budget(1))(query)
         if found and found[0]:
             everywhere = LeftOut("", found[0], len(found[1]))
             advice = replace(advice, left_out=(everywhere, *advice.left_out))
@@ -98,12 +96,12 @@ def reader(library: Store) -> Callable[[str], Query | None]:
     return read
 
 
-def counting(recordings: Recordings, tolerance: Fraction, overlaps: str, until: float) -> Count:
+def counting(recordings: Recordings, tolerance: Fraction, overlaps: str, budget: Budget) -> Count:
     """Return what counts the hits of a query in some recordings, until its time is up."""
 
     def chosen(among: frozenset[int] | None) -> Iterator[tuple[Capture, Mapping[str, Track]]]:
         for recording in recordings:
-            if monotonic() > until:
+            if budget.late():
                 raise TimeoutError
             if among is None or recording[0].id in among:
                 yield recording

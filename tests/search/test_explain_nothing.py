@@ -12,6 +12,7 @@ from query_cases import recordings_of
 
 from lanindex.errors import PatternError
 from lanindex.search.explain.advice import Advice, LeftOut, Suggestion, advise
+from lanindex.search.explain.budget import Budget
 from lanindex.search.explain.conditions import conditions
 from lanindex.search.explain.edits import edited
 from lanindex.search.explain.measure import nearest
@@ -47,7 +48,7 @@ RAISES = (
 
 
 def advice(pattern, recording=RAISES, seconds=inf):
-    return advise(parse(pattern), counting(recording), read, seconds=seconds)
+    return advise(parse(pattern), counting(recording), read, budget=Budget(seconds))
 
 
 def patterns(found):
@@ -94,7 +95,7 @@ def test_every_change_that_is_offered_parses_to_what_was_counted():
         return 1, frozenset((1,))
 
     query = parse("r_arm low -> mirror(l_arm right -> mirror(r_arm low -> low x2)) -> low")
-    offered = advise(query, count, read, seconds=inf)
+    offered = advise(query, count, read, budget=Budget(inf))
     assert all(read(str(it)) == it for it in counted)
     assert {it.pattern for it in offered.instead} <= set(map(str, counted))
 
@@ -121,6 +122,12 @@ LEFT_OUT = {
 @pytest.mark.parametrize("text", LEFT_OUT)
 def test_each_condition_is_left_out(text):
     assert sorted(it.said for it in conditions(parse(text))) == sorted(LEFT_OUT[text])
+
+
+def test_a_word_that_stands_twice_is_told_with_its_step():
+    waves = "fps 10 frames 90; r_arm: left high 0 0, right high 5 9, left mid 9 12, left low 20 30"
+    said = [str(it) for it in advice("r_arm left high -> right mid -> left mid", waves).left_out]
+    assert 'without "mid" of "right mid": 1 hit' in said
 
 
 def test_what_is_left_without_a_condition():
@@ -187,7 +194,7 @@ def test_what_there_was_no_time_for_is_counted():
 
 
 def test_a_count_that_ran_out_of_time_is_not_taken_for_nothing():
-    found = advise(parse("r_arm left"), lambda query, among=None: None, read, seconds=inf)
+    found = advise(parse("r_arm left"), lambda query, among=None: None, read, budget=Budget(inf))
     assert (found.never, found.left_out, found.instead) == ((), (), ())
     assert found.untried > 5
 

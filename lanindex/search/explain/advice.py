@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
-from time import monotonic
 from typing import Protocol
 
+from lanindex.search.explain.budget import Budget
 from lanindex.search.explain.conditions import Condition, Limit, conditions
 from lanindex.search.explain.edits import edited
 from lanindex.search.explain.measure import nearest
@@ -66,17 +67,21 @@ class LeftOut:
         How many.
     nearest : str
         How near the condition came to be met, where that is a number.
+    step : str
+        Which step says it, where several do.
     """
 
     condition: str
     hits: int
     captures: int
     nearest: str = ""
+    step: str = ""
 
     def __str__(self) -> str:
         """Return it in a line."""
         near = f", {self.nearest}" if self.nearest else ""
-        where = f'without "{self.condition}"' if self.condition else "in all captures"
+        of = f' of "{self.step}"' if self.step else ""
+        where = f'without "{self.condition}"{of}' if self.condition else "in all captures"
         return f"{where}: {_counted(self.hits, 'hit')}{near}"
 
 
@@ -164,7 +169,8 @@ def advise(
     count: Count,
     read: Callable[[str], Query | None],
     *,
-    seconds: float = SECONDS,
+    budget: Budget | None = None,
+    share: float = 1,
 ) -> Advice:
     """Return why a query finds nothing, and what would be found.
 
@@ -176,25 +182,32 @@ def advise(
         Counts hits where it was looked for.
     read : callable
         Reads a pattern; returns None where it is not understood.
-    seconds : float
-        How long it may take, about.
+    budget : Budget, optional
+        How long it may take, about; by default `SECONDS` from now.
+    share : float
+        Of the whole budget, that until which changes are tried.
 
     Returns
     -------
     Advice
         Each pattern in it parses to exactly the query that was counted.
     """
-    return _Adviser(query, count, read, seconds).advice()
+    return _Adviser(query, count, read, budget or Budget(SECONDS), share).advice()
 
 
 class _Adviser:
     """Tries what is near a query, for as long as there is time."""
 
     def __init__(
-        self, query: Query, count: Count, read: Callable[[str], Query | None], seconds: float
+        self,
+        query: Query,
+        count: Count,
+        read: Callable[[str], Query | None],
+        budget: Budget,
+        share: float,
     ) -> None:
         self.query, self.count, self.read = query, count, read
-        self.begun, self.seconds = monotonic(), seconds
+        self.budget, self.share = budget, share
         self.untried = 0
         self.tried: set[Query] = {query}
         self.found: list[tuple[float, Suggestion]] = []
@@ -211,7 +224,7 @@ class _Adviser:
         return Advice(str(self.query), never, left_out, instead, self.untried)
 
     def late(self, share: float = 1) -> bool:
-        return monotonic() - self.begun >= share * self.seconds
+        return self.budget.late(share * self.share)
 
     def offer(self, changes: Iterable[tuple[float, Query]], share: float) -> None:
         """Keep what finds something, until there are enough; what costs alike is compared."""
@@ -249,7 +262,9 @@ class _Adviser:
 
     def left_out(self) -> Iterator[LeftOut]:
         """Yield the conditions without which something is found."""
-        for condition in conditions(self.query):
+        all_of_them = list(conditions(self.query))
+        often = Counter(condition.said for condition in all_of_them)
+        for condition in all_of_them:
             known = self.known(condition.rest)
             if known is None:
                 continue
@@ -260,7 +275,8 @@ class _Adviser:
             found = self.keep(_LEFT_OUT, known)
             if found and found[0]:
                 near = self.nearest(condition, found[1])
-                yield LeftOut(condition.said, found[0], len(found[1]), near)
+                step = condition.step if often[condition.said] > 1 else ""
+                yield LeftOut(condition.said, found[0], len(found[1]), near, step)
 
     def nearest(self, condition: Condition, among: frozenset[int]) -> str:
         """Return how near a condition came to be met, and offer what that would find."""

@@ -41,6 +41,8 @@ class Condition:
         As it is written there.
     rest : Query
         The query without it.
+    step : str
+        The step that says it, of a word.
     limit : Length, Skips, Repeat or None
         What it bounds, where that is a number.
     told : str
@@ -51,6 +53,7 @@ class Condition:
 
     said: str
     rest: Query
+    step: str = ""
     limit: Limit | None = None
     told: str = ""
     asking: Callable[[Limit], Query] | None = None
@@ -76,7 +79,7 @@ def _limit(
         return
     rest = put(replace(node, **{name: empty}))
     said = form.format(str(limit).strip())
-    yield Condition(said, rest, limit, told, lambda it: put(replace(node, **{name: it})))
+    yield Condition(said, rest, "", limit, told, lambda it: put(replace(node, **{name: it})))
 
 
 def _of_item(place: Place) -> Iterator[Condition]:
@@ -101,7 +104,8 @@ def _of_step(place: Place) -> Iterator[Condition]:
         last_of_a_stay = step.manner == "at" and len(step.words) == 1
         if word.values != (ANY,) and not last_of_a_stay:
             words = step.words[:index] + step.words[index + 1 :]
-            yield Condition(str(word), place.put(said_at_all(replace(step, words=words))))
+            rest = place.put(said_at_all(replace(step, words=words)))
+            yield Condition(str(word), rest, str(step))
 
 
 def said_at_all(step: Step) -> Step:
