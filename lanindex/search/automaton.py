@@ -87,21 +87,10 @@ class Companion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """What must hold of a stretch of a line once it is complete: of a bracket, or of all of it.
-
-    Attributes
-    ----------
-    length : Length or None
-        How long it may last.
-    companions : tuple of Companion
-        The lines beside it.
-    timed : bool
-        Whether it is one of the steps whose rhythm is asked for.
-    """
+    """What must hold of a stretch of a line once it is complete: of a bracket, or of all of it."""
 
     length: Length | None = None
     companions: tuple[Companion, ...] = ()
-    timed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +159,7 @@ class Program:
 
 def plan(query: Query) -> tuple[Program, ...]:
     """Return the programs of the leading lines; any one of them answers the query."""
-    planner = _Planner(bool(query.rhythm))
+    planner = _Planner()
     return tuple(
         program
         for pattern in query.patterns
@@ -198,17 +187,14 @@ def states_of(item: Item) -> tuple[State, ...]:
 
 
 class _Planner:
-    """Plans lines, each of them once; the steps of those that lead may be timed."""
+    """Plans lines, each of them once."""
 
-    def __init__(self, timed: bool) -> None:
-        self._timed = timed
+    def __init__(self) -> None:
         self._planned: dict[Line, tuple[Program, ...]] = {}
 
     def leading(self, lines: Lines) -> tuple[Program, ...]:
         group = Group(None, self.companions(lines))
-        return tuple(
-            _program(self, lines.first, side, group, self._timed) for side in _sides(lines.first)
-        )
+        return tuple(_program(self, lines.first, side, group) for side in _sides(lines.first))
 
     def companions(self, lines: Lines) -> tuple[Companion, ...]:
         return tuple(Companion(it.relation, self.free(it.line), it.within) for it in lines.others)
@@ -234,11 +220,9 @@ def _sides(line: Line) -> tuple[str, ...]:
     return SIDES if unsided else SIDES[:1]
 
 
-def _program(
-    planner: _Planner, line: Line, side: str, group: Group, timed: bool = False
-) -> Program:
+def _program(planner: _Planner, line: Line, side: str, group: Group) -> Program:
     builder = _Builder(planner, side)
-    inner = builder.line(line, timed)
+    inner = builder.line(line)
     if group.companions:
         inner = inner.inside(group)
     edges: list[list[Edge]] = [[] for _ in builder.states]
@@ -285,8 +269,8 @@ class _Builder:
     edges: list[Edge] = field(default_factory=list)
     labels: tuple[str, ...] = ()
 
-    def line(self, line: Line, timed: bool = False) -> _Piece:
-        pieces = [self.item(item, timed) for item in line.items]
+    def line(self, line: Line) -> _Piece:
+        pieces = [self.item(item) for item in line.items]
         for last, piece in enumerate(pieces):
             for first in reversed(range(last)):
                 self.join(pieces[first], line.arrows[last - 1], piece)
@@ -320,13 +304,11 @@ class _Builder:
                 break
         return exits
 
-    def item(self, item: Item, timed: bool) -> _Piece:
+    def item(self, item: Item) -> _Piece:
         repeat, around = item.repeat, self.labels
         self.labels = (*around, item.label) if item.label else around
         copies = [self.unit(item) for _ in range(repeat.copies)]
         self.labels = around
-        if timed:  # every repetition is a step
-            copies = [copy.inside(Group(timed=True)) for copy in copies]
         for before, after in pairwise(copies):
             self.join(before, NEXT, after)
         if repeat.most is None:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.plain.candidates import Match, Recording
+from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Open, Path, distinct, longest
 from lanindex.search.plain.relations import FORBIDDEN, NO_FRAMES, Stretch, stands
 from lanindex.search.plain.track import Claim
@@ -40,14 +41,16 @@ class Hull(NamedTuple):
         )
 
 
-def smallest(ways: Iterable[Hull]) -> list[Hull]:
+def smallest(ways: Iterable[Hull], alike: bool) -> list[Hull]:
     """Return the ways that no other one is better than: no larger, no less clear.
 
-    Only ways that remember the same are compared.
+    Only ways that remember the same are compared, and of these, where it is asked for, those alike
+    in their frames.
     """
-    kept: dict[Memory, list[Hull]] = {}
+    kept: dict[tuple[Memory, int, int], list[Hull]] = {}
     for way in sorted(ways, key=lambda way: (way.high, -way.low, -way.fit)):
-        others = kept.setdefault(way.memory, [])
+        frames = (way.low, way.high) if alike else (0, 0)
+        others = kept.setdefault((way.memory, *frames), [])
         if not any(it.low >= way.low and it.fit >= way.fit for it in others):
             others.append(way)
     return [way for others in kept.values() for way in others]
@@ -64,12 +67,22 @@ class Company:
         Program → all paths of that line, from wherever it can begin.
     slack : int
         Frames by which edges may differ that should agree.
+    clauses : Clauses
+        What is asked of each way, besides.
+    wholes : frozenset of Group
+        Those that close last.
     """
 
     def __init__(
-        self, recording: Recording, paths: Callable[[Program], list[Path]], slack: int
+        self,
+        recording: Recording,
+        paths: Callable[[Program], list[Path]],
+        slack: int,
+        clauses: Clauses,
+        wholes: frozenset[Group],
     ) -> None:
         self._recording, self._paths, self._slack = recording, paths, slack
+        self._clauses, self._wholes = clauses, wholes
 
     def close(
         self, group: Group, match: Match, memory: Memory
@@ -79,8 +92,6 @@ class Company:
         lasted = match.end - line.start
         if group.length and (line.alone or not self._recording.meets(lasted, group.length)):
             return
-        if group.timed:
-            memory = memory._replace(beats=(*memory.beats, lasted))
         for hull in self._hulls(group, match, line, memory):
             groups = tuple(it.beside(hull.low, hull.high, match.end) for it in outer)
             yield hull.memory._replace(groups=groups), hull.paths
@@ -92,9 +103,12 @@ class Company:
         for companion in group.companions:
             if companion.relation not in FORBIDDEN:
                 hulls = smallest(
-                    hull.joined(path, companion.relation)
-                    for hull in hulls
-                    for path in self._partners(companion, stretch, hull.memory.used)
+                    (
+                        hull.joined(path, companion.relation)
+                        for hull in hulls
+                        for path in self._partners(companion, stretch, hull, group in self._wholes)
+                    ),
+                    self._clauses.of_match,
                 )
         for companion in group.companions:
             if companion.relation in FORBIDDEN:
@@ -107,9 +121,14 @@ class Company:
         return hulls
 
     def _partners(
-        self, companion: Companion, stretch: Stretch, used: frozenset[Claim]
+        self, companion: Companion, stretch: Stretch, hull: Hull, whole: bool
     ) -> list[Path]:
-        """Return the paths that stand beside a line as a companion must."""
+        """Return the paths that stand beside a line as a companion must.
+
+        Of one that ends in a repeat it is the longest that can stand there and fits the conditions,
+        as far as they can be told yet.
+        """
+        used, seen = hull.memory.used, hull.memory.seen if whole else ()
         found = []
         for program in companion.programs:
             paths = [
@@ -117,6 +136,7 @@ class Company:
                 for path in self._paths(program)
                 if stands(companion, stretch, path, self._recording, self._slack)
                 and not path.memory.used & used
+                and self._clauses.may_hold((*seen, *path.memory.seen))
             ]
             found += distinct(longest(paths)) if program.open_ended else paths
         return found

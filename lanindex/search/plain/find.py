@@ -6,14 +6,14 @@ It is correct first and serves as the oracle of any faster one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from fractions import Fraction
 
 from lanindex.errors import UsageError
-from lanindex.model import Capture, Hit, Span, Symbol, Track
+from lanindex.model import Capture, Hit, Span, Track
 from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.language.query import Query
 from lanindex.search.plain.candidates import Recording
+from lanindex.search.plain.clauses import Clauses, labels_of
 from lanindex.search.plain.paths import Path, longest
 from lanindex.search.plain.walk import Walker
 
@@ -87,22 +87,28 @@ def _find(
     counted = counts(query.pattern)
     for capture, tracks in recordings:
         recording = Recording(capture, tracks)
-        paths = _starts(Walker(recording, programs, tolerance), programs)
+        clauses = Clauses(query, recording)
+        if not clauses.may_hold(()):
+            continue
+        walker = Walker(recording, programs, tolerance, clauses)
+        paths = _starts(walker, programs, clauses)
         if overlaps == "none":
             paths = list(_apart(paths if counted else _nearest(paths)))
         yield from (_hit(recording, path) for path in paths)
 
 
-def _starts(walker: Walker, programs: tuple[Program, ...]) -> list[Path]:
+def _starts(walker: Walker, programs: tuple[Program, ...], clauses: Clauses) -> list[Path]:
     """Return the best path from each place where the pattern can start, in order of time.
 
     "The earliest end is taken, then the latest start, then the greatest fit"; but "a repeat or
-    ``?`` that ends a line runs on as long as it can".
+    ``?`` that ends a line runs on as long as it can". A starting position alone is no movement,
+    and no hit is a way beside which something happens that must not.
     """
     best: dict[frozenset[tuple[str, int]], Path] = {}
     for program in programs:
         for paths in walker.leading(program):
-            for path in longest([it for it in paths if not it.alone and not it.memory.owed]):
+            whole = [it for it in paths if not (it.alone or it.memory.owed) and clauses.met_by(it)]
+            for path in longest(whole):
                 first = frozenset((it.timeline.part, it.first) for it in path.first.events)
                 if first not in best or path.rank < best[first].rank:
                     best[first] = path
@@ -130,8 +136,5 @@ def _hit(recording: Recording, path: Path) -> Hit:
     lines = tuple(
         tuple(recording.symbols(part)[row] for part, row in line) for line in path.lines()
     )
-    labels: dict[str, tuple[Symbol, ...]] = {}
-    for seen in path.labelled():
-        symbol = replace(recording.symbols(seen.part)[seen.row], start=seen.start, stop=seen.end)
-        labels[seen.label] = (*labels.get(seen.label, ()), symbol)
+    labels = labels_of(recording, path.labelled())
     return Hit(recording.capture, Span(path.low, path.high), path.fit, lines, labels)

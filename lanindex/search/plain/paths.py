@@ -105,6 +105,8 @@ class Node:
         way; none: it is the first.
     fit : float
         Of the clearest way to it.
+    steps : int
+        How many nodes that way has, itself included.
     """
 
     state: State
@@ -112,11 +114,13 @@ class Node:
     memory: Memory
     came: list[tuple[Node, tuple[Path, ...]]] = field(default_factory=list)
     fit: float = 1.0
+    steps: int = 1
 
     def settle(self) -> None:
-        """Put the clearest way first, once those before it are settled."""
-        self.came.sort(key=_fit_of_way, reverse=True)
+        """Put the clearest way first, of those the one of most steps; all before it are settled."""
+        self.came.sort(key=lambda way: (_fit_of_way(way), way[0].steps), reverse=True)
         self.fit = min([self.match.fit, *map(_fit_of_way, self.came[:1])])
+        self.steps = 1 + sum(node.steps for node, _ in self.came[:1])
 
     def told(self) -> list[Node]:
         """Return the nodes of the clearest way to it, in order."""
@@ -192,9 +196,12 @@ class Path:
         return self.memory.groups[0].alone
 
     @property
-    def rank(self) -> tuple[int, int, float]:
-        """What decides: the earliest end, then the latest start, then the greatest fit."""
-        return self.high, -self.low, -self.fit
+    def rank(self) -> tuple[int, int, float, int]:
+        """What decides: the earliest end, then the latest start, then the greatest fit.
+
+        Of ways that tie in all this the one of most steps is told.
+        """
+        return self.high, -self.low, -self.fit, -self.node.steps
 
     def lines(self) -> list[list[tuple[str, int]]]:
         """Return part and row of all that matched: this line's first, then each one beside."""

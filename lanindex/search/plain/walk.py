@@ -16,6 +16,7 @@ from lanindex.errors import LanindexError
 from lanindex.search.automaton import Edge, Exit, Program, State
 from lanindex.search.plain.beside import Company
 from lanindex.search.plain.candidates import Match, Recording
+from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, seen_in
 from lanindex.search.plain.track import Claim
 
@@ -34,8 +35,8 @@ class Walker:
         Of the leading lines.
     tolerance : Fraction
         Seconds by which edges may differ that should agree.
-    spoken_of : frozenset of str, optional
-        The labels that conditions speak of.
+    clauses : Clauses
+        What is asked of each way, besides.
     """
 
     def __init__(
@@ -43,13 +44,14 @@ class Walker:
         recording: Recording,
         programs: Sequence[Program],
         tolerance: Fraction,
-        spoken_of: frozenset[str] = frozenset(),
+        clauses: Clauses,
     ) -> None:
-        self._recording, self._programs = recording, programs
-        self._spoken_of = spoken_of
+        self._recording, self._programs, self._clauses = recording, programs, clauses
+        self._timed = frozenset(programs) if clauses.timed else frozenset()
         self._paths: dict[Program, list[Path]] = {}
         slack = floor(tolerance * recording.capture.rate)
-        self._company = Company(recording, self.paths, slack)
+        wholes = frozenset(program.whole for program in programs)
+        self._company = Company(recording, self.paths, slack, clauses, wholes)
 
     # Which movements more than one line may want.
 
@@ -103,14 +105,20 @@ class Walker:
                     opened = Open(match.start, match.start, 0, match.starting)
                     groups = (opened,) * (1 + len(entry.opens))
                     memory = Memory(groups, self._claims(match), seen=self._seen(state, match))
-                    yield Node(state, match, memory)
+                    yield Node(state, match, self._timing(program, match, memory))
 
     def _claims(self, match: Match) -> frozenset[Claim]:
         return match.claims & self._wanted if self._wanted else self._wanted
 
     def _seen(self, state: State, match: Match) -> tuple[Seen, ...]:
-        spoken = [label for label in state.labels if label in self._spoken_of]
+        spoken = [label for label in state.labels if label in self._clauses.labels]
         return tuple(seen for label in spoken for seen in seen_in(match, label))
+
+    def _timing(self, program: Program, match: Match, memory: Memory) -> Memory:
+        """Return a memory with how long a match has lasted, if a rhythm is asked for."""
+        if program not in self._timed:
+            return memory
+        return memory._replace(beats=(*memory.beats, match.end - match.start))
 
     def _from(self, program: Program, root: Node) -> Iterator[Path]:
         """Yield the paths that begin with one first match."""
@@ -164,8 +172,10 @@ class Walker:
             for memory, beside in ways:
                 if not claims & memory.used:
                     moved = tuple(it.moved(match.start, match.end) for it in memory.groups)
-                    memory = memory._replace(groups=moved + opened).using(claims, seen)
-                    yield Node(state, match, memory, [(node, beside)])
+                    new = memory._replace(groups=moved + opened).using(claims, seen)
+                    new = self._timing(program, match, new)
+                    if self._clauses.may_go_on(new.beats):
+                        yield Node(state, match, new, [(node, beside)])
 
     def _leave(self, node: Node, leaving: Exit) -> list[tuple[Memory, tuple[Path, ...]]]:
         """Return the ways in which the groups that end at a node can close."""
