@@ -14,7 +14,7 @@ from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.language.query import Query
 from lanindex.search.plain.candidates import Recording
 from lanindex.search.plain.clauses import Clauses, labels_of
-from lanindex.search.plain.paths import Path, longest
+from lanindex.search.plain.paths import Path
 from lanindex.search.plain.walk import Walker
 
 TOLERANCE = Fraction(1, 10)
@@ -90,28 +90,20 @@ def _find(
         clauses = Clauses(query, recording)
         if not clauses.may_hold(()):
             continue
-        walker = Walker(recording, programs, tolerance, clauses)
-        paths = _starts(walker, programs, clauses)
+        paths = _starts(Walker(recording, programs, tolerance, clauses), programs)
         if overlaps == "none":
             paths = list(_apart(paths if counted else _nearest(paths)))
         yield from (_hit(recording, path) for path in paths)
 
 
-def _starts(walker: Walker, programs: tuple[Program, ...], clauses: Clauses) -> list[Path]:
-    """Return the best path from each place where the pattern can start, in order of time.
-
-    "The earliest end is taken, then the latest start, then the greatest fit"; but "a repeat or
-    ``?`` that ends a line runs on as long as it can". A starting position alone is no movement,
-    and no hit is a way beside which something happens that must not.
-    """
+def _starts(walker: Walker, programs: tuple[Program, ...]) -> list[Path]:
+    """Return the best path from each place where the pattern can start, in order of time."""
     best: dict[frozenset[tuple[str, int]], Path] = {}
     for program in programs:
-        for paths in walker.leading(program):
-            whole = [it for it in paths if not (it.alone or it.memory.owed) and clauses.met_by(it)]
-            for path in longest(whole):
-                first = frozenset((it.timeline.part, it.first) for it in path.first.events)
-                if first not in best or path.rank < best[first].rank:
-                    best[first] = path
+        for path in walker.leading(program):
+            first = frozenset((it.timeline.part, it.first) for it in path.first.events)
+            if first not in best or path.rank < best[first].rank:
+                best[first] = path
     return sorted(best.values(), key=lambda path: (path.low, path.high, -path.fit))
 
 

@@ -10,14 +10,15 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import floor
+from heapq import heappop, heappush
+from math import floor, inf
 
 from lanindex.errors import LanindexError
 from lanindex.search.automaton import Edge, Exit, Program, State
 from lanindex.search.plain.beside import Company
 from lanindex.search.plain.candidates import Match, Recording
 from lanindex.search.plain.clauses import Clauses
-from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, seen_in
+from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, longest, seen_in
 from lanindex.search.plain.track import Claim
 
 MOST_NODES = 200_000
@@ -82,18 +83,40 @@ class Walker:
 
     # Walking.
 
-    def leading(self, program: Program) -> Iterator[list[Path]]:
-        """Yield all paths of a leading line, from one first match after the other."""
+    def leading(self, program: Program) -> Iterator[Path]:
+        """Yield the best path of a leading line from each of its first matches.
+
+        "The earliest end is taken, then the latest start, then the greatest fit"; but "a repeat or
+        ``?`` that ends a line runs on as long as it can".
+        """
         for root in self._roots(program):
-            yield list(self._from(program, root))
+            whole: list[Path] = []
+            first: float = inf
+            for end, ending in self._from(program, root):
+                if end > first:  # no path ends before the last match of its own line
+                    break
+                good = [path for path in ending if self._is_whole(path)]
+                whole += good
+                if not program.open_ended:
+                    first = min([first, *(path.high for path in good)])
+            yield from sorted(longest(whole), key=lambda path: path.rank)[:1]
+
+    def _is_whole(self, path: Path) -> bool:
+        """Tell whether a path is all that is asked for.
+
+        A starting position alone is no movement; nothing happens that must not.
+        """
+        return not path.alone and not path.memory.owed and self._clauses.met_by(path)
 
     def paths(self, program: Program) -> list[Path]:
-        """Return all paths of a line that stands beside another, from wherever it can begin.
-
-        Each of them is a match by itself: of what must not happen beside it nothing is owed.
-        """
+        """Return all paths of a line that stands beside another, from wherever it can begin."""
         if program not in self._paths:
-            found = [path for root in self._roots(program) for path in self._from(program, root)]
+            found = [
+                path
+                for root in self._roots(program)
+                for _, ending in self._from(program, root)
+                for path in ending
+            ]
             self._paths[program] = found if program.open_ended else distinct(found)
         return self._paths[program]
 
@@ -120,24 +143,24 @@ class Walker:
             return memory
         return memory._replace(beats=(*memory.beats, match.end - match.start))
 
-    def _from(self, program: Program, root: Node) -> Iterator[Path]:
-        """Yield the paths that begin with one first match."""
-        for node in self._reached(program, root):
-            node.settle()
-            for leaving in program.exits[node.state.number]:
-                yield from self._finish(root, node, leaving)
+    def _from(self, program: Program, root: Node) -> Iterator[tuple[int, list[Path]]]:
+        """Yield, in order of time, where nodes end that one first match leads to, and what does.
 
-    def _reached(self, program: Program, root: Node) -> list[Node]:
-        """Return all nodes to which one first match leads, those that others come from first."""
+        So all nodes from which one may come are settled before it.
+        """
         seen: dict[tuple[State, Match, Memory], Node] = {}
-        todo = [root]
+        todo = [(root.match.end, 0, 0, root)]
         while todo:
-            node = todo.pop()
+            end, *_, node = heappop(todo)
+            node.settle()
+            exits = program.exits[node.state.number]
+            yield end, [path for leaving in exits for path in self._finish(root, node, leaving)]
             for edge in program.edges[node.state.number]:
                 for new in self._cross(program, node, edge):
                     known = seen.setdefault((new.state, new.match, new.memory), new)
                     if known is new:
-                        todo.append(new)
+                        row = new.match.events[0].last
+                        heappush(todo, (new.match.end, row, len(seen), new))
                     else:
                         known.came += new.came
             if len(seen) > MOST_NODES:
@@ -146,8 +169,6 @@ class Walker:
                     place=self._recording.capture.path,
                     remedy='Put fewer "..." into repeats, or name the part after "without"',
                 )
-        nodes = [root, *seen.values()]
-        return sorted(nodes, key=lambda node: (node.match.end, node.match.events[0].last))
 
     def _finish(self, root: Node, node: Node, leaving: Exit) -> Iterator[Path]:
         """Yield the paths that end at a node."""
