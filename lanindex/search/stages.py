@@ -53,7 +53,8 @@ class Counts(Sequence[Counted]):
     ...     counts = library.search("arms place high | count by clip.label | first 2")
     >>> for one in counts:
     ...     print(one.value, one.count)
-    radio gymnastics 2
+    radio gymnastics 4
+    port de bras 1
     """
 
     def __init__(self, found: Iterable[Counted], pattern: str, by: Reference | None) -> None:

@@ -134,7 +134,7 @@ def reference_at(cursor: Cursor, labels: Collection[str]) -> Reference:
     """
     token = cursor.token
     taken = token.text in (*LANGUAGE, *VALUES) and token.text not in (CLIP, MATCH)
-    if token.kind != "word" or taken:
+    if token.kind != "word" or (taken and token.text not in FIELDS):
         raise cursor.error("Of what? match.start, match.length, clip.label, or a label: a.start")
     if cursor.ahead(1).text != ".":
         raise cursor.error(_no_reference(token.text, labels))
