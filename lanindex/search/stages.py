@@ -55,6 +55,8 @@ class Counts(Sequence[Counted]):
     ...     print(one.value, one.count)
     radio gymnastics 4
     port de bras 1
+    >>> counts.total, counts.dicts()[0]
+    (5, {'by': 'clip.label', 'value': 'radio gymnastics', 'count': 4})
     """
 
     def __init__(self, found: Iterable[Counted], pattern: str, by: Reference | None) -> None:

@@ -71,6 +71,7 @@ def run(
     from lanindex.pipeline import open_library
     from lanindex.pipeline.export import export
     from lanindex.pipeline.requests import from_hits, from_lines, from_range
+    from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
@@ -79,7 +80,7 @@ def run(
         elif what == "-":
             wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
-            pattern = str(what)
+            pattern = pattern_in(what or "")
             found = library.search(
                 pattern,
                 tolerance=tolerance,

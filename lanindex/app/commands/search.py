@@ -54,8 +54,10 @@ def run(
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
     from lanindex.pipeline import open_library
+    from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
 
+    pattern = pattern_in(pattern)
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
         if explain:
