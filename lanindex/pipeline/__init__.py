@@ -13,6 +13,7 @@ from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
 from lanindex.library import store
 from lanindex.search.hits import Hits
+from lanindex.search.stages import piped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from lanindex.model import Capture, Hit, Reading, Track
     from lanindex.pipeline.prepare import Outcome
     from lanindex.search.language.query import Query
+    from lanindex.search.stages import Counts
 
 
 class Library(store.Store):
@@ -120,7 +122,8 @@ class Library(store.Store):
         overlaps: str = "none",
         within: str | None = None,
         where: Where | None = None,
-    ) -> Hits:
+        strict: bool = False,
+    ) -> Hits | Counts:
         """Find movement by pattern.
 
         Parameters
@@ -135,11 +138,14 @@ class Library(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
 
         Returns
         -------
-        Hits
-            In order of capture, start and end.
+        Hits or Counts
+            In order of capture, start and end, where the pattern does not sort them. Counts if it
+            ends in ``| count``.
 
         Raises
         ------
@@ -162,12 +168,18 @@ class Library(store.Store):
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        query, recordings = self._asked(pattern, within, where)
+        query, recordings = self._asked(pattern, within, where, strict)
         span = Fraction(str(tolerance))
-        return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+        hits = Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+        return piped(query.stages, hits)
 
     def explain(
-        self, pattern: str, *, within: str | None = None, where: Where | None = None
+        self,
+        pattern: str,
+        *,
+        within: str | None = None,
+        where: Where | None = None,
+        strict: bool = False,
     ) -> str:
         """Say how a pattern is understood.
 
@@ -179,6 +191,8 @@ class Library(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
 
         Returns
         -------
@@ -199,17 +213,17 @@ class Library(store.Store):
         """
         from lanindex.search.explain import explanation
 
-        return explanation(*self._asked(pattern, within, where))
+        return explanation(*self._asked(pattern, within, where, strict))
 
     def _asked(
-        self, pattern: str, within: str | None, where: Where | None
+        self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS)
+            query = parse(pattern, self.parts(checked=False), known=PARTS, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

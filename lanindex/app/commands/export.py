@@ -43,6 +43,7 @@ def run(
     within: options.In = None,
     where: options.Where = None,
     overlaps: options.Overlaps = "none",
+    strict: options.Strict = False,
     tolerance: options.Tolerance = 0.1,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     db: options.Db = options.DB,
@@ -70,6 +71,8 @@ def run(
     from lanindex.pipeline import open_library
     from lanindex.pipeline.export import export
     from lanindex.pipeline.requests import from_hits, from_lines, from_range
+    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
         if capture is not None:
@@ -77,15 +80,16 @@ def run(
         elif what == "-":
             wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
-            pattern = str(what)
+            pattern = pattern_in(what or "")
             found = library.search(
                 pattern,
                 tolerance=tolerance,
                 overlaps=overlaps,
                 within=within,
                 where=options.where(where),
+                strict=strict,
             )
-            wanted = from_hits(found, pattern)
+            wanted = from_hits(hits_in(found), pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
     for row in manifest:
         if json:
