@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Capture, Hit, Reading, Track
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
     from lanindex.search.stages import Counts
 
@@ -116,7 +117,7 @@ class Library(store.Store):
 
     def search(
         self,
-        pattern: str,
+        pattern: str | Pattern,
         *,
         tolerance: float = 0.1,
         overlaps: str = "none",
@@ -128,8 +129,9 @@ class Library(store.Store):
 
         Parameters
         ----------
-        pattern : str
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
+        pattern : str or Pattern
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or what
+            `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -168,14 +170,15 @@ class Library(store.Store):
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        query, recordings = self._asked(pattern, within, where, strict)
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        query, recordings = self._asked(text, within, where, strict)
         span = Fraction(str(tolerance))
-        hits = Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+        hits = Hits(find(query, recordings, tolerance=span, overlaps=overlaps), text)
         return piped(query.stages, hits)
 
     def explain(
         self,
-        pattern: str,
+        pattern: str | Pattern,
         *,
         within: str | None = None,
         where: Where | None = None,
@@ -185,7 +188,7 @@ class Library(store.Store):
 
         Parameters
         ----------
-        pattern : str
+        pattern : str or Pattern
             As for `search`.
         within : str, optional
             Only captures whose path matches this glob.
@@ -213,7 +216,8 @@ class Library(store.Store):
         """
         from lanindex.search.explain import explanation
 
-        return explanation(*self._asked(pattern, within, where, strict))
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        return explanation(*self._asked(text, within, where, strict))
 
     def _asked(
         self, pattern: str, within: str | None, where: Where | None, strict: bool

@@ -58,11 +58,7 @@ def run(
     score (.lnd), and a manifest lists them all.
     """
     out = Output(json, quiet, verbose, color)
-    if (what is None) == (capture is None):
-        raise UsageError(
-            "nothing to export" if what is None else "two things to export",
-            wanted="a pattern, - or --capture",
-        )
+    _one_thing(what, capture)
     if capture is None and not (begin is None and end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
     if (where or within is not None) and (capture is not None or what == "-"):
@@ -80,16 +76,15 @@ def run(
         elif what == "-":
             wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
-            pattern = pattern_in(what or "")
             found = library.search(
-                pattern,
+                pattern_in(str(what)),
                 tolerance=tolerance,
                 overlaps=overlaps,
                 within=within,
                 where=options.where(where),
                 strict=strict,
             )
-            wanted = from_hits(hits_in(found), pattern)
+            wanted = from_hits(hits_in(found), found.pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
     for row in manifest:
         if json:
@@ -99,3 +94,11 @@ def run(
     out.note(f"{counted(len(manifest), 'clip')} in {output}")
     if not manifest:
         raise typer.Exit(1)
+
+
+def _one_thing(what: str | None, capture: str | None) -> None:
+    if (what is None) == (capture is None):
+        raise UsageError(
+            "nothing to export" if what is None else "two things to export",
+            wanted="a pattern, - or --capture",
+        )
