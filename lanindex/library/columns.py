@@ -138,6 +138,22 @@ def read_roster(connection: Connection, segment: Segment) -> Roster:
     )
 
 
+def alive(
+    connection: Connection, spine: Spine, segment: Segment
+) -> tuple[NDArray[np.int64], Roster, dict[str, Columns]]:
+    """Return the places of the captures of a segment that count, and all that it holds.
+
+    Raises
+    ------
+    Distrust
+        If it is not what was stored.
+    """
+    roster, nothing = read_roster(connection, segment), (enrolled([]), dict[str, Columns]())
+    order = order_of(Spine([segment], spine.dead, []), roster.number)
+    held = {part: stored(connection, [segment], nothing, part) for part in segment.parts}
+    return np.arange(len(roster)) if order is None else order, roster, held
+
+
 def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None:
     """Return which captures count, in order of number; None: all, and they are."""
     ages = np.repeat(
