@@ -43,6 +43,9 @@ _WIDTHS = {"rate": 2, "speed": 2, "gaps": 3}
 
 _STORED = tuple(np.dtype(name) for name in ("<u1", "<u2", "<u4", "<i8"))
 
+_MOST = 500
+"""Values in one statement: databases take a thousand at least."""
+
 CAPTURES = ("number", "frames", "rate", "speed")
 ROWS = ("counts", "cell", "runner", "margin", "start", "length", "gaps")
 """The columns of the captures, and those of a part."""
@@ -175,6 +178,22 @@ def _readable(what: str) -> Iterator[None]:
 def count_pending(connection: Connection) -> int:
     """Return how many captures are in no segment."""
     return int(connection.scalar(_COUNT) or 0)
+
+
+def part_names(connection: Connection) -> list[str]:
+    """Return the names of all parts that any capture has; and had, as long as segments tell."""
+    part, number = schema.track.c.part, schema.track.c.capture_id
+    asked, found = select(part).distinct(), list[str]()
+    try:
+        spine = read_spine(connection)
+    except Distrust:
+        pass  # the tracks tell, which takes longer
+    else:
+        found = [name for one in spine.segments for name in one.parts]
+        if len(spine.pending) <= _MOST:
+            asked = asked.where(number.in_(spine.pending))
+    found += connection.scalars(asked)
+    return [name for name in dict.fromkeys(found) if isinstance(name, str)]
 
 
 def _segment(row: Any) -> Segment:

@@ -152,6 +152,20 @@ def test_columns_are_read_once(library):
     assert library.columns(["head"])[1]["head"] is not first["head"]
 
 
+def test_the_names_of_the_parts_come_from_wherever_they_are(library):
+    for gathered, parts in ((True, ("head", "r_arm")), (False, ("l_leg",))):
+        score = sample_score(0, parts)
+        library.add(f"{parts}.bvh", score, format="bvh", sha256="0")
+        if gathered:
+            library.gather()
+    assert library.parts(checked=False) == library.parts() == ["r_arm", "l_leg", "head"]
+    library.remove(2)
+    assert library.parts(checked=False) == ["r_arm", "head"]
+    with sql(library.place) as connection:
+        connection.execute("UPDATE state SET stamp = stamp + 1")
+    assert library.parts(checked=False) == ["r_arm", "head"]
+
+
 def test_vast_fractions_have_gather(library):
     score = Score(Fraction(30), 60, Meter(Fraction(10**30, 3 * 10**27)), sample_score().tracks)
     library.add("a.bvh", score, format="bvh", sha256="0")
