@@ -15,9 +15,10 @@ from conftest import REPOSITORY
 import lanindex
 from lanindex.search.explain import Advice, Trace
 from lanindex.search.hits import Hits
+from lanindex.search.stages import Counts
 
 PACKAGE = REPOSITORY / "lanindex"
-RESULTS = (Hits, Advice, Trace)
+RESULTS = (Hits, Counts, Advice, Trace)
 """Classes that nobody imports but everybody gets."""
 
 

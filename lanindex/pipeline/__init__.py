@@ -11,20 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
-from lanindex.library import store
+from lanindex.pipeline.asking import Asking
 from lanindex.search.hits import Hits
+from lanindex.search.stages import piped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     from lanindex.library.find import Where
-    from lanindex.model import Capture, Hit, Reading, Track
+    from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
-    from lanindex.search.explain import Advice, Trace
+    from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
+    from lanindex.search.stages import Counts
 
 
-class Library(store.Store):
+class Library(Asking):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
     Examples
@@ -115,19 +117,21 @@ class Library(store.Store):
 
     def search(
         self,
-        pattern: str,
+        pattern: str | Pattern,
         *,
         tolerance: float = 0.1,
         overlaps: str = "none",
         within: str | None = None,
         where: Where | None = None,
-    ) -> Hits:
+        strict: bool = False,
+    ) -> Hits | Counts:
         """Find movement by pattern.
 
         Parameters
         ----------
-        pattern : str
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
+        pattern : str or Pattern
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or what
+            `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -136,11 +140,14 @@ class Library(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
 
         Returns
         -------
-        Hits
-            In order of capture, start and end.
+        Hits or Counts
+            In order of capture, start and end, where the pattern does not sort them. Counts if it
+            ends in ``| count``.
 
         Raises
         ------
@@ -163,23 +170,33 @@ class Library(store.Store):
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        query, recordings = self._asked(pattern, within, where)
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        query, numbers = self._asked(text, within, where, strict)
+        recordings = self.tracks(numbers, query.parts)
         span = Fraction(str(tolerance))
-        return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+        hits = Hits(find(query, recordings, tolerance=span, overlaps=overlaps), text)
+        return piped(query.stages, hits)
 
     def explain(
-        self, pattern: str, *, within: str | None = None, where: Where | None = None
+        self,
+        pattern: str | Pattern,
+        *,
+        within: str | None = None,
+        where: Where | None = None,
+        strict: bool = False,
     ) -> str:
         """Say how a pattern is understood.
 
         Parameters
         ----------
-        pattern : str
+        pattern : str or Pattern
             As for `search`.
         within : str, optional
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
 
         Returns
         -------
@@ -200,116 +217,26 @@ class Library(store.Store):
         """
         from lanindex.search.explain import explanation
 
-        return explanation(*self._asked(pattern, within, where))
-
-    def suggest(
-        self,
-        pattern: str,
-        *,
-        tolerance: float = 0.1,
-        overlaps: str = "none",
-        within: str | None = None,
-        where: Where | None = None,
-    ) -> Advice:
-        """Say why a pattern finds nothing, and what would be found.
-
-        Parameters
-        ----------
-        pattern, tolerance, overlaps, within, where
-            As for `search`.
-
-        Returns
-        -------
-        Advice
-            What is found without each condition, and the nearest patterns that find something;
-            what has been looked at after some two seconds.
-
-        Raises
-        ------
-        PatternError
-            Where the pattern is not understood.
-        LibraryError
-            Where the library cannot be read.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     advice = library.suggest("torso forward high <0.5s")
-        >>> print(advice)
-        without "<0.5s": 1 hit, the nearest takes 1.4 s
-        The nearest patterns that find something:
-          torso forward high <=1.4s  1 hit in 1 capture
-          torso forward high         1 hit in 1 capture
-        """
-        from lanindex.pipeline.advise import suggest
-
-        query, chosen = self._read(pattern), self._chosen(within, where)
-        span = Fraction(str(tolerance))
-        return suggest(self, query, chosen, tolerance=span, overlaps=overlaps)
-
-    def why(
-        self, pattern: str, capture: int | str, *, tolerance: float = 0.1, overlaps: str = "none"
-    ) -> Trace:
-        """Say step by step what a pattern met with in one capture.
-
-        Parameters
-        ----------
-        pattern, tolerance, overlaps
-            As for `search`.
-        capture : int or str
-            Its number or path.
-
-        Returns
-        -------
-        Trace
-            The hits with the symbols that matched each step; where there are none, the furthest
-            beginning that is found, and what came there instead.
-
-        Raises
-        ------
-        PatternError
-            Where the pattern is not understood.
-        LibraryError
-            Where there is no such capture, or it cannot be read.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     (stop,) = library.why("torso forward high <0.5s", "greetings.bvh").stops
-        >>> stop.reason
-        'torso forward high [482, 524) takes 1.40 s, wanted <0.5s'
-        """
-        from lanindex.search.explain import trace
-
-        query = self._read(pattern)
-        held, tracks = next(self.tracks([self.capture(capture).id]))
-        span = Fraction(str(tolerance))
-        return trace(query, held, tracks, tolerance=span, overlaps=overlaps)
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        query, numbers = self._asked(text, within, where, strict)
+        return explanation(query, self.tracks(numbers, query.parts))
 
     def _asked(
-        self, pattern: str, within: str | None, where: Where | None
-    ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
-        """Return a query, and what of the library it concerns."""
-        query = self._read(pattern)
-        return query, self.tracks(self._chosen(within, where), query.parts)
-
-    def _read(self, pattern: str) -> Query:
+        self, pattern: str, within: str | None, where: Where | None, strict: bool
+    ) -> tuple[Query, list[int] | None]:
+        """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            return parse(pattern, self.parts(checked=False), known=PARTS)
+            query = parse(pattern, self.parts(checked=False), known=PARTS, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
-
-    def _chosen(self, within: str | None, where: Where | None) -> list[int] | None:
-        """Return the numbers of the captures to look at; None: all."""
-        if within is None and not where:
-            return None
-        return [capture.id for capture in self.captures(within, where)]
+        chosen = None
+        if within is not None or where:
+            chosen = [capture.id for capture in self.captures(within, where)]
+        return query, chosen
 
     def export(
         self,

@@ -106,6 +106,11 @@ def _close_by(beside: Beside) -> Iterator[Beside]:
         yield replace(beside, within=Length("<", Time(Fraction(1), "s")))
 
 
+def _one_after_the_other(beside: Beside) -> Iterator[Beside]:
+    if beside.relation == "with" and not beside.within:
+        yield from (replace(beside, relation=relation) for relation in ("after", "before"))
+
+
 def _own_side(step: Step) -> Iterator[Step]:
     words = tuple(
         replace(word, values=tuple(dict.fromkeys(map(_to_side, word.values))))
@@ -189,6 +194,7 @@ EDITS = (
     Edit(1.8, _one(Word, _neighbours("level"))),
     Edit(1.9, _other_side),
     Edit(2.0, _relatives),
+    Edit(2.2, _one(Beside, _one_after_the_other)),
 )
 """From what is hardly a change to what is quite another movement of the same kind."""
 

@@ -73,8 +73,8 @@ def reading(text: str) -> Reading | None:
         return None
 
 
-def remedied(error: PatternError, understood: Callable[[str], Any]) -> PatternError:
-    """Return the error of a pattern with the one that was probably meant.
+def offer_reading(error: PatternError, understood: Callable[[str], Any]) -> None:
+    """Let the error of a pattern offer the one that was probably meant, if that is plain.
 
     Parameters
     ----------
@@ -85,13 +85,13 @@ def remedied(error: PatternError, understood: Callable[[str], Any]) -> PatternEr
     """
     read = reading(error.text)
     if read is None:
-        return error
+        return
     try:
         understood(read.pattern)
     except PatternError:
-        return error
-    found = f"{_GUESS.sub('', error.found)} Did you mean:  {read.pattern}{read.remark}"
-    return PatternError(found, text=error.text, start=error.start, stop=error.stop)
+        return
+    error.found = f"{_GUESS.sub('', error.found)} Did you mean:  {read.pattern}{read.remark}"
+    error.args = (error.found,)
 
 
 class _UnclearError(Exception):
