@@ -25,8 +25,9 @@ _LEFT_OUT = 2.5
 _OTHER_NUMBER = 1.05
 """What it costs to leave a condition out, and to ask for the nearest number; see `EDITS`."""
 
-_FOR_EDITS = 0.5
-"""The share of the time that is for patterns alike; the rest is for leaving out."""
+_FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
+"""The shares of the time until which lengths and counts are left out, and until which patterns
+alike are tried; the rest is for the other conditions."""
 
 _COMBINED = 60
 """Changes, and changes of what they led to, that are tried where no single one helps."""
@@ -146,7 +147,8 @@ class Advice:
             lines.append("The nearest patterns that find something:")
             lines += [f"  {it.pattern.ljust(width)}  {it.counts}" for it in self.instead]
         elif not self.left_out and not self.remark:
-            lines.append("Nor does anything near it find something.")
+            tried = " that could be tried" if self.untried else ""
+            lines.append(f"Nor does anything near it{tried} find something.")
         if self.untried:
             lines.append(f"{_counted(self.untried, 'change')} could not be tried in time.")
         return "\n".join(lines)
@@ -213,15 +215,28 @@ class _Adviser:
         self.found: list[tuple[float, Suggestion]] = []
 
     def advice(self) -> Advice:
+        """Try what is likeliest first: limits, then what is alike, then all other conditions."""
+        all_of_them = list(conditions(self.query))
+        often = Counter(condition.said for condition in all_of_them)
+        left_out: dict[int, LeftOut] = {}
+
+        def leave_out(limits: bool, share: float) -> None:
+            for index, condition in enumerate(all_of_them):
+                if (condition.limit is not None) == limits:
+                    told = self.left_out(condition, often[condition.said] > 1, share)
+                    left_out.update({index: told} if told else {})
+
+        leave_out(True, _FOR_LIMITS)
         self.offer(edited(self.query), _FOR_EDITS)
         never = tuple(self.never())
-        left_out = tuple(self.left_out())
+        leave_out(False, 1)
         if all(cost == _LEFT_OUT for cost, _ in self.found) and not self.untried:
             self.offer(self.combined(), 1)
             self.untried = 0
         best = sorted(self.found, key=lambda it: (it[0], -it[1].hits))[:MOST]
         instead = tuple(suggestion for _, suggestion in best)
-        return Advice(str(self.query), never, left_out, instead, self.untried)
+        told = tuple(left_out[index] for index in sorted(left_out))
+        return Advice(str(self.query), never, told, instead, self.untried)
 
     def late(self, share: float = 1) -> bool:
         return self.budget.late(share * self.share)
@@ -237,7 +252,7 @@ class _Adviser:
             elif (known := self.known(query)) and known not in self.tried:
                 self.tried.add(known)
                 self.keep(cost, known)
-                if len(self.found) >= MOST:
+                if sum(other != _LEFT_OUT for other, _ in self.found) >= MOST:
                     dearest = min(dearest, cost)
 
     def keep(self, cost: float, query: Query) -> tuple[int, frozenset[int]] | None:
@@ -260,23 +275,21 @@ class _Adviser:
             if known and self.count(known) == (0, frozenset()):
                 yield said
 
-    def left_out(self) -> Iterator[LeftOut]:
-        """Yield the conditions without which something is found."""
-        all_of_them = list(conditions(self.query))
-        often = Counter(condition.said for condition in all_of_them)
-        for condition in all_of_them:
-            known = self.known(condition.rest)
-            if known is None:
-                continue
-            if self.late():
-                self.untried += 1
-                continue
-            self.tried.add(known)
-            found = self.keep(_LEFT_OUT, known)
-            if found and found[0]:
-                near = self.nearest(condition, found[1])
-                step = condition.step if often[condition.said] > 1 else ""
-                yield LeftOut(condition.said, found[0], len(found[1]), near, step)
+    def left_out(self, condition: Condition, often: bool, share: float) -> LeftOut | None:
+        """Return what is found without a condition; `often`: others are said alike."""
+        known = self.known(condition.rest)
+        if known is None:
+            return None
+        if self.late(share):
+            self.untried += 1
+            return None
+        self.tried.add(known)
+        found = self.keep(_LEFT_OUT, known)
+        if not found or not found[0]:
+            return None
+        near = self.nearest(condition, found[1])
+        step = condition.step if often else ""
+        return LeftOut(condition.said, found[0], len(found[1]), near, step)
 
     def nearest(self, condition: Condition, among: frozenset[int]) -> str:
         """Return how near a condition came to be met, and offer what that would find."""
