@@ -30,7 +30,7 @@ def find_fast(
         query,
         roster_of(captures),
         columns,
-        lambda places: [recordings[place] for place in places],
+        lambda places, _: [recordings[place] for place in places],
         tolerance,
     )
     return finder.find(overlaps)

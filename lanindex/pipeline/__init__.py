@@ -15,10 +15,10 @@ from lanindex.library import store
 from lanindex.search.hits import Hits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     from lanindex.library.find import Where
-    from lanindex.model import Capture, Hit, Reading, Track
+    from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
     from lanindex.search.language.query import Query
 
@@ -120,6 +120,7 @@ class Library(store.Store):
         overlaps: str = "none",
         within: str | None = None,
         where: Where | None = None,
+        timeout: float | None = None,
     ) -> Hits:
         """Find movement by pattern.
 
@@ -135,11 +136,13 @@ class Library(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
         Hits
-            In order of capture, start and end.
+            In order of capture, start and end. Each is made when it is looked at.
 
         Raises
         ------
@@ -147,6 +150,8 @@ class Library(store.Store):
             Where the pattern is not understood.
         LibraryError
             Where the library cannot be read.
+        LanindexError
+            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -158,13 +163,18 @@ class Library(store.Store):
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.search.plain import find
+        from lanindex.pipeline.search import search
+        from lanindex.search.fast import Timeout
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        query, recordings = self._asked(pattern, within, where)
+        if overlaps not in ("none", "all"):
+            raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
+        query, numbers = self._asked(pattern, within, where)
+        watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
-        return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
+        found = search(self, query, numbers, tolerance=span, overlaps=overlaps, watch=watch)
+        return Hits(found, pattern)
 
     def explain(
         self, pattern: str, *, within: str | None = None, where: Where | None = None
@@ -199,12 +209,13 @@ class Library(store.Store):
         """
         from lanindex.search.explain import explanation
 
-        return explanation(*self._asked(pattern, within, where))
+        query, numbers = self._asked(pattern, within, where)
+        return explanation(query, self.tracks(numbers, query.parts))
 
     def _asked(
         self, pattern: str, within: str | None, where: Where | None
-    ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
-        """Return a query, and what of the library it concerns."""
+    ) -> tuple[Query, list[int] | None]:
+        """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
@@ -216,7 +227,7 @@ class Library(store.Store):
         chosen = None
         if within is not None or where:
             chosen = [capture.id for capture in self.captures(within, where)]
-        return query, self.tracks(chosen, query.parts)
+        return query, chosen
 
     def export(
         self,

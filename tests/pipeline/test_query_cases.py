@@ -49,4 +49,4 @@ def test_through_the_store(case: Case, libraries) -> None:
         )
         for hit in hits
     ]
-    assert found == [(it.name or "only", it.span, sorted(it.symbols)) for it in case.today]
+    assert found == [(it.name or "only", it.span, sorted(it.symbols)) for it in case.hits]

@@ -1,4 +1,4 @@
-"""A line alone, for all captures at once: where does a match end that begins here?
+"""A line alone, for all captures at once: where a match that begins here ends.
 
 The program is run backwards. Each event of each state gets a value: the first frame at which a
 line can end that goes on from there and, of the ways that end there, the greatest fit. A line that
@@ -216,9 +216,9 @@ class _Graph:
         before, after = before[order], after[order]
         bounds = np.searchsorted(after, np.arange(self._count + 1))
         left = np.bincount(before, minlength=self._count)
-        ready = np.flatnonzero(left == 0)
+        last = np.flatnonzero(left == 0)
         values = np.full(self._count, NONE)
-        for ready in _rounds(ready, bounds, before, left):
+        for ready in _rounds(last, bounds, before, left):
             values[ready] = np.where(
                 best[ready] < NONE, with_cost(best[ready], cost[ready]), own[ready]
             )
