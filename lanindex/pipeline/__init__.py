@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
-from lanindex.library import store
+from lanindex.pipeline.asking import Asking
 from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lanindex.search.stages import Counts
 
 
-class Library(store.Store):
+class Library(Asking):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
     Examples

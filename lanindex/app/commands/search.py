@@ -10,6 +10,7 @@ from lanindex.app import options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
+    from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
 
@@ -38,6 +39,14 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how the pattern is understood.")
     ] = False,
+    why: Annotated[
+        str | None,
+        typer.Option(
+            "--why",
+            metavar="CAPTURE",
+            help="Say what matched in one capture, or where the walk through it ended.",
+        ),
+    ] = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -60,6 +69,16 @@ def run(
     pattern = pattern_in(pattern)
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
+        if why is not None:
+            seen = library.why(
+                pattern,
+                options.which(why),
+                tolerance=tolerance,
+                overlaps=overlaps,
+                strict=strict,
+            )
+            _trace(out, seen)
+            raise typer.Exit(not seen.hits)
         if explain:
             text = library.explain(pattern, within=within, where=chosen, strict=strict)
             if json:
@@ -82,8 +101,18 @@ def run(
             _count(out, found)
         else:
             _show(out, found.by_fit() if sort == "fit" else found, limit)
-    if not found:
-        raise typer.Exit(1)
+        if not found:
+            if not quiet:
+                advice = library.suggest(
+                    pattern,
+                    tolerance=tolerance,
+                    overlaps=overlaps,
+                    within=within,
+                    where=chosen,
+                    strict=strict,
+                )
+                _advise(out, advice)
+            raise typer.Exit(1)
 
 
 def _count(out: Output, found: Hits) -> None:
@@ -121,6 +150,23 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
     formatting.hits(out, found[:most], found.pattern)
     _summary(out, found, min(most, len(found)))
+
+
+def _advise(out: Output, advice: Advice) -> None:
+    """Say why nothing is found, and what is near: in lines, or in one beside JSON."""
+    for line in [advice.brief] if out.json else str(advice).split("\n"):
+        out.note(line)
+
+
+def _trace(out: Output, seen: Trace) -> None:
+    from lanindex.app import formatting
+    from lanindex.search.explain.trace import records_of
+
+    if out.json:
+        for record in records_of(seen):
+            out.record(record)
+    else:
+        formatting.trace(out, seen)
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:
