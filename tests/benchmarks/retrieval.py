@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from zlib import crc32
 
@@ -44,7 +45,7 @@ def aimed(motion: Motion, up: float, out: float) -> Motion:
         outward = before[:, body[own[0]]] - before[:, body[other[0]]]
         side = np.arctan2(outward[:, 2], outward[:, 0])
         chain = [body[joint] for joint in own if body[joint] >= 0]
-        for near, far in zip(chain, chain[1:], strict=False):
+        for near, far in pairwise(chain):
             x, y, z = (before[:, far] - before[:, near]).T
             length, level = np.sqrt(x * x + y * y + z * z), np.hypot(x, z)
             way = np.arctan2(z, x)
