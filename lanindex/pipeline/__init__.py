@@ -126,7 +126,8 @@ class Library(store.Store):
         Parameters
         ----------
         pattern : str
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
+            of ``lanindex.search.dictionary``: ``walk``.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -205,8 +206,10 @@ class Library(store.Store):
         self, pattern: str, within: str | None, where: Where | None
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
+        from lanindex.pipeline.words import said
         from lanindex.search.language import parse
 
+        pattern = said(pattern)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
             query = parse(pattern, self.parts(checked=False), known=PARTS)

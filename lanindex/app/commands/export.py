@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
@@ -44,6 +44,7 @@ def run(
     where: options.Where = None,
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    words: options.Words = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     db: options.Db = options.DB,
     json: options.Json = False,
@@ -77,7 +78,7 @@ def run(
         elif what == "-":
             wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
-            pattern = str(what)
+            pattern = meaning.of(out, library, str(what), words)
             found = library.search(
                 pattern,
                 tolerance=tolerance,
