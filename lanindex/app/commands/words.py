@@ -13,7 +13,7 @@ from lanindex.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lanindex.search.dictionary import Entry
+    from lanindex.search.dictionary import Entry, Measured
 
 
 def run(
@@ -113,11 +113,6 @@ def _whole(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
     from lanindex.search.dictionary import mirror_image
 
     counts = entry.measured
-    found = counts and (
-        f"{counts.right} of {counts.right + counts.missed} captures, of {counts.collections}"
-        f" collections; {counts.wrong} of {counts.clips - counts.right - counts.missed}"
-        f" others wrongly"
-    )
     fields = {
         "word": entry.name,
         "also": ", ".join(entry.names),
@@ -125,10 +120,21 @@ def _whole(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
         "pattern": entry.pattern,
         "mirrored": mirror_image(entry, known),
         "labels": ", ".join(entry.labels),
-        "found": found,
+        "found": counts and _found(counts),
         "precision": counts and f"{counts.precision:.2f}",
         "recall": counts and f"{counts.recall:.2f}",
     }
     for name, value in fields.items():
         if value:
             out.line(out.paint(f"{name:9}", "dim"), "  ", value)
+
+
+def _found(counts: Measured) -> str:
+    from lanindex.app.formatting import counted
+
+    wanted = counts.right + counts.missed
+    return (
+        f"{counts.right} of {counted(wanted, 'capture')}, in "
+        f"{counted(counts.collections, 'collection')}; {counts.wrong} of "
+        f"{counts.clips - wanted} others wrongly"
+    )
