@@ -53,6 +53,9 @@ class Library(Asking):
     >>> library.close()
     """
 
+    words: str | os.PathLike[str] | None = None
+    """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
+
     def ingest(
         self,
         *paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
@@ -131,8 +134,8 @@ class Library(Asking):
         Parameters
         ----------
         pattern : str or Pattern
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or what
-            `lanindex.part` begins.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
+            of ``lanindex.search.dictionary``: ``walk``; or what `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -233,11 +236,15 @@ class Library(Asking):
         self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
+        pattern = said(pattern, self.words)
+        names = named(pattern, self.words)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS, strict=strict)
+            held = self.parts(checked=False)
+            query = parse(pattern, held, known=PARTS, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ def run(
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
     timeout: options.Timeout = None,
+    words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
@@ -56,7 +57,8 @@ def run(
     """Find movement by pattern.
 
     Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
-    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex words.
+    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex language.
+    Or a word of the dictionary of movement, such as walk: lanindex words.
     Exits with 1 if nothing is found.
     """
     out = Output(json, quiet, verbose, color)
@@ -69,6 +71,8 @@ def run(
     pattern = pattern_in(pattern)
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
+        library.words = words
+        pattern = meaning.of(out, library, pattern, words)
         if why is not None:
             seen = library.why(
                 pattern,
