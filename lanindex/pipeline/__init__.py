@@ -53,6 +53,9 @@ class Library(Asking):
     >>> library.close()
     """
 
+    words: str | os.PathLike[str] | None = None
+    """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
+
     def ingest(
         self,
         *paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
@@ -124,14 +127,15 @@ class Library(Asking):
         within: str | None = None,
         where: Where | None = None,
         strict: bool = False,
+        timeout: float | None = None,
     ) -> Hits | Counts:
         """Find movement by pattern.
 
         Parameters
         ----------
         pattern : str or Pattern
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or what
-            `lanindex.part` begins.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
+            of ``lanindex.search.dictionary``: ``walk``; or what `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -142,12 +146,14 @@ class Library(Asking):
             Only captures that fit these globs by label, format, path or a column of their own.
         strict : bool
             Whether the timing of pasted LND counts.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
         Hits or Counts
-            In order of capture, start and end, where the pattern does not sort them. Counts if it
-            ends in ``| count``.
+            In order of capture, start and end, where the pattern does not sort them; each is made
+            when it is looked at. Counts if it ends in ``| count``.
 
         Raises
         ------
@@ -155,6 +161,8 @@ class Library(Asking):
             Where the pattern is not understood.
         LibraryError
             Where the library cannot be read.
+        LanindexError
+            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -166,16 +174,19 @@ class Library(Asking):
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.search.plain import find
+        from lanindex.pipeline.search import search
+        from lanindex.search.fast import Timeout
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
+        if overlaps not in ("none", "all"):
+            raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
         text = pattern if isinstance(pattern, str) else str(pattern)
         query, numbers = self._asked(text, within, where, strict)
-        recordings = self.tracks(numbers, query.parts)
+        watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
-        hits = Hits(find(query, recordings, tolerance=span, overlaps=overlaps), text)
-        return piped(query.stages, hits)
+        found = search(self, query, numbers, tolerance=span, overlaps=overlaps, watch=watch)
+        return piped(query.stages, Hits(found, text))
 
     def explain(
         self,
@@ -225,11 +236,15 @@ class Library(Asking):
         self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
+        pattern = said(pattern, self.words)
+        names = named(pattern, self.words)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS, strict=strict)
+            held = self.parts(checked=False)
+            query = parse(pattern, held, known=PARTS, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

@@ -32,11 +32,12 @@ def value_of(reference: Reference, hit: Hit) -> Value:
     str, Fraction or None
         A part, direction, level or text; a number; seconds from the clip's first frame; None where
         it is missing. Of several symbols: where the first begins, where the last ends, and what
-        the last one is.
+        the last one is; of all that matched, the frames of the hit and what its first line ends
+        with.
     """
     if reference.name == CLIP:
         return clip_value(hit.capture, reference.field)
-    symbols = hit.symbols if reference.name == MATCH else hit.labels.get(reference.name, ())
+    symbols = hit.lines[0] if reference.name == MATCH else hit.labels.get(reference.name, ())
     if not symbols:
         return None
     if reference.field not in _TIMES:

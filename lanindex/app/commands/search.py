@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
@@ -20,7 +19,16 @@ ON_A_TERMINAL = 20
 
 
 def run(
-    pattern: Annotated[str, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")],
+    pattern: Annotated[
+        str | None, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")
+    ] = None,
+    like: Annotated[
+        str | None,
+        typer.Option("--like", metavar="CLIP[:FROM-TO]", help="What is like a capture or file."),
+    ] = None,
+    rerank: Annotated[
+        bool, typer.Option("--rerank", help="Order what is like it by its joints, too.")
+    ] = False,
     limit: Annotated[
         int | None,
         typer.Option("--limit", "-n", min=1, help="Hits to show: 20 on a terminal, else all."),
@@ -32,6 +40,8 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    timeout: options.Timeout = None,
+    words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
@@ -56,19 +66,27 @@ def run(
     """Find movement by pattern.
 
     Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
-    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex words.
+    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex language.
+    Or a word of the dictionary of movement, such as walk: lanindex words.
     Exits with 1 if nothing is found.
     """
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
+    chosen = options.where(where)
+    if pattern is None or like is not None or rerank:
+        from lanindex.app import alike
+
+        asked = alike.Asked(pattern, like, rerank, explain, count, limit)
+        return alike.run(out, asked, db, within=within, where=chosen)
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
-    chosen = options.where(where)
     with open_library(db, readonly=True) as library:
+        library.words = words
+        pattern = meaning.of(out, library, pattern, words)
         if why is not None:
             seen = library.why(
                 pattern,
@@ -93,6 +111,7 @@ def run(
             within=within,
             where=chosen,
             strict=strict,
+            timeout=timeout,
         )
         if isinstance(found, Counts):
             _counted(out, found, limit)
@@ -115,9 +134,7 @@ def run(
 
 
 def _count(out: Output, found: Hits) -> None:
-    counts = Counter(hit.capture.id for hit in found)
-    for capture in {hit.capture.id: hit.capture for hit in found}.values():
-        number = counts[capture.id]
+    for capture, number in found.counts():
         if out.json:
             out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
         else:
@@ -173,6 +190,5 @@ def _trace(out: Output, seen: Trace) -> None:
 def _summary(out: Output, found: Hits, shown: int) -> None:
     from lanindex.app.formatting import counted
 
-    captures = len({hit.capture.id for hit in found})
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    out.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")
+    out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")
