@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Protocol
 
 from lanindex.search.explain.budget import Budget
 from lanindex.search.explain.conditions import Condition, Limit, conditions
@@ -32,28 +31,11 @@ alike are tried; the rest is for the other conditions."""
 _COMBINED = 60
 """Changes, and changes of what they led to, that are tried where no single one helps."""
 
-Found = tuple[int, frozenset[int]]
-"""How many hits, and the captures that have them."""
+Found = tuple[int, int]
+"""How many hits, and in how many captures."""
 
-
-class Count(Protocol):
-    """Counts the hits of a query.
-
-    Parameters
-    ----------
-    query : Query
-        What to find.
-    among : frozenset of int, optional
-        Only in these captures.
-
-    Returns
-    -------
-    tuple of int and frozenset of int, or None
-        How many there are, and in which captures; None: there was no time for it.
-    """
-
-    def __call__(self, query: Query, among: frozenset[int] | None = None) -> Found | None:
-        """Count."""
+Count = Callable[[Query], Found | None]
+"""Counts the hits of a query; None: there was no time for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +154,6 @@ def advise(
     read: Callable[[str], Query | None],
     *,
     budget: Budget | None = None,
-    share: float = 1,
 ) -> Advice:
     """Return why a query finds nothing, and what would be found.
 
@@ -186,15 +167,13 @@ def advise(
         Reads a pattern; returns None where it is not understood.
     budget : Budget, optional
         How long it may take, about; by default `SECONDS` from now.
-    share : float
-        Of the whole budget, that until which changes are tried.
 
     Returns
     -------
     Advice
         Each pattern in it parses to exactly the query that was counted.
     """
-    return _Adviser(query, count, read, budget or Budget(SECONDS), share).advice()
+    return _Adviser(query, count, read, budget or Budget(SECONDS)).advice()
 
 
 class _Adviser:
@@ -206,10 +185,9 @@ class _Adviser:
         count: Count,
         read: Callable[[str], Query | None],
         budget: Budget,
-        share: float,
     ) -> None:
         self.query, self.count, self.read = query, count, read
-        self.budget, self.share = budget, share
+        self.budget = budget
         self.untried = 0
         self.tried: set[Query] = {query}
         self.found: list[tuple[float, Suggestion]] = []
@@ -239,7 +217,7 @@ class _Adviser:
         return Advice(str(self.query), never, told, instead, self.untried)
 
     def late(self, share: float = 1) -> bool:
-        return self.budget.late(share * self.share)
+        return self.budget.late(share)
 
     def offer(self, changes: Iterable[tuple[float, Query]], share: float) -> None:
         """Keep what finds something, until there are enough; what costs alike is compared."""
@@ -255,12 +233,12 @@ class _Adviser:
                 if sum(other != _LEFT_OUT for other, _ in self.found) >= MOST:
                     dearest = min(dearest, cost)
 
-    def keep(self, cost: float, query: Query) -> tuple[int, frozenset[int]] | None:
+    def keep(self, cost: float, query: Query) -> Found | None:
         found = self.count(query)
         if found is None:
             self.untried += 1
         elif found[0]:
-            self.found.append((cost, Suggestion(str(query), found[0], len(found[1]))))
+            self.found.append((cost, Suggestion(str(query), *found)))
         return found
 
     def known(self, query: Query) -> Query | None:
@@ -272,7 +250,7 @@ class _Adviser:
         steps = _alone(self.query)
         for said, alone in steps.items() if len(steps) > 1 else ():
             known = None if self.late() else self.known(alone)
-            if known and self.count(known) == (0, frozenset()):
+            if known and self.count(known) == (0, 0):
                 yield said
 
     def left_out(self, condition: Condition, often: bool, share: float) -> LeftOut | None:
@@ -287,18 +265,18 @@ class _Adviser:
         found = self.keep(_LEFT_OUT, known)
         if not found or not found[0]:
             return None
-        near = self.nearest(condition, found[1])
+        near = self.nearest(condition)
         step = condition.step if often else ""
-        return LeftOut(condition.said, found[0], len(found[1]), near, step)
+        return LeftOut(condition.said, *found, near, step)
 
-    def nearest(self, condition: Condition, among: frozenset[int]) -> str:
+    def nearest(self, condition: Condition) -> str:
         """Return how near a condition came to be met, and offer what that would find."""
         asking = condition.asking
         if asking is None or condition.limit is None:
             return ""
 
         def met(limit: Limit) -> bool:
-            found = None if self.late() else self.count(asking(limit), among)
+            found = None if self.late() else self.count(asking(limit))
             if found is None:
                 raise _LateError
             return bool(found[0])
