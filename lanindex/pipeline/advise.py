@@ -48,12 +48,13 @@ def suggest(
         How long it may take, about.
     """
     budget = budget or Budget(SECONDS)
+    query = replace(query, stages=())  # a pipe finds nothing by itself
 
     def count(query: Query, among: Sequence[int] | None = numbers) -> Found | None:
         if budget.late():
             return None
         try:
-            return _counted(library, replace(query, stages=()), among, tolerance, overlaps, budget)
+            return _counted(library, query, among, tolerance, overlaps, budget)
         except (TimeoutError, LanindexError):  # or it fits in too many ways
             return None
 
