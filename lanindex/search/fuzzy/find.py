@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import islice
@@ -18,7 +19,8 @@ from lanindex.search.fuzzy.costs import UNIT
 from lanindex.search.fuzzy.lines import Line
 from lanindex.search.fuzzy.net import Net
 from lanindex.search.fuzzy.wholes import Partners, Plan, Whole, limits_of
-from lanindex.search.language.query import Query
+from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
+from lanindex.search.language.query import Line as Steps
 from lanindex.search.plain import TOLERANCE
 from lanindex.search.plain.candidates import Recording
 from lanindex.search.plain.walk import Walker
@@ -78,9 +80,25 @@ def find(
             'a fuzzy search cannot count edits in "where" and "rhythm"',
             remedy="Leave them out, or search without --fuzzy.",
         )
-    programs = plan(query)
+    programs = plan(replace(query, pattern=_opened(query.pattern)))
     plans = [Plan.of(program, allowance) for program in programs]
     return _find(programs, plans, recordings, tolerance, overlaps)
+
+
+def _opened(pattern: Choice) -> Choice:
+    """Return a pattern without brackets around all of it, such as a pasted score has."""
+    opened: list[Lines] = []
+    for lines in pattern.alternatives:
+        (item, *more) = lines.first.items
+        bare = Steps((Item(item.unit),)) == lines.first and not more
+        if isinstance(item.unit, Bracket) and bare:
+            opened += [
+                Lines(inner.first, (*inner.others, *lines.others))
+                for inner in _opened(item.unit.pattern).alternatives
+            ]
+        else:
+            opened.append(lines)
+    return Choice(tuple(opened))
 
 
 def _find(
