@@ -9,7 +9,7 @@ from sqlalchemy import Connection, select
 from sqlalchemy.exc import DatabaseError
 
 from lanindex.errors import LibraryError
-from lanindex.library import read, rows
+from lanindex.library import read, rows, state
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.schema import capture, profile
 from lanindex.library.texts import printable
@@ -59,7 +59,7 @@ def _loose(connection: Connection) -> list[str]:
 def _unlike_stored(connection: Connection) -> Iterator[str]:
     """Yield what is not as it was stored, capture by capture."""
     try:
-        read.capture_numbers(connection)
+        state.capture_numbers(connection)
     except LibraryError as error:
         yield str(error)
     for number in connection.scalars(select(capture.c.id).order_by(capture.c.id)).all():
