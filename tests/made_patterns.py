@@ -140,3 +140,14 @@ def one_symbol(
         rows["runner_direction"] = DIRECTION_CODES[runner[0]]
         rows["runner_level"] = LEVEL_CODES[runner[1]]
     return columns_of(part, [CAPTURE], [Track(part, rows, (Span(0, FRAMES),))])
+
+
+_BARE_STEPS = ("low", "right mid", "place high", "any", "left", "rising", "not low", "mid/high")
+
+
+@st.composite
+def bare_lines(draw, part: str = "r_arm") -> str:
+    """Return one part's steps with arrows between, and nothing else."""
+    steps = draw(st.lists(st.sampled_from(_BARE_STEPS), min_size=1, max_size=4))
+    arrows = [draw(st.sampled_from((" -> ", " ... "))) for _ in steps[1:]]
+    return f"{part} " + "".join(map("".join, zip(steps, [*arrows, ""], strict=True)))

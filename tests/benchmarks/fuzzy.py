@@ -16,9 +16,11 @@ from pathlib import Path
 
 from places import CAPTURES
 
+from lanindex.alphabet import PARTS
 from lanindex.encode import encode
 from lanindex.formats import read
 from lanindex.model import Capture
+from lanindex.model.columns import columns_of, roster_of
 from lanindex.search import fuzzy, plain
 from lanindex.search.language import parse
 
@@ -70,6 +72,9 @@ def main() -> None:
         capture = Capture(number, str(path), "bvh", "", "", score.rate, score.frames)
         recordings.append((capture, score.tracks))
         labels[number] = path.parent.name
+    captures, tracks = zip(*recordings, strict=True)
+    roster = roster_of(captures)
+    columns = {part: columns_of(part, captures, [it.get(part) for it in tracks]) for part in PARTS}
     scores = {
         path: parse(lnd(path)) for path in sorted((CAPTURES / "laban" / "mae").rglob("*.laban"))
     }
@@ -80,7 +85,7 @@ def main() -> None:
     for allowed in ALLOWED:
         allowance = fuzzy.Allowance.read(allowed)
         ways[f"--fuzzy {allowed}"] = lambda query, allowance=allowance: fuzzy.find(
-            query, recordings, allowance
+            query, roster, columns, lambda places: [recordings[it] for it in places], allowance
         )
     for way, find in ways.items():
         found = defaultdict(set)

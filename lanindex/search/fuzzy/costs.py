@@ -80,22 +80,32 @@ def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np
 
 
 @lru_cache(maxsize=1)
-def _standing() -> NDArray[np.float64]:
-    """Return what symbols stand for: (27, 28, BUCKETS + 1, 3) by cell, runner-up and margin.
+def _turns() -> NDArray[np.int16]:
+    """Return what a symbol costs where a cell is asked for: (64, 64, BUCKETS + 1, 27).
 
-    The last runner-up is none: then it is the middle of the cell.
+    By cell, runner-up and margin of the symbol, as columns hold them. What stands for no direction
+    costs the most; one without a runner-up stands for the middle of its cell.
     """
-    middle = middles()
-    runner = np.concatenate([middle, np.zeros((1, 3))])
+    middle, place = middles(), _place(np.arange(CELL + 1))
     share = (1 - np.arange(BUCKETS + 1) / BUCKETS)[None, None, :, None] / 2
-    standing = middle[:, None, None] + share * (runner[None, :, None] - middle[:, None, None])
-    standing[:, -1] = middle[:, None]
-    return standing
+    towards = middle[None, :, None] - middle[:, None, None]
+    standing = np.concatenate(
+        [
+            middle[:, None, None] + share * towards,
+            np.broadcast_to(middle[:, None, None], (len(middle), 1, BUCKETS + 1, 3)),
+        ],
+        axis=1,
+    )
+    turned = angles(standing.reshape(-1, 3), middle).reshape(*standing.shape[:-1], len(middle))
+    costs = np.rint(np.maximum(turned - FREE, 0) / WIDTH * UNIT)
+    known: NDArray[np.int16] = np.minimum(costs, MOST).astype(np.int16)[place][:, place]
+    known[place < 0] = MOST
+    return known
 
 
 def _place(cell: NDArray[Any]) -> NDArray[np.intp]:
     """Return the index in `middles` of cells as columns hold them; -1 where something is absent."""
-    direction, level = (cell & 15).astype(np.intp) - 1, (cell >> 4 & 3).astype(np.intp) - 1
+    direction, level = (cell & 15) - 1, (cell >> 4 & 3) - 1
     known = (direction >= 0) & (direction < len(DIRECTIONS)) & (level >= 0)
     return np.where(known, direction * _LEVELS + level, -1)
 
@@ -128,34 +138,18 @@ def substitutions(state: State, member: int, columns: Columns) -> NDArray[np.int
         (S,) int64, parts of an edit: `UNIT` is a whole one, `MOST` the most.
     """
     asked = _asked(state, member)
-    cells = columns.cell & CELL
-    costs = np.where(asked[cells], 0, MOST).astype(np.int64)
-    other = np.flatnonzero(~asked[cells])
-    wanted = np.unique(_place(np.flatnonzero(asked)))
+    wanted = _place(np.flatnonzero(asked))
     wanted = wanted[wanted >= 0]
-    if len(other) and len(wanted):
-        costs[other] = _turned(columns, other, wanted)
+    table = np.full((CELL + 1, CELL + 1, BUCKETS + 1), MOST, np.int16)
+    if len(wanted):
+        table = _turns()[..., wanted].min(axis=-1)
+    table[asked] = 0
+    bucket = columns.margin.astype(np.intp) * BUCKETS // THOUSANDTHS
+    cell = columns.cell & CELL
+    costs: NDArray[np.int64] = table[cell, columns.runner, bucket].astype(np.int64)
     if "change" in state.fits[member]:
         costs += _changed(state.fits[member]["change"], columns)
     return np.minimum(costs, MOST)
-
-
-def _turned(
-    columns: Columns, rows: NDArray[np.intp], wanted: NDArray[np.intp]
-) -> NDArray[np.int64]:
-    """Return what rows cost whose cell is not asked for, by the angle to the nearest that is."""
-    place, runner = _place(columns.cell[rows] & CELL), _place(columns.runner[rows])
-    bucket = columns.margin[rows].astype(np.intp) * BUCKETS // THOUSANDTHS
-    shape = (len(middles()) + 1, len(middles()) + 1, BUCKETS + 1)
-    key = np.ravel_multi_index((place + 1, runner + 1, bucket), shape)
-    kinds, back = np.unique(key, return_inverse=True)
-    place, runner, bucket = (one for one in np.unravel_index(kinds, shape))
-    standing = _standing()[place - 1, runner - 1, bucket]
-    least = angles(standing, middles()[wanted]).min(axis=1)
-    costs = np.rint(np.maximum(least - FREE, 0) / WIDTH * UNIT).astype(np.int64)
-    costs[place == 0] = MOST
-    found: NDArray[np.int64] = np.minimum(costs, MOST)[back]
-    return found
 
 
 def _changed(wanted: frozenset[int], columns: Columns) -> NDArray[np.int64]:

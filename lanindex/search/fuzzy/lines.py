@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model import Capture
-from lanindex.model.columns import PASSING, Columns
+from lanindex.model.columns import PASSING, Columns, Roster
 from lanindex.search.automaton import State
 from lanindex.search.fuzzy.align import NOTHING, align, cost_of, first_of, keys_of
 from lanindex.search.fuzzy.beside import Found
@@ -46,16 +45,24 @@ class Line(NamedTuple):
     keys: NDArray[np.int64]
 
     @classmethod
-    def of(cls, net: Net, columns: Columns, captures: Sequence[Capture], most: int) -> Line:
+    def of(cls, net: Net, columns: Columns, roster: Roster, most: int) -> Line:
         """Return a line whose matches cost no more than they may."""
         costs = [substitutions(state, 0, columns) for state in net.states]
         for state, own in zip(net.states, costs, strict=True):
-            own[~_lasting(state, columns, captures)] = NEVER
+            own[~_lasting(state, columns, roster)] = NEVER
         if not net.stays:
             return cls(net, columns, costs, align(net, columns, costs, most))
         within = (costs[0] <= most) & (columns.cell & PASSING == 0)
         keys = keys_of(costs[0], np.arange(len(columns)))
         return cls(net, columns, costs, np.where(within, keys, NOTHING))
+
+    @property
+    def captures(self) -> NDArray[np.bool_]:
+        """In which captures it matches: (C,)."""
+        ends = np.flatnonzero(self.keys != NOTHING)
+        matched = np.zeros(len(self.columns.bounds) - 1, np.bool_)
+        matched[np.searchsorted(self.columns.bounds, ends, side="right") - 1] = True
+        return matched
 
     def within(self, capture: int, frames: int) -> Found:
         """Return its matches in one capture, the best one from each row where some begin."""
@@ -88,15 +95,19 @@ class Line(NamedTuple):
         )
 
 
-def _lasting(state: State, columns: Columns, captures: Sequence[Capture]) -> NDArray[np.bool_]:
+def clock_of(rate: NDArray[np.int64], speed: NDArray[np.int64]) -> Clock:
+    """Return the clock of a capture, of its rate and speed as a roster holds them."""
+    return Clock(Fraction(*rate.tolist()), Fraction(*speed.tolist()) / 60)
+
+
+def _lasting(state: State, columns: Columns, roster: Roster) -> NDArray[np.bool_]:
     """Return which symbols last as long as a step wants; a starting position has no length."""
     if state.length is None:
         return np.ones(len(columns), np.bool_)
-    clocks = [Clock(it.rate, it.meter.speed / 60) for it in captures]
-    bounds = {clock: state.length.bounds(clock) for clock in set(clocks)}
-    ranges = {it: (a, _ENDLESS if b is None else b) for it, (a, b) in bounds.items()}
-    limits = np.array([ranges[it] for it in clocks]).reshape(-1, 2)
-    least, most = np.repeat(limits, np.diff(columns.bounds), axis=0).T
+    clocks, which = np.unique(np.hstack([roster.rate, roster.speed]), axis=0, return_inverse=True)
+    bounds = [state.length.bounds(clock_of(clock[:2], clock[2:])) for clock in clocks]
+    limits = np.array([(least, _ENDLESS if most is None else most) for least, most in bounds])
+    least, most = np.repeat(limits.reshape(-1, 2)[which], np.diff(columns.bounds), axis=0).T
     frames = columns.stop.astype(np.int64) - columns.start
     lasting: NDArray[np.bool_] = (frames > 0) & (least <= frames) & (frames <= most)
     return lasting

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model import Capture
-from lanindex.search.automaton import Companion, Program
+from lanindex.search.automaton import Program
 from lanindex.search.fuzzy.allowance import Allowance
 from lanindex.search.fuzzy.beside import OUTSIDE, RELATIONS, Found, Limits
 from lanindex.search.fuzzy.lines import Line
 from lanindex.search.fuzzy.net import Net, net_of
+from lanindex.search.language.query import Choice, Lines, Query
 from lanindex.search.language.times import Clock, Length
 
 _NONE = 1 << 20
@@ -32,6 +32,14 @@ class Beside(NamedTuple):
     within: Length | None
 
 
+class Apart(NamedTuple):
+    """A line that must not happen: how near, and what is looked for."""
+
+    relation: str
+    query: Query
+    within: Length | None
+
+
 class Plan(NamedTuple):
     """What a leading line asks for.
 
@@ -41,8 +49,8 @@ class Plan(NamedTuple):
         The leading line.
     beside : tuple of Beside
         Those that must lie beside it.
-    apart : tuple of Companion
-        Those that must not; they are taken as they are written.
+    apart : tuple of Apart
+        Those that must not; no edits are allowed to them.
     steps : int
         Of all lines but those.
     most : int
@@ -51,26 +59,29 @@ class Plan(NamedTuple):
 
     net: Net
     beside: tuple[Beside, ...]
-    apart: tuple[Companion, ...]
+    apart: tuple[Apart, ...]
     steps: int
     most: int
 
     @classmethod
-    def of(cls, program: Program, allowance: Allowance) -> Plan:
-        """Return the plan of a program.
+    def of(cls, program: Program, lines: Lines, allowance: Allowance) -> Plan:
+        """Return the plan of a program of some lines.
 
         Raises
         ------
         UsageError
             Where it says what has no edits.
         """
-        companions = program.whole.companions
         beside = tuple(
             Beside(it.relation, tuple(map(net_of, it.programs)), it.within)
-            for it in companions
+            for it in program.whole.companions
             if it.relation in RELATIONS
         )
-        apart = tuple(it for it in companions if it.relation not in RELATIONS)
+        apart = tuple(
+            Apart(it.relation, Query(Choice((Lines(it.line),))), it.within)
+            for it in lines.others
+            if it.relation not in RELATIONS
+        )
         net = net_of(program)
         steps = len(net.states) + sum(max(len(it.states) for it in one.nets) for one in beside)
         return cls(net, beside, apart, steps, allowance.of(steps))
@@ -100,12 +111,10 @@ class Whole(NamedTuple):
         return any(line.net.part == part and a <= row <= b for line, a, b in self.lines)
 
 
-def limits_of(capture: Capture, within: Length | None, tolerance: Fraction) -> Limits:
+def limits_of(clock: Clock, within: Length | None, tolerance: Fraction) -> Limits:
     """Return in frames of a capture what a relation allows."""
-    least, most = 0, None
-    if within:
-        least, most = within.bounds(Clock(capture.rate, capture.meter.speed / 60))
-    return Limits(floor(tolerance * capture.rate), least, most)
+    least, most = within.bounds(clock) if within else (0, None)
+    return Limits(floor(tolerance * clock.rate), least, most)
 
 
 class Partners:

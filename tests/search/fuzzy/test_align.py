@@ -17,15 +17,6 @@ from lanindex.search.fuzzy.net import MISSING, SKIPPED, Net, net_of
 from lanindex.search.fuzzy.trace import trace
 from lanindex.search.language import parse
 
-STEPS = ("low", "right mid", "place high", "any", "left", "rising", "not low", "mid/high")
-
-
-@st.composite
-def lines(draw) -> str:
-    steps = draw(st.lists(st.sampled_from(STEPS), min_size=1, max_size=4))
-    arrows = [draw(st.sampled_from((" -> ", " ... "))) for _ in steps[1:]]
-    return "r_arm " + "".join(map("".join, zip(steps, [*arrows, ""], strict=True)))
-
 
 def net(text: str) -> Net:
     (program,) = plan(parse(text))
@@ -54,7 +45,11 @@ def by_trying_everything(net: Net, costs: list, cells: list[int], most: int) -> 
 
 
 @settings(max_examples=150, deadline=None)
-@given(lines(), st.lists(made_patterns.recordings(), min_size=1, max_size=3), st.integers(0, 200))
+@given(
+    made_patterns.bare_lines(),
+    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+    st.integers(0, 200),
+)
 def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
@@ -74,7 +69,7 @@ def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
 
 
 @settings(max_examples=100, deadline=None)
-@given(lines(), made_patterns.recordings())
+@given(made_patterns.bare_lines(), made_patterns.recordings())
 def test_the_way_that_is_told_costs_what_was_said(text, recording):
     capture, tracks = recording
     columns = columns_of("r_arm", [capture], [tracks["r_arm"]])
