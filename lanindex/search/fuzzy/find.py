@@ -25,6 +25,8 @@ from lanindex.search.plain import find as find_exactly
 BLOCK = 1 << 16
 """Captures that are aligned at once."""
 
+Watch = Callable[[int, int], None]
+
 Recordings = Callable[[Sequence[int]], Iterable[tuple[Capture, Mapping[str, Track]]]]
 """Captures with their tracks, by their places in the roster."""
 
@@ -38,6 +40,7 @@ def find(
     *,
     tolerance: Fraction = TOLERANCE,
     overlaps: str = "none",
+    watch: Watch | None = None,
 ) -> Iterator[Hit]:
     """Find what is nearly a pattern.
 
@@ -58,6 +61,8 @@ def find(
     overlaps : str, optional
         ``none``: of matches that share frames the one that differs least; ``all``: one for every
         place where some begin.
+    watch : callable, optional
+        Is told now and then how many captures are done, of how many; it may raise.
 
     Yields
     ------
@@ -104,6 +109,8 @@ def find(
         places = np.flatnonzero(block.possible(plans)).tolist()
         held = recordings([first + place for place in places])
         for place, (capture, tracks) in zip(places, held, strict=True):
+            if watch:
+                watch(first + place, len(roster))
             there = _Place(block, place, (capture, tracks), tolerance)
             yield from _hits(there, plans, overlaps)
 
