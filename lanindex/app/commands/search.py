@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -12,6 +11,7 @@ from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
     from lanindex.search.hits import Hits
+    from lanindex.search.stages import Counts
 
 ON_A_TERMINAL = 20
 """Hits that a terminal shows where no limit is set."""
@@ -30,9 +30,11 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    timeout: options.Timeout = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
+    strict: options.Strict = False,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how the pattern is understood.")
     ] = False,
@@ -52,36 +54,65 @@ def run(
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
     from lanindex.pipeline import open_library
+    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.stages import Counts
 
+    pattern = pattern_in(pattern)
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
         if explain:
-            text = library.explain(pattern, within=within, where=chosen)
+            text = library.explain(pattern, within=within, where=chosen, strict=strict)
             if json:
                 out.record({"explain": text})
             else:
                 out.text(text)
             return
         found = library.search(
-            pattern, tolerance=tolerance, overlaps=overlaps, within=within, where=chosen
+            pattern,
+            tolerance=tolerance,
+            overlaps=overlaps,
+            within=within,
+            where=chosen,
+            strict=strict,
+            timeout=timeout,
         )
-    if count:
-        _count(out, found)
-    else:
-        _show(out, found.by_fit() if sort == "fit" else found, limit)
+        if isinstance(found, Counts):
+            _counted(out, found, limit)
+        elif count:
+            _count(out, found)
+        else:
+            _show(out, found.by_fit() if sort == "fit" else found, limit)
     if not found:
         raise typer.Exit(1)
 
 
 def _count(out: Output, found: Hits) -> None:
-    counts = Counter(hit.capture.id for hit in found)
-    for capture in {hit.capture.id: hit.capture for hit in found}.values():
-        number = counts[capture.id]
+    for capture, number in found.counts():
         if out.json:
             out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
         else:
             out.row([capture.path, number])
     _summary(out, found, len(found))
+
+
+def _counted(out: Output, found: Counts, limit: int | None) -> None:
+    from lanindex.app.formatting import counted
+
+    rows = found.dicts()[:limit]
+    for row in rows if out.json else ():
+        out.record(row)
+    if not out.json and found.by is None:
+        out.row([found.total])
+    elif not out.json:
+        head = (str(found.by), "hits")
+        out.table(head, [(_said(row["value"]), row["count"]) for row in rows])
+    cut = f"; {len(rows)} are shown, --limit shows more" if len(rows) < len(found) else ""
+    values = f" by {counted(len(found), 'value')}" if found.by else ""
+    out.note(f"{counted(found.total, 'hit')}{values}{cut}")
+
+
+def _said(value: str | float | None) -> str:
+    return "-" if value is None else str(value)
 
 
 def _show(out: Output, found: Hits, limit: int | None) -> None:
@@ -95,6 +126,5 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
 def _summary(out: Output, found: Hits, shown: int) -> None:
     from lanindex.app.formatting import counted
 
-    captures = len({hit.capture.id for hit in found})
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    out.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")
+    out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")
