@@ -60,6 +60,7 @@ def run(
     pattern = pattern_in(pattern)
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
+        library.tell = out.note
         if explain:
             text = library.explain(pattern, within=within, where=chosen, strict=strict)
             if json:
