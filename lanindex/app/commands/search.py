@@ -85,6 +85,7 @@ def run(
 
     pattern = pattern_in(pattern)
     with open_library(db, readonly=True) as library:
+        library.tell = out.note
         library.words = words
         pattern = meaning.of(out, library, pattern, words)
         if why is not None:
