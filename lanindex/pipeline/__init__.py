@@ -223,6 +223,7 @@ class Library(store.Store):
         self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
         """Return a query, and what of the library it concerns."""
+        from lanindex.pipeline.columns import check_columns
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
@@ -231,6 +232,7 @@ class Library(store.Store):
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
+        check_columns(self, query)
         chosen = None
         if within is not None or where:
             chosen = [capture.id for capture in self.captures(within, where)]
