@@ -19,7 +19,14 @@ ON_A_TERMINAL = 20
 
 
 def run(
-    pattern: Annotated[str, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")],
+    pattern: Annotated[
+        str,
+        typer.Argument(
+            metavar="PATTERN",
+            help="r_arm right mid -> high",
+            autocompletion=options.offered("patterns"),
+        ),
+    ],
     limit: Annotated[
         int | None,
         typer.Option("--limit", "-n", min=1, help="Hits to show: 20 on a terminal, else all."),
