@@ -64,6 +64,10 @@ Tolerance = Annotated[
 Overlaps = Annotated[
     str, typer.Option("--overlaps", metavar="none|all", help="Keep hits that overlap, or not.")
 ]
+Timeout = Annotated[
+    float | None,
+    typer.Option("--timeout", metavar="SECONDS", min=0, help="Give up after so many seconds."),
+]
 In = Annotated[
     str | None, typer.Option("--in", metavar="GLOB", help="Only captures whose path matches.")
 ]

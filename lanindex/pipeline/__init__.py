@@ -16,10 +16,10 @@ from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     from lanindex.library.find import Where
-    from lanindex.model import Capture, Hit, Reading, Track
+    from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
@@ -124,6 +124,7 @@ class Library(store.Store):
         within: str | None = None,
         where: Where | None = None,
         strict: bool = False,
+        timeout: float | None = None,
     ) -> Hits | Counts:
         """Find movement by pattern.
 
@@ -142,12 +143,14 @@ class Library(store.Store):
             Only captures that fit these globs by label, format, path or a column of their own.
         strict : bool
             Whether the timing of pasted LND counts.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
         Hits or Counts
-            In order of capture, start and end, where the pattern does not sort them. Counts if it
-            ends in ``| count``.
+            In order of capture, start and end, where the pattern does not sort them; each is made
+            when it is looked at. Counts if it ends in ``| count``.
 
         Raises
         ------
@@ -155,6 +158,8 @@ class Library(store.Store):
             Where the pattern is not understood.
         LibraryError
             Where the library cannot be read.
+        LanindexError
+            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -166,15 +171,19 @@ class Library(store.Store):
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.search.plain import find
+        from lanindex.pipeline.search import search
+        from lanindex.search.fast import Timeout
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
+        if overlaps not in ("none", "all"):
+            raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
         text = pattern if isinstance(pattern, str) else str(pattern)
-        query, recordings = self._asked(text, within, where, strict)
+        query, numbers = self._asked(text, within, where, strict)
+        watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
-        hits = Hits(find(query, recordings, tolerance=span, overlaps=overlaps), text)
-        return piped(query.stages, hits)
+        found = search(self, query, numbers, tolerance=span, overlaps=overlaps, watch=watch)
+        return piped(query.stages, Hits(found, text))
 
     def explain(
         self,
@@ -217,12 +226,13 @@ class Library(store.Store):
         from lanindex.search.explain import explanation
 
         text = pattern if isinstance(pattern, str) else str(pattern)
-        return explanation(*self._asked(text, within, where, strict))
+        query, numbers = self._asked(text, within, where, strict)
+        return explanation(query, self.tracks(numbers, query.parts))
 
     def _asked(
         self, pattern: str, within: str | None, where: Where | None, strict: bool
-    ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
-        """Return a query, and what of the library it concerns."""
+    ) -> tuple[Query, list[int] | None]:
+        """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.pipeline.columns import check_columns
         from lanindex.search.language import parse
 
@@ -236,7 +246,7 @@ class Library(store.Store):
         chosen = None
         if within is not None or where:
             chosen = [capture.id for capture in self.captures(within, where)]
-        return query, self.tracks(chosen, query.parts)
+        return query, chosen
 
     def export(
         self,

@@ -7,7 +7,7 @@ from query_cases import Case, cases
 
 from lanindex.pipeline import Library, open_library
 
-CASES = [case for case in cases() if not case.error and not case.not_yet]
+CASES = [case for case in cases() if not case.error]
 
 
 @pytest.fixture(scope="module")
@@ -49,4 +49,4 @@ def test_through_the_store(case: Case, libraries) -> None:
         )
         for hit in hits
     ]
-    assert found == [(it.name or "only", it.span, sorted(it.symbols)) for it in case.today]
+    assert found == [(it.name or "only", it.span, sorted(it.symbols)) for it in case.hits]

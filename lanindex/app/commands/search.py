@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -38,6 +37,7 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    timeout: options.Timeout = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
@@ -81,21 +81,20 @@ def run(
             within=within,
             where=chosen,
             strict=strict,
+            timeout=timeout,
         )
-    if isinstance(found, Counts):
-        _counted(out, found, limit)
-    elif count:
-        _count(out, found)
-    else:
-        _show(out, found.by_fit() if sort == "fit" else found, limit)
+        if isinstance(found, Counts):
+            _counted(out, found, limit)
+        elif count:
+            _count(out, found)
+        else:
+            _show(out, found.by_fit() if sort == "fit" else found, limit)
     if not found:
         raise typer.Exit(1)
 
 
 def _count(out: Output, found: Hits) -> None:
-    counts = Counter(hit.capture.id for hit in found)
-    for capture in {hit.capture.id: hit.capture for hit in found}.values():
-        number = counts[capture.id]
+    for capture, number in found.counts():
         if out.json:
             out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
         else:
@@ -134,6 +133,5 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
 def _summary(out: Output, found: Hits, shown: int) -> None:
     from lanindex.app.formatting import counted
 
-    captures = len({hit.capture.id for hit in found})
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    out.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")
+    out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")
