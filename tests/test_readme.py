@@ -111,6 +111,7 @@ ARGUMENTS = {
     "search": "'r_arm high'",
     "search --count": "'r_arm high'",
     "search … count by …": "'r_arm high | count by clip.label'",
+    "search --why 1": "'r_arm high'",
     "export": "'r_arm high' --in *greetings.bvh -o records",
     "show": "1",
     "remove": "1 --dry-run",

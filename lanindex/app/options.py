@@ -61,6 +61,15 @@ Tolerance = Annotated[
     float,
     typer.Option("--tolerance", metavar="SECONDS", help="How far edges may lie apart to agree."),
 ]
+Words = Annotated[
+    Path | None,
+    typer.Option(
+        "--words",
+        envvar="LANINDEX_WORDS",
+        metavar="FILE",
+        help="Your own words for movement, beside the dictionary's.",
+    ),
+]
 Overlaps = Annotated[
     str, typer.Option("--overlaps", metavar="none|all", help="Keep hits that overlap, or not.")
 ]

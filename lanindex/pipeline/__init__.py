@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
-from lanindex.library import store
+from lanindex.pipeline.asking import Asking
 from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lanindex.search.stages import Counts
 
 
-class Library(store.Store):
+class Library(Asking):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
     Examples
@@ -52,6 +52,9 @@ class Library(store.Store):
     (11, 10, 1)
     >>> library.close()
     """
+
+    words: str | os.PathLike[str] | None = None
+    """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
 
     def ingest(
         self,
@@ -131,8 +134,8 @@ class Library(store.Store):
         Parameters
         ----------
         pattern : str or Pattern
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or what
-            `lanindex.part` begins.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
+            of ``lanindex.search.dictionary``: ``walk``; or what `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -234,11 +237,15 @@ class Library(store.Store):
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.pipeline.columns import check_columns
+        from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
+        pattern = said(pattern, self.words)
+        names = named(pattern, self.words)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS, strict=strict)
+            held = self.parts(checked=False)
+            query = parse(pattern, held, known=PARTS, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

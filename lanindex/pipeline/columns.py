@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
-from lanindex.search.conditions import CLIP_FIELDS
+from lanindex.search.fields import CLIP_FIELDS
 from lanindex.search.language.clauses import CLIP, references_in
 from lanindex.search.language.query import Query
 

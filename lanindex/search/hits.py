@@ -130,6 +130,8 @@ class Hits(Sequence[Hit]):
         return f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
 
     def _more(self) -> list[str]:
+        if not self._hits:
+            return ["  library.suggest(pattern) tells what is near"]
         return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
 
     def by_fit(self) -> Hits:

@@ -13,7 +13,7 @@ from typing import Any, overload
 
 from lanindex.errors import UsageError
 from lanindex.model.hit import readable
-from lanindex.search.conditions import Found, order_of, value_of
+from lanindex.search.fields import Value, order, value_of
 from lanindex.search.hits import FEW, Hits
 from lanindex.search.language.clauses import Count, First, Reference, Sort, Stage
 
@@ -139,20 +139,20 @@ def hits_in(found: Hits | Counts) -> Hits:
 
 
 def _sorted(hits: Hits, by: Reference) -> Hits:
-    return Hits(sorted(hits, key=lambda hit: order_of(by, hit)), hits.pattern)
+    ordered = sorted(hits, key=lambda hit: order(by, value_of(by, hit)))
+    return Hits(ordered, hits.pattern)
 
 
 def _counts(hits: Hits, by: Reference | None) -> Counts:
     if by is None:
         return Counts([Counted(None, len(hits))], hits.pattern, None)
     numbers = Counter(value_of(by, hit) for hit in hits)
-    orders = {value_of(by, hit): order_of(by, hit) for hit in hits}
-    ordered = sorted(numbers, key=lambda value: (-numbers[value], orders[value]))
+    ordered = sorted(numbers, key=lambda value: (-numbers[value], order(by, value)))
     counted = [Counted(_shown(value), numbers[value]) for value in ordered]
     return Counts(counted, hits.pattern, by)
 
 
-def _shown(value: Found | None) -> str | float | None:
+def _shown(value: Value) -> str | float | None:
     if value is None or isinstance(value, str):
         return value
     return int(value) if value.denominator == 1 else round(float(value), 6)

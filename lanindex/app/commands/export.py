@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
@@ -55,6 +55,7 @@ def run(
     overlaps: options.Overlaps = "none",
     strict: options.Strict = False,
     tolerance: options.Tolerance = 0.1,
+    words: options.Words = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     db: options.Db = options.DB,
     json: options.Json = False,
@@ -86,8 +87,10 @@ def run(
         elif what == "-":
             wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
+            library.words = words
+            pattern = meaning.of(out, library, pattern_in(str(what)), words)
             found = library.search(
-                pattern_in(str(what)),
+                pattern,
                 tolerance=tolerance,
                 overlaps=overlaps,
                 within=within,

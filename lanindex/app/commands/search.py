@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
+    from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
 
@@ -38,6 +39,7 @@ def run(
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
     timeout: options.Timeout = None,
+    words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
@@ -45,6 +47,14 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how the pattern is understood.")
     ] = False,
+    why: Annotated[
+        str | None,
+        typer.Option(
+            "--why",
+            metavar="CAPTURE",
+            help="Say what matched in one capture, or where the walk through it ended.",
+        ),
+    ] = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -54,7 +64,8 @@ def run(
     """Find movement by pattern.
 
     Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
-    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex words.
+    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex language.
+    Or a word of the dictionary of movement, such as walk: lanindex words.
     Exits with 1 if nothing is found.
     """
     out = Output(json, quiet, verbose, color)
@@ -67,6 +78,18 @@ def run(
     pattern = pattern_in(pattern)
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
+        library.words = words
+        pattern = meaning.of(out, library, pattern, words)
+        if why is not None:
+            seen = library.why(
+                pattern,
+                options.which(why),
+                tolerance=tolerance,
+                overlaps=overlaps,
+                strict=strict,
+            )
+            _trace(out, seen)
+            raise typer.Exit(not seen.hits)
         if explain:
             text = library.explain(pattern, within=within, where=chosen, strict=strict)
             if json:
@@ -89,8 +112,18 @@ def run(
             _count(out, found)
         else:
             _show(out, found.by_fit() if sort == "fit" else found, limit)
-    if not found:
-        raise typer.Exit(1)
+        if not found:
+            if not quiet:
+                advice = library.suggest(
+                    pattern,
+                    tolerance=tolerance,
+                    overlaps=overlaps,
+                    within=within,
+                    where=chosen,
+                    strict=strict,
+                )
+                _advise(out, advice)
+            raise typer.Exit(1)
 
 
 def _count(out: Output, found: Hits) -> None:
@@ -128,6 +161,23 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
     formatting.hits(out, found[:most], found.pattern)
     _summary(out, found, min(most, len(found)))
+
+
+def _advise(out: Output, advice: Advice) -> None:
+    """Say why nothing is found, and what is near: in lines, or in one beside JSON."""
+    for line in [advice.brief] if out.json else str(advice).split("\n"):
+        out.note(line)
+
+
+def _trace(out: Output, seen: Trace) -> None:
+    from lanindex.app import formatting
+    from lanindex.search.explain.trace import records_of
+
+    if out.json:
+        for record in records_of(seen):
+            out.record(record)
+    else:
+        formatting.trace(out, seen)
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:
