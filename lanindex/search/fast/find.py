@@ -21,7 +21,7 @@ from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.lines import Backwards, remembers, value_of
 from lanindex.search.fast.ragged import Mask, Numbers, Whole, starts_of
-from lanindex.search.fast.trace import trace
+from lanindex.search.fast.trace import labelled, trace
 from lanindex.search.language.query import Query
 
 Recordings = Callable[
@@ -202,6 +202,7 @@ class Finder:
             span,
             min(symbol.margin for symbol in symbols.values()),
             (tuple(symbols.values()),),
+            labelled(taken, symbols),
         )
 
     def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
