@@ -105,6 +105,19 @@ class Found(Sequence[Hit]):
         found["fit"] = (THOUSANDTHS - self._answers.cost) / THOUSANDTHS
         return found
 
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit."""
+        places = np.unique(self.place).tolist()
+        captures = dict(zip(places, self._finder.captures(places), strict=True))
+        for place, low, high in zip(
+            self.place.tolist(), self.low.tolist(), self.high.tolist(), strict=True
+        ):
+            yield captures[place], Span(low, high)
+
+    def arranged(self, order: Sequence[int]) -> Found:
+        """Return the same hits in another order."""
+        return self._at(np.array(order, np.int64))
+
     def _at(self, chosen: Whole) -> Found:
         return Found(self._finder, self._answers.at(chosen))
 
