@@ -9,7 +9,7 @@ from lanindex import part
 from lanindex.errors import UsageError
 from lanindex.pipeline import Library, open_library
 from lanindex.search.hits import Hits
-from lanindex.search.stages import Counts
+from lanindex.search.stages import Counts, hits_in
 
 ARMS = (
     "capture one fps 10 frames 90 Dancer Ann; "
@@ -60,3 +60,11 @@ def test_a_score_with_its_timing(library: Library):
     assert len(library.search(score, strict=True)) == 1
     assert len(library.search(score.replace("3 4", "2 3"), strict=True)) == 0
     assert "about 1 s" in library.explain(score, strict=True)
+
+
+def test_hits_in_another_order_are_made_as_well(library: Library):
+    hits = hits_in(library.search("a: r_arm any | sort by match.length"))
+    assert [hit.capture.path[-7:-4] for hit in hits] == ["two", "two", "one", "one"]
+    assert [len(list(again)) for again in (hits, hits.by_fit(), hits[::-1])] == [4, 4, 4]
+    assert list(hits[::-1]) == list(hits)[::-1]
+    assert len(library.search("a: r_arm any | sort by a.margin")) == 4

@@ -69,13 +69,14 @@ class Found(Sequence[Hit]):
         return self._finder.hit(self._answers.at(np.array([range(len(self))[index]])))
 
     def __iter__(self) -> Iterator[Hit]:
-        """Yield all hits; their captures are fetched many at once."""
-        places = self.place[starts_of(self.place)] if len(self) else self.place
-        for first in range(0, len(places), TOGETHER):
-            some = places[first : first + TOGETHER]
-            self._finder.fetch(some.tolist())
-            for index in np.flatnonzero(np.isin(self.place, some)).tolist():
-                yield self[index]
+        """Yield all hits, in any order that they have; captures are fetched many at once."""
+        first, places = 0, set[int]()
+        for index, place in enumerate([*self.place.tolist(), -1]):
+            if place < 0 or (len(places) == TOGETHER and place not in places):
+                self._finder.fetch(sorted(places))
+                yield from (self[one] for one in range(first, index))
+                first, places = index, set()
+            places.add(place)
 
     def by_fit(self) -> Found:
         """Return the same hits, the clearest first."""
