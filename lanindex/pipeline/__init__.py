@@ -236,6 +236,7 @@ class Library(Asking):
         self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.columns import check_columns
         from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
@@ -248,6 +249,7 @@ class Library(Asking):
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
+        check_columns(self, query)
         chosen = None
         if within is not None or where:
             chosen = [capture.id for capture in self.captures(within, where)]

@@ -20,7 +20,12 @@ ON_A_TERMINAL = 20
 
 def run(
     pattern: Annotated[
-        str | None, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")
+        str | None,
+        typer.Argument(
+            metavar="PATTERN",
+            help="r_arm right mid -> high",
+            autocompletion=options.offered("patterns"),
+        ),
     ] = None,
     like: Annotated[
         str | None,

@@ -21,7 +21,7 @@ from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.lines import Backwards, remembers, value_of
 from lanindex.search.fast.ragged import Mask, Numbers, Whole, starts_of
-from lanindex.search.fast.trace import trace
+from lanindex.search.fast.trace import labelled, trace
 from lanindex.search.language.query import Query
 
 Recordings = Callable[
@@ -69,13 +69,14 @@ class Found(Sequence[Hit]):
         return self._finder.hit(self._answers.at(np.array([range(len(self))[index]])))
 
     def __iter__(self) -> Iterator[Hit]:
-        """Yield all hits; their captures are fetched many at once."""
-        places = self.place[starts_of(self.place)] if len(self) else self.place
-        for first in range(0, len(places), TOGETHER):
-            some = places[first : first + TOGETHER]
-            self._finder.fetch(some.tolist())
-            for index in np.flatnonzero(np.isin(self.place, some)).tolist():
-                yield self[index]
+        """Yield all hits, in any order that they have; captures are fetched many at once."""
+        first, places = 0, set[int]()
+        for index, place in enumerate([*self.place.tolist(), -1]):
+            if place < 0 or (len(places) == TOGETHER and place not in places):
+                self._finder.fetch(sorted(places))
+                yield from (self[one] for one in range(first, index))
+                first, places = index, set()
+            places.add(place)
 
     def by_fit(self) -> Found:
         """Return the same hits, the clearest first."""
@@ -104,6 +105,19 @@ class Found(Sequence[Hit]):
         self.by_fit()  # which looks up what is not known
         found["fit"] = (THOUSANDTHS - self._answers.cost) / THOUSANDTHS
         return found
+
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit."""
+        places = np.unique(self.place).tolist()
+        captures = dict(zip(places, self._finder.captures(places), strict=True))
+        for place, low, high in zip(
+            self.place.tolist(), self.low.tolist(), self.high.tolist(), strict=True
+        ):
+            yield captures[place], Span(low, high)
+
+    def arranged(self, order: Sequence[int]) -> Found:
+        """Return the same hits in another order."""
+        return self._at(np.array(order, np.int64))
 
     def _at(self, chosen: Whole) -> Found:
         return Found(self._finder, self._answers.at(chosen))
@@ -202,6 +216,7 @@ class Finder:
             span,
             min(symbol.margin for symbol in symbols.values()),
             (tuple(symbols.values()),),
+            labelled(taken, symbols),
         )
 
     def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
