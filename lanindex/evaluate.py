@@ -22,6 +22,7 @@ from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
+from lanindex.search.language.saved import pattern_in
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
@@ -171,7 +172,8 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
     Parameters
     ----------
     path : path-like
-        TOML: ``name = {pattern = "...", positives = ["label", ...]}``; a label may be a glob.
+        TOML: ``name = {pattern = "...", positives = ["label", ...]}``; a label may be a glob,
+        and ``@raise.lq`` is a pattern in a file beside it.
 
     Returns
     -------
@@ -190,7 +192,7 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
             case {"pattern": str(text), "positives": [*positives]} if len(entry) == 2 and all(
                 isinstance(label, str) for label in positives
             ):
-                query = _parsed(text, f"{path}: {shown(name)}")
+                query = _parsed(text, Path(path), name)
                 expectations.append(Expectation(name, text, query, frozenset(positives)))
             case _:
                 raise UsageError(
@@ -203,11 +205,16 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
     return expectations
 
 
-def _parsed(text: str, place: str) -> Query:
+def _parsed(text: str, path: Path, name: str) -> Query:
+    place = f"{path}: {shown(name)}"
     try:
-        return parse(text)
+        query = parse(pattern_in(text, path.parent))
     except PatternError as error:
         raise UsageError(f"the pattern is not understood\n{error}", place=place) from error
+    if query.stages:
+        found = f'"| {query.stages[0]}"'
+        raise UsageError(found, place=place, wanted="a pattern without a pipe: its hits count")
+    return query
 
 
 def read_clips(

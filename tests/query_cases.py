@@ -12,19 +12,6 @@ from lanindex.model.symbol import blank
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
 
-_NOT_YET = re.compile(r'\b(let|where|rhythm|direction)\b|@|\||\w:|"')
-"""What shows that a case needs a construct that is not understood yet."""
-
-_NEAREST = "of hits that end together the one that starts last does not stay yet"
-_LONGER = "of ways that tie the shorter one is told"
-NOT_YET_SO = {
-    36: (_NEAREST, "12-60:r_arm.2,r_arm.3"),
-    195: (_NEAREST, "0-60:r_arm.0,r_arm.4"),
-    197: (_NEAREST, "0-70:r_arm.0,r_arm.4,r_arm.5"),
-    198: (_LONGER, "0-60:r_arm.0,r_arm.4"),
-}
-"""By line of the page: cases that are answered otherwise today, why, and how."""
-
 
 @dataclass(frozen=True)
 class Recording:
@@ -52,12 +39,6 @@ class Case:
     tolerance: Fraction
     hits: tuple[Expected, ...]
     error: str
-    today: tuple[Expected, ...]
-
-    @property
-    def not_yet(self) -> bool:
-        """Whether the case needs a construct that is not understood yet."""
-        return bool(_NOT_YET.search(self.pattern))
 
     def __str__(self) -> str:
         return f"{self.line}: {self.pattern}"
@@ -117,12 +98,8 @@ def _case(number: int, line: str, recordings: tuple[Recording, ...]) -> Case:
         pattern, tolerance = pattern.removesuffix("  --tolerance"), Fraction(1, 2)
     error = expected[1:] if expected.startswith("!") else ""
     found = () if error or expected == "none" else tuple(map(_expected, expected.split(" | ")))
-    today = found
-    if number in NOT_YET_SO:
-        today = tuple(map(_expected, NOT_YET_SO[number][1].split(" | ")))
     return Case(
-        *(number, recordings, pattern.replace("\\n", "\n"), overlaps, tolerance, found, error),
-        today,
+        *(number, recordings, pattern.replace("\\n", "\n"), overlaps, tolerance, found, error)
     )
 
 

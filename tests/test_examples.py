@@ -14,9 +14,10 @@ from conftest import REPOSITORY
 
 import lanindex
 from lanindex.search.hits import Hits
+from lanindex.search.stages import Counts
 
 PACKAGE = REPOSITORY / "lanindex"
-RESULTS = (Hits,)
+RESULTS = (Hits, Counts)
 """Classes that nobody imports but everybody gets."""
 
 

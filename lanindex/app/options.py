@@ -66,6 +66,7 @@ Where = Annotated[
         help="Only captures whose label, format or other column matches.",
     ),
 ]
+Strict = Annotated[bool, typer.Option("--strict", help="Let the timing of pasted LND count.")]
 
 
 def where(given: list[str] | None) -> list[tuple[str, str]]:

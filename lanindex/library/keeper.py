@@ -10,10 +10,11 @@ from contextlib import closing
 from typing import Any
 
 from lanindex.errors import LibraryError
-from lanindex.library import columns, segments, state
-from lanindex.library.columns import Held, Step
+from lanindex.library import gather, segments, state
+from lanindex.library.columns import Held
 from lanindex.library.connect import Target, opened, writing
 from lanindex.library.faults import translated
+from lanindex.library.gather import Step
 from lanindex.library.segments import Distrust
 from lanindex.library.session import Session
 from lanindex.model.columns import Columns, Roster
@@ -45,17 +46,12 @@ class Keeper(Session):
         """Put all captures into segments, and join those that are small.
 
         A search reads segments; an ingest ends with this. Whatever it is broken off by, what is
-        there is true.
-
-        Raises
-        ------
-        LibraryError
-            If the library cannot be written, or a capture is not what was stored.
+        there is true; where it cannot be done, `notes` tells, and searches take longer.
         """
         with self._reading() as connection:
-            idle = columns.is_gathered(connection)
+            idle = gather.is_gathered(connection)
         if not idle:
-            self._tell(_gather(self._step), "")
+            self._mend("")
 
     def _step(self, step: Step) -> bool:
         with self._writing() as connection:
@@ -95,9 +91,9 @@ class Keeper(Session):
         """
         try:
             if self._readonly:
-                fault = _gather_aside(self._where) or fault
+                fault = _gather_aside(self._where, fault)
             else:
-                fault = _gather(self._step) or fault
+                fault = _gather(self._step, fault)
         except LibraryError as error:
             self._tell(fault, error.found)
         else:
@@ -112,24 +108,32 @@ class Keeper(Session):
             self.notes.append(f"{told}, which takes longer ({hindrance})")
 
 
-def _gather(run: Callable[[Step], bool]) -> str:
-    """Cover and join what there is to cover and join; return what was wrong, if anything was."""
+def _gather(run: Callable[[Step], bool], fault: str) -> str:
+    """Cover and join what there is to cover and join, after a fault was found or not.
+
+    Returns
+    -------
+    str
+        That fault, or another one that came up.
+    """
+    if fault:
+        run(gather.purge)
     try:
         _settle(run)
-    except Distrust as fault:
-        run(segments.begin_anew)
+    except Distrust as error:
+        run(gather.purge)
         _settle(run)
-        return fault.found
-    return ""
+        return error.found
+    return fault
 
 
 def _settle(run: Callable[[Step], bool]) -> None:
-    for step in (columns.cover, columns.join):
+    for step in (gather.cover, gather.join):
         while run(step):
             pass
 
 
-def _gather_aside(where: Target) -> str:
+def _gather_aside(where: Target, fault: str) -> str:
     """Do as `_gather` on another connection, which may write."""
     if where.sqlite and where.path is None:
         raise LibraryError("it is kept nowhere else", place=where.place)
@@ -139,4 +143,4 @@ def _gather_aside(where: Target) -> str:
             with translated(where.place), writing(connection):
                 return step(connection)
 
-        return _gather(run)
+        return _gather(run, fault)

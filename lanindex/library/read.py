@@ -181,12 +181,6 @@ Wanted = tuple[Stored, Listed]
 """A track that is wanted, and whose."""
 
 
-def part_names(connection: Connection) -> list[str]:
-    """Return the names of all parts, as they stand there."""
-    found = connection.scalars(select(schema.track.c.part).distinct())
-    return [name for name in found if isinstance(name, str)]
-
-
 def read_parts(connection: Connection) -> Counter[str]:
     """Return how many symbols each part has, in all captures.
 

@@ -13,6 +13,7 @@ from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
 from lanindex.library import store
 from lanindex.search.hits import Hits
+from lanindex.search.stages import piped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
+    from lanindex.search.stages import Counts
 
 
 class Library(store.Store):
@@ -114,20 +117,22 @@ class Library(store.Store):
 
     def search(
         self,
-        pattern: str,
+        pattern: str | Pattern,
         *,
         tolerance: float = 0.1,
         overlaps: str = "none",
         within: str | None = None,
         where: Where | None = None,
         timeout: float | None = None,
-    ) -> Hits:
+        strict: bool = False,
+    ) -> Hits | Counts:
         """Find movement by pattern.
 
         Parameters
         ----------
-        pattern : str
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
+        pattern : str or Pattern
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or what
+            `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -138,11 +143,14 @@ class Library(store.Store):
             Only captures that fit these globs by label, format, path or a column of their own.
         timeout : float, optional
             Seconds after which to give up.
+        strict : bool
+            Whether the timing of pasted LND counts.
 
         Returns
         -------
-        Hits
-            In order of capture, start and end. Each is made when it is looked at.
+        Hits or Counts
+            In order of capture, start and end, where the pattern does not sort them; each hit is
+            made when it is looked at. Counts if it ends in ``| count``.
 
         Raises
         ------
@@ -170,25 +178,33 @@ class Library(store.Store):
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
         if overlaps not in ("none", "all"):
             raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
-        query, numbers = self._asked(pattern, within, where)
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        query, numbers = self._asked(text, within, where, strict)
         watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
         found = search(self, query, numbers, tolerance=span, overlaps=overlaps, watch=watch)
-        return Hits(found, pattern)
+        return piped(query.stages, Hits(found, text))
 
     def explain(
-        self, pattern: str, *, within: str | None = None, where: Where | None = None
+        self,
+        pattern: str | Pattern,
+        *,
+        within: str | None = None,
+        where: Where | None = None,
+        strict: bool = False,
     ) -> str:
         """Say how a pattern is understood.
 
         Parameters
         ----------
-        pattern : str
+        pattern : str or Pattern
             As for `search`.
         within : str, optional
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
 
         Returns
         -------
@@ -209,18 +225,19 @@ class Library(store.Store):
         """
         from lanindex.search.explain import explanation
 
-        query, numbers = self._asked(pattern, within, where)
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        query, numbers = self._asked(text, within, where, strict)
         return explanation(query, self.tracks(numbers, query.parts))
 
     def _asked(
-        self, pattern: str, within: str | None, where: Where | None
+        self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.search.language import parse
 
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS)
+            query = parse(pattern, self.parts(checked=False), known=PARTS, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

@@ -7,7 +7,7 @@ from query_cases import Case, cases
 
 from lanindex.pipeline import Library, open_library
 
-CASES = [case for case in cases() if not case.error and not case.not_yet]
+CASES = [case for case in cases() if not case.error and "| count" not in case.pattern]
 
 
 @pytest.fixture(scope="module")

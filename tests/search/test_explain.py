@@ -10,7 +10,7 @@ from lanindex.search.explain import explanation, obstacle, order, sentence, step
 from lanindex.search.language import parse
 from lanindex.search.plain import find
 
-FOUND = [case for case in cases() if not case.error and not case.not_yet]
+FOUND = [case for case in cases() if not case.error]
 
 SENTENCES = {
     "r_arm right mid": "The right arm moves to the right, at middle height.",

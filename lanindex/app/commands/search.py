@@ -11,6 +11,7 @@ from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
     from lanindex.search.hits import Hits
+    from lanindex.search.stages import Counts
 
 ON_A_TERMINAL = 20
 """Hits that a terminal shows where no limit is set."""
@@ -33,6 +34,7 @@ def run(
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
+    strict: options.Strict = False,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how the pattern is understood.")
     ] = False,
@@ -52,11 +54,14 @@ def run(
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
     from lanindex.pipeline import open_library
+    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.stages import Counts
 
+    pattern = pattern_in(pattern)
     chosen = options.where(where)
     with open_library(db, readonly=True) as library:
         if explain:
-            text = library.explain(pattern, within=within, where=chosen)
+            text = library.explain(pattern, within=within, where=chosen, strict=strict)
             if json:
                 out.record({"explain": text})
             else:
@@ -69,8 +74,11 @@ def run(
             within=within,
             where=chosen,
             timeout=timeout,
+            strict=strict,
         )
-        if count:
+        if isinstance(found, Counts):
+            _counted(out, found, limit)
+        elif count:
             _count(out, found)
         else:
             _show(out, found.by_fit() if sort == "fit" else found, limit)
@@ -85,6 +93,26 @@ def _count(out: Output, found: Hits) -> None:
         else:
             out.row([capture.path, number])
     _summary(out, found, len(found))
+
+
+def _counted(out: Output, found: Counts, limit: int | None) -> None:
+    from lanindex.app.formatting import counted
+
+    rows = found.dicts()[:limit]
+    for row in rows if out.json else ():
+        out.record(row)
+    if not out.json and found.by is None:
+        out.row([found.total])
+    elif not out.json:
+        head = (str(found.by), "hits")
+        out.table(head, [(_said(row["value"]), row["count"]) for row in rows])
+    cut = f"; {len(rows)} are shown, --limit shows more" if len(rows) < len(found) else ""
+    values = f" by {counted(len(found), 'value')}" if found.by else ""
+    out.note(f"{counted(found.total, 'hit')}{values}{cut}")
+
+
+def _said(value: str | float | None) -> str:
+    return "-" if value is None else str(value)
 
 
 def _show(out: Output, found: Hits, limit: int | None) -> None:

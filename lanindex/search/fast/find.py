@@ -14,7 +14,7 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster
 from lanindex.model.symbol import SYMBOL, listed
 from lanindex.search import plain
-from lanindex.search.automaton import Program, plan
+from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.fast import overlaps as staying
 from lanindex.search.fast.answers import Answers, best, joined, of_line, roots
 from lanindex.search.fast.arrows import NONE
@@ -259,7 +259,7 @@ class Finder:
     def _kept(self, answers: Answers, overlaps: str) -> Answers:
         if overlaps == "all":
             return answers
-        if not staying.counts(self._query):
+        if not counts(self._query.pattern):
             answers = answers.at(staying.nearest(answers.capture, answers.low, answers.high))
         return answers.at(staying.from_left(answers.capture, answers.low, answers.high))
 

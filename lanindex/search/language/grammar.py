@@ -26,6 +26,7 @@ from lanindex.search.language.query import (
     mirrored_unit,
     steps_taken,
 )
+from lanindex.search.language.saved import Saved
 from lanindex.search.language.score import is_lnd, score_at
 from lanindex.search.language.steps import step_at
 from lanindex.search.language.times import Length
@@ -54,7 +55,7 @@ def parse(
     Parameters
     ----------
     text : str
-        In the pattern language.
+        In the pattern language; one from `saved.pattern_in` names its file in errors.
     parts : collection of str, optional
         The parts that the library holds; by default those of the alphabet and the supports.
     known : collection of str
@@ -89,14 +90,20 @@ def parse(
           ^^^^^
     I don't know "rihgt". Did you mean "right"?
     """
-    if len(text) > _LONGEST:
-        raise PatternError(
-            f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
-            text=f"{text[:60]}…",
-            start=60,
-            stop=61,
-        )
-    return _Parser(Cursor(text, Vocabulary(parts, known)), Names(names or {}), strict).query()
+    try:
+        if len(text) > _LONGEST:
+            raise PatternError(
+                f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
+                text=f"{text[:60]}…",
+                start=60,
+                stop=61,
+            )
+        cursor = Cursor(str(text), Vocabulary(parts, known))
+        return _Parser(cursor, Names(names or {}), strict).query()
+    except PatternError as error:
+        if isinstance(text, Saved):
+            error.place = text.place(error.start)
+        raise
 
 
 class _Parser:

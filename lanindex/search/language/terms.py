@@ -93,10 +93,8 @@ def condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
     if again := cursor.take("mark", "="):
         remedy = "Write != once." if compare.text == "!=" else 'One "=" is enough.'
         raise cursor.error(remedy, compare, again)
-    middle = cursor.token
-    right = _sum_at(cursor, labels)
-    said = Comparison(left, compare.text, right)
-    if found := _complaint(cursor, said, cursor.said(middle, cursor.before)):
+    said = Comparison(left, compare.text, _sum_at(cursor, labels))
+    if found := _complaint(cursor, said):
         raise cursor.error(found, begin, cursor.before)
     return said
 
@@ -136,7 +134,7 @@ def reference_at(cursor: Cursor, labels: Collection[str]) -> Reference:
     """
     token = cursor.token
     taken = token.text in (*LANGUAGE, *VALUES) and token.text not in (CLIP, MATCH)
-    if token.kind != "word" or taken:
+    if token.kind != "word" or (taken and token.text not in FIELDS):
         raise cursor.error("Of what? match.start, match.length, clip.label, or a label: a.start")
     if cursor.ahead(1).text != ".":
         raise cursor.error(_no_reference(token.text, labels))
@@ -253,7 +251,7 @@ def _value_at(cursor: Cursor, kind: str, value: str) -> Value:
     return Value(kind, value)
 
 
-def _complaint(cursor: Cursor, said: Comparison, right_text: str) -> str | None:
+def _complaint(cursor: Cursor, said: Comparison) -> str | None:
     """Return why two sides cannot be compared so, or None."""
     (_, left), (_, right) = said.left.terms[0], said.right.terms[0]
     sorts = [sort_of(left), sort_of(right)]
