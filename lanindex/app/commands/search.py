@@ -116,8 +116,8 @@ def run(
             overlaps=overlaps,
             within=within,
             where=chosen,
-            strict=strict,
             timeout=timeout,
+            strict=strict,
         )
         if isinstance(found, Counts):
             _counted(out, found, limit)
