@@ -111,6 +111,7 @@ ARGUMENTS = {
     "search": "'r_arm high'",
     "search --count": "'r_arm high'",
     "export": "'r_arm high' --in *greetings.bvh -o records",
+    "motifs": "--min-count 2 --length 2",
     "show": "1",
     "remove": "1 --dry-run",
     "ingest": "corpus/greetings.bvh --force",

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Capture, Hit, Reading, Track
     from lanindex.pipeline.example import Alike
+    from lanindex.pipeline.motifs import Motifs
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.pipeline.similar import Groups
     from lanindex.search.language.query import Query
 
 
@@ -217,15 +219,108 @@ class Library(store.Store):
 
         if limit < 1:
             raise UsageError(f"a limit of {limit}", wanted="1 or more")
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        found = alike(self, example(self, clip), chosen, limit)
+        found = alike(self, example(self, clip), self._chosen(within, where), limit)
         if rerank:
             from lanindex.pipeline.rerank import reranked
 
             found = reranked(self, found)
         return found
+
+    def similar(
+        self,
+        *,
+        groups: int | None = None,
+        alike: float = 0.4,
+        within: str | None = None,
+        where: Where | None = None,
+    ) -> Groups:
+        """Group the captures that are like each other.
+
+        Parameters
+        ----------
+        groups : int, optional
+            How many groups there shall be.
+        alike : float
+            Else the mean likeness, 0 to 1, of a group's captures at least.
+        within : str, optional
+            Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
+
+        Returns
+        -------
+        Groups
+            The largest first, each with the capture first that is most like all others.
+
+        Raises
+        ------
+        UsageError
+            Where a number makes no sense.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     first = library.similar(alike=0.7).groups[0]
+        >>> [capture.label for capture in first.captures], round(first.likeness, 2)
+        (['conducting', 'conducting'], 0.79)
+        """
+        from lanindex.pipeline.similar import similar
+
+        return similar(self, self._chosen(within, where), least=alike, wanted=groups)
+
+    def motifs(
+        self,
+        *,
+        min_count: int = 5,
+        length: int = 3,
+        parts: Iterable[str] | None = None,
+        within: str | None = None,
+        where: Where | None = None,
+    ) -> Motifs:
+        """List the sequences of symbols that recur.
+
+        Parameters
+        ----------
+        min_count : int
+            How often one occurs at least.
+        length : int
+            How many symbols it has at least.
+        parts : iterable of str, optional
+            Only of these parts.
+        within : str, optional
+            Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
+
+        Returns
+        -------
+        Motifs
+            First what accounts for most symbols, then what accounts for most of the others.
+
+        Raises
+        ------
+        UsageError
+            Where a number makes no sense, or the library has no such part.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     motif = library.motifs(parts=["l_arm"]).found[0]
+        ...     motif.pattern, motif.hits, len(library.search(motif.pattern))
+        ('l_arm left mid -> left low -> place low', 17, 17)
+        """
+        from lanindex.pipeline.motifs import recurring
+
+        chosen = self._chosen(within, where)
+        return recurring(self, chosen, parts, least=min_count, shortest=length)
+
+    def _chosen(self, within: str | None, where: Where | None) -> list[int] | None:
+        """Return the numbers of the captures that are asked for, None for all."""
+        if within is None and not where:
+            return None
+        return [capture.id for capture in self.captures(within, where)]
 
     def explain(
         self, pattern: str, *, within: str | None = None, where: Where | None = None
@@ -274,10 +369,7 @@ class Library(store.Store):
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        return query, self.tracks(chosen, query.parts)
+        return query, self.tracks(self._chosen(within, where), query.parts)
 
     def export(
         self,
