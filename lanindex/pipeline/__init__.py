@@ -250,10 +250,7 @@ class Library(Asking):
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
         check_columns(self, query)
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        return query, chosen
+        return query, self._chosen(within, where)
 
     def export(
         self,
