@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,18 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lanindex.model import Reading
+
+
+def offered(what: str) -> Callable[[typer.Context, str], list[str]]:
+    """Return what offers completions to a shell: a function of `lanindex.app.offers`, by name."""
+
+    def offer(ctx: typer.Context, incomplete: str) -> list[str]:
+        from lanindex.app import offers
+
+        return list(getattr(offers, what)(ctx, incomplete))
+
+    return offer
+
 
 Db = Annotated[
     str,

@@ -253,6 +253,7 @@ class Library(Asking):
         self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.columns import check_columns
         from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
@@ -265,10 +266,8 @@ class Library(Asking):
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        return query, chosen
+        check_columns(self, query)
+        return query, self._chosen(within, where)
 
     def export(
         self,
