@@ -73,7 +73,7 @@ class TestSearch:
         done = run("search", asked, "--json")
         assert done.exit_code == 0
         assert {Path(hit["capture"]).name for hit in records(done)} == {"raise.bvh"}
-        assert records(done)[0]["pattern"].startswith("arm low ...[<3s] high")
+        assert records(done)[0]["pattern"].startswith("(arm low or arm at low) ...[<3s] high")
 
     def test_it_says_what_that_means_and_who_is_labelled_so(self, run) -> None:
         done = run("search", "raise")
