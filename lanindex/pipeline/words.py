@@ -38,16 +38,29 @@ def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
     return load(words).get(name) if name.isidentifier() else None
 
 
-def said(text: str) -> str:
+def said(text: str, words: str | PathLike[str] | None = None) -> str:
     """Return a query, or the pattern that it names.
 
     Parameters
     ----------
-    text : str
+    text, words
         As for `meant`.
     """
-    entry = meant(text)
+    entry = meant(text, words)
     return entry.pattern if entry else text
+
+
+def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
+    """Return the patterns that a query may name with ``@``; nothing where it names none.
+
+    Parameters
+    ----------
+    text, words
+        As for `meant`.
+    """
+    if "@" not in text:
+        return {}
+    return {name: entry.pattern for name, entry in load(words).items()}
 
 
 def glob_of(entry: Entry) -> str:

@@ -381,12 +381,11 @@ def mirrored(pattern: Choice) -> Choice:
 
 
 def _mirrored_line(line: Line) -> Line:
-    return replace(
-        line, items=tuple(replace(it, unit=_mirrored_unit(it.unit)) for it in line.items)
-    )
+    return replace(line, items=tuple(replace(it, unit=mirrored_unit(it.unit)) for it in line.items))
 
 
-def _mirrored_unit(unit: Step | Bracket) -> Step | Bracket:
+def mirrored_unit(unit: Step | Bracket) -> Step | Bracket:
+    """Return the mirror image of a step or bracket."""
     if isinstance(unit, Bracket):
         return Bracket(mirrored(unit.pattern))
     words = tuple(word.mirrored() for word in unit.words)
