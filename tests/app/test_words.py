@@ -92,6 +92,13 @@ class TestSearch:
         refused = run("search", "reach")
         assert refused.exit_code == 2
 
+    def test_a_word_may_stand_in_a_pattern(self, run) -> None:
+        assert run("search", "r_arm during @raise").exit_code == 0
+        assert run("search", "@kick or @reach", "--words", "own.toml").exit_code == 0
+        stranger = run("search", "r_arm during @reach")
+        assert stranger.exit_code == 2
+        assert 'There is no pattern "@reach"' in stranger.stderr
+
     def test_export_and_explain(self, run, place: Path) -> None:
         assert run("export", "raise", "-o", "clips").exit_code == 0
         assert len(list((place / "clips").glob("*.bvh"))) == 1

@@ -8,7 +8,7 @@ from lanindex.encode import encode
 from lanindex.errors import UsageError
 from lanindex.formats import read
 from lanindex.model import Capture, Track
-from lanindex.search.dictionary import Entry, entries, load, mirror_image, mirrored, spelled
+from lanindex.search.dictionary import Entry, entries, inside, load, mirror_image, mirrored, spelled
 from lanindex.search.language import parse
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 from lanindex.search.plain import find
@@ -67,6 +67,15 @@ class TestEveryEntry:
     def test_is_found_by_all_its_names(self, entry: Entry) -> None:
         for name in (entry.name, *entry.names):
             assert WORDS[name] is entry
+
+    def test_may_stand_in_another(self, entry: Entry, corpus: list[Recording]) -> None:
+        names = {entry.name: inside(entry.pattern)}
+        whole = find(parse(entry.pattern), corpus, overlaps="all")
+        named = find(parse(f"@{entry.name}", names=names), corpus, overlaps="all")
+        assert {(hit.capture.id, hit.span) for hit in named} == {
+            (hit.capture.id, hit.span) for hit in whole
+        }
+        parse(f"mirror (@{entry.name}) with head", names=names)
 
     def test_has_a_mirror_image_that_is_one(self, entry: Entry) -> None:
         name = mirror_image(entry, WORDS)
