@@ -11,6 +11,7 @@ from lanindex.search.language.lexer import Token
 from lanindex.search.language.measures import arrow_at, length_at, repeat_at, within_at
 from lanindex.search.language.mistakes import stray
 from lanindex.search.language.names import ANYONE, Names, label_at, name_at, within
+from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -90,6 +91,11 @@ def parse(
           ^^^^^
     I don't know "rihgt". Did you mean "right"?
     """
+    vocabulary = Vocabulary(parts, known)
+
+    def read(text: str) -> Query:
+        return _Parser(Cursor(text, vocabulary), Names(names or {}), strict).query()
+
     try:
         if len(text) > _LONGEST:
             raise PatternError(
@@ -98,9 +104,9 @@ def parse(
                 start=60,
                 stop=61,
             )
-        cursor = Cursor(str(text), Vocabulary(parts, known))
-        return _Parser(cursor, Names(names or {}), strict).query()
+        return read(str(text))
     except PatternError as error:
+        offer_reading(error, read)
         if isinstance(text, Saved):
             error.place = text.place(error.start)
         raise
