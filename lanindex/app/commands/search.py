@@ -20,13 +20,20 @@ ON_A_TERMINAL = 20
 
 def run(
     pattern: Annotated[
-        str,
+        str | None,
         typer.Argument(
             metavar="PATTERN",
             help="r_arm right mid -> high",
             autocompletion=options.offered("patterns"),
         ),
-    ],
+    ] = None,
+    like: Annotated[
+        str | None,
+        typer.Option("--like", metavar="CLIP[:FROM-TO]", help="What is like a capture or file."),
+    ] = None,
+    rerank: Annotated[
+        bool, typer.Option("--rerank", help="Order what is like it by its joints, too.")
+    ] = False,
     limit: Annotated[
         int | None,
         typer.Option("--limit", "-n", min=1, help="Hits to show: 20 on a terminal, else all."),
@@ -71,12 +78,17 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
+    chosen = options.where(where)
+    if pattern is None or like is not None or rerank:
+        from lanindex.app import alike
+
+        asked = alike.Asked(pattern, like, rerank, explain, count, limit)
+        return alike.run(out, asked, db, within=within, where=chosen)
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
-    chosen = options.where(where)
     with open_library(db, readonly=True) as library:
         library.words = words
         pattern = meaning.of(out, library, pattern, words)

@@ -138,7 +138,14 @@ class _Parser:
             )
         if self.timed:
             pattern = _opened(pattern)
-        return Endings(cursor, pattern, self.labels).query()
+        query = Endings(cursor, pattern, self.labels).query()
+        if self.names.used and (length := len(str(query))) > _LONGEST:
+            raise cursor.error(
+                f"With all names written out it has {length} characters; {_LONGEST} is the most.",
+                begin,
+                cursor.before,
+            )
+        return query
 
     def let(self, let: Token) -> None:
         """Read ``let NAME = pattern ;``: checked now, read again with each use."""

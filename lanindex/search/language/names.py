@@ -72,6 +72,11 @@ class Names:
         """Keep what was read since `begin` under a name."""
         self._let[name] = cursor.cut(begin)
 
+    @property
+    def used(self) -> bool:
+        """Whether any was written out."""
+        return self._read > 0
+
     def known(self, name: str) -> bool:
         """Tell whether a let has given this name."""
         return name in self._let
