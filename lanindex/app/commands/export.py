@@ -82,6 +82,7 @@ def run(
     from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
+        library.tell = out.note
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":

@@ -90,6 +90,7 @@ def run(
 
     pattern = pattern_in(pattern)
     with open_library(db, readonly=True) as library:
+        library.tell = out.note
         library.words = words
         pattern = meaning.of(out, library, pattern, words)
         if why is not None:
@@ -115,8 +116,8 @@ def run(
             overlaps=overlaps,
             within=within,
             where=chosen,
-            strict=strict,
             timeout=timeout,
+            strict=strict,
         )
         if isinstance(found, Counts):
             _counted(out, found, limit)

@@ -150,6 +150,7 @@ class Company:
             path.memory.used
             for program in companion.programs
             for path in self._paths(program)
-            if not path.memory.used & hull.memory.used
+            if not path.memory.owed
+            and not path.memory.used & hull.memory.used
             and stands(companion, stretch, path, self._recording, self._slack)
         )
