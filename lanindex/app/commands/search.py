@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,6 +11,7 @@ from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
+    from lanindex.pipeline import Library
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
@@ -93,32 +95,12 @@ def run(
         library.tell = out.note
         library.words = words
         pattern = meaning.of(out, library, pattern, words)
+        wanted = _Asked(library, pattern, within, chosen, tolerance, overlaps, strict)
         if why is not None:
-            seen = library.why(
-                pattern,
-                options.which(why),
-                tolerance=tolerance,
-                overlaps=overlaps,
-                strict=strict,
-            )
-            _trace(out, seen)
-            raise typer.Exit(not seen.hits)
+            raise typer.Exit(not _trace(out, wanted.why(why)).hits)
         if explain:
-            text = library.explain(pattern, within=within, where=chosen, strict=strict)
-            if json:
-                out.record({"explain": text})
-            else:
-                out.text(text)
-            return
-        found = library.search(
-            pattern,
-            tolerance=tolerance,
-            overlaps=overlaps,
-            within=within,
-            where=chosen,
-            timeout=timeout,
-            strict=strict,
-        )
+            return _explain(out, wanted)
+        found = wanted.search(timeout)
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
@@ -127,16 +109,63 @@ def run(
             _show(out, found.by_fit() if sort == "fit" else found, limit)
         if not found:
             if not quiet:
-                advice = library.suggest(
-                    pattern,
-                    tolerance=tolerance,
-                    overlaps=overlaps,
-                    within=within,
-                    where=chosen,
-                    strict=strict,
-                )
-                _advise(out, advice)
+                _advise(out, wanted.suggest())
             raise typer.Exit(1)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A pattern, and where and how it is looked for."""
+
+    library: Library
+    pattern: str
+    within: str | None
+    where: list[tuple[str, str]]
+    tolerance: float
+    overlaps: str
+    strict: bool
+
+    def search(self, timeout: float | None) -> Hits | Counts:
+        return self.library.search(
+            self.pattern,
+            tolerance=self.tolerance,
+            overlaps=self.overlaps,
+            within=self.within,
+            where=self.where,
+            strict=self.strict,
+            timeout=timeout,
+        )
+
+    def explain(self) -> str:
+        return self.library.explain(
+            self.pattern, within=self.within, where=self.where, strict=self.strict
+        )
+
+    def why(self, capture: str) -> Trace:
+        return self.library.why(
+            self.pattern,
+            options.which(capture),
+            tolerance=self.tolerance,
+            overlaps=self.overlaps,
+            strict=self.strict,
+        )
+
+    def suggest(self) -> Advice:
+        return self.library.suggest(
+            self.pattern,
+            tolerance=self.tolerance,
+            overlaps=self.overlaps,
+            within=self.within,
+            where=self.where,
+            strict=self.strict,
+        )
+
+
+def _explain(out: Output, asked: _Asked) -> None:
+    if out.json:
+        out.record({"explain": asked.explain()})
+    else:
+        out.text(asked.explain())
 
 
 def _count(out: Output, found: Hits) -> None:
@@ -182,7 +211,7 @@ def _advise(out: Output, advice: Advice) -> None:
         out.note(line)
 
 
-def _trace(out: Output, seen: Trace) -> None:
+def _trace(out: Output, seen: Trace) -> Trace:
     from lanindex.app import formatting
     from lanindex.search.explain.trace import records_of
 
@@ -191,6 +220,7 @@ def _trace(out: Output, seen: Trace) -> None:
             out.record(record)
     else:
         formatting.trace(out, seen)
+    return seen
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:
