@@ -88,6 +88,10 @@ Where = Annotated[
         help="Only captures whose label, format or other column matches.",
     ),
 ]
+Fuzzy = Annotated[
+    str | None,
+    typer.Option("--fuzzy", metavar="N|N%", help="Edits a match may cost, in all or a step: 15%."),
+]
 Strict = Annotated[bool, typer.Option("--strict", help="Let the timing of pasted LND count.")]
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,7 +10,6 @@ from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
-    from lanindex.pipeline import Library
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
@@ -47,6 +45,7 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    fuzzy: options.Fuzzy = None,
     timeout: options.Timeout = None,
     words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
@@ -80,27 +79,26 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
-    chosen = options.where(where)
     if pattern is None or like is not None or rerank:
         from lanindex.app import alike
 
         asked = alike.Asked(pattern, like, rerank, explain, count, limit)
-        return alike.run(out, asked, db, within=within, where=chosen)
+        return alike.run(out, asked, db, within=within, where=options.where(where))
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
+    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    among: dict[str, Any] = {"within": within, "where": options.where(where)}
     with open_library(db, readonly=True) as library:
-        library.tell = out.note
-        library.words = words
+        library.tell, library.words = out.note, words
         pattern = meaning.of(out, library, pattern, words)
-        wanted = _Asked(library, pattern, within, chosen, tolerance, overlaps, strict)
         if why is not None:
-            raise typer.Exit(not _trace(out, wanted.why(why)).hits)
+            raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
-            return _explain(out, wanted)
-        found = wanted.search(timeout)
+            return _explain(out, library.explain(pattern, strict=strict, **among))
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
@@ -109,63 +107,15 @@ def run(
             _show(out, found.by_fit() if sort == "fit" else found, limit)
         if not found:
             if not quiet:
-                _advise(out, wanted.suggest())
+                _advise(out, library.suggest(pattern, **how, **among))
             raise typer.Exit(1)
 
 
-@dataclass(frozen=True)
-class _Asked:
-    """A pattern, and where and how it is looked for."""
-
-    library: Library
-    pattern: str
-    within: str | None
-    where: list[tuple[str, str]]
-    tolerance: float
-    overlaps: str
-    strict: bool
-
-    def search(self, timeout: float | None) -> Hits | Counts:
-        return self.library.search(
-            self.pattern,
-            tolerance=self.tolerance,
-            overlaps=self.overlaps,
-            within=self.within,
-            where=self.where,
-            strict=self.strict,
-            timeout=timeout,
-        )
-
-    def explain(self) -> str:
-        return self.library.explain(
-            self.pattern, within=self.within, where=self.where, strict=self.strict
-        )
-
-    def why(self, capture: str) -> Trace:
-        return self.library.why(
-            self.pattern,
-            options.which(capture),
-            tolerance=self.tolerance,
-            overlaps=self.overlaps,
-            strict=self.strict,
-        )
-
-    def suggest(self) -> Advice:
-        return self.library.suggest(
-            self.pattern,
-            tolerance=self.tolerance,
-            overlaps=self.overlaps,
-            within=self.within,
-            where=self.where,
-            strict=self.strict,
-        )
-
-
-def _explain(out: Output, asked: _Asked) -> None:
+def _explain(out: Output, text: str) -> None:
     if out.json:
-        out.record({"explain": asked.explain()})
+        out.record({"explain": text})
     else:
-        out.text(asked.explain())
+        out.text(text)
 
 
 def _count(out: Output, found: Hits) -> None:
@@ -211,7 +161,8 @@ def _advise(out: Output, advice: Advice) -> None:
         out.note(line)
 
 
-def _trace(out: Output, seen: Trace) -> Trace:
+def _trace(out: Output, seen: Trace) -> bool:
+    """Say what a pattern met with in a capture, and return whether it has hits there."""
     from lanindex.app import formatting
     from lanindex.search.explain.trace import records_of
 
@@ -220,7 +171,7 @@ def _trace(out: Output, seen: Trace) -> Trace:
             out.record(record)
     else:
         formatting.trace(out, seen)
-    return seen
+    return bool(seen.hits)
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:

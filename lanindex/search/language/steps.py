@@ -17,8 +17,11 @@ _WHERE = {
     "at": "At what? Say where: at high, at place low",
     "via": "Via what? Say where it goes through: via right, via any",
 }
+NO_PART = "Name the part first: r_arm high"
+"""What is said where a pattern begins without one."""
+
 _NO_PART = {
-    "": "Name the part first: r_arm high",
+    "": NO_PART,
     "start": "Name the part here: start -> r_arm high",
     "or": 'Name the part here; "/" is either-or between words: high/low.',
 }
