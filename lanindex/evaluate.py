@@ -6,7 +6,7 @@ A capture counts as found if a pattern has at least one hit in it.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
@@ -23,11 +23,11 @@ from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
 from lanindex.search.language.saved import pattern_in
-from lanindex.search.plain import find
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Hit, Track
+    from lanindex.search.fast import Found
 
 RESAMPLES = 2000
 """Draws of the bootstrap that tells the standard error."""
@@ -261,7 +261,9 @@ def _clip(number: int, outcome: Outcome, label: str, metadata: Mapping[str, str]
     return Clip(capture, score.tracks if score else {}, outcome.error)
 
 
-def evaluate(clips: Sequence[Clip], expectations: Iterable[Expectation]) -> list[Result]:
+def evaluate(
+    clips: Sequence[Clip], expectations: Iterable[Expectation], *, timeout: float | None = None
+) -> list[Result]:
     """Search all clips for each pattern.
 
     Parameters
@@ -270,11 +272,18 @@ def evaluate(clips: Sequence[Clip], expectations: Iterable[Expectation]) -> list
         As from `read_clips`.
     expectations : iterable of Expectation
         As from `read_patterns`.
+    timeout : float, optional
+        Seconds after which to give up.
 
     Returns
     -------
     list of Result
         One a pattern.
+
+    Raises
+    ------
+    LanindexError
+        Where it takes longer than `timeout`.
 
     Examples
     --------
@@ -291,21 +300,44 @@ def evaluate(clips: Sequence[Clip], expectations: Iterable[Expectation]) -> list
     >>> summary([bow])["mean_f1"]
     1.0
     """
-    recordings = [(clip.capture, clip.tracks) for clip in clips]
-    results = []
+    search, results = _searcher(clips, timeout), []
     for expectation in expectations:
-        hits: dict[int, Hit] = {}
-        for hit in find(expectation.query, recordings):
-            hits.setdefault(hit.capture.id, hit)
-        found = tuple(clip.capture.id in hits for clip in clips)
+        hits = search(expectation.query)
+        first = {place: index for index, place in reversed(list(enumerate(hits.place.tolist())))}
+        found = tuple(place in first for place in range(len(clips)))
         wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
         misses = tuple(
-            Miss(clip.capture, hits.get(clip.capture.id), clip.tracks)
-            for clip, got, should in zip(clips, found, wanted, strict=True)
+            Miss(clip.capture, hits[first[place]] if got else None, clip.tracks)
+            for place, (clip, got, should) in enumerate(zip(clips, found, wanted, strict=True))
             if got != should
         )
         results.append(Result(expectation, found, wanted, misses))
     return results
+
+
+def _searcher(clips: Sequence[Clip], timeout: float | None) -> Callable[[Query], Found]:
+    """Return what searches the clips for a query."""
+    from lanindex.model.columns import columns_of, roster_of
+    from lanindex.search.fast import Finder, Timeout
+
+    captures = [clip.capture for clip in clips]
+    parts = {part for clip in clips for part in clip.tracks}
+    columns = {
+        part: columns_of(part, captures, [clip.tracks.get(part) for clip in clips])
+        for part in parts
+    }
+    roster, watch = roster_of(captures), None if timeout is None else Timeout(timeout)
+
+    def recordings(
+        places: Sequence[int], parts: Collection[str]
+    ) -> list[tuple[Capture, Mapping[str, Track]]]:
+        return [(clips[place].capture, clips[place].tracks) for place in places]
+
+    def search(query: Query) -> Found:
+        own = {part: columns[part] for part in query.parts if part in columns}
+        return Finder(query, roster, own, recordings).find(watch=watch)
+
+    return search
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:

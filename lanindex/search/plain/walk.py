@@ -15,7 +15,7 @@ from math import floor, inf
 
 from lanindex.search.automaton import Edge, Exit, Program, State
 from lanindex.search.plain.beside import Company, Sides
-from lanindex.search.plain.candidates import Match, Recording
+from lanindex.search.plain.candidates import First, Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, longest, seen_in
 from lanindex.search.plain.track import Claim
@@ -98,22 +98,24 @@ class Walker:
 
     # Walking.
 
-    def leading(self, program: Program) -> Iterator[Path]:
-        """Yield the best path of a leading line from each of its first matches.
+    def leading(self, program: Program, first: First | None = None) -> Iterator[Path]:
+        """Yield the best path of a leading line from each of its first matches, or from one.
 
         "The earliest end is taken, then the latest start, then the greatest fit"; but "a repeat or
         ``?`` that ends a line runs on as long as it can".
         """
         for root in self._roots(program):
+            if first is not None and root.match.first != first:
+                continue
             whole: list[Path] = []
-            first: float = inf
+            soonest: float = inf
             for end, ending in self._from(program, root):
-                if end > first:  # no path ends before the last match of its own line
+                if end > soonest:  # no path ends before the last match of its own line
                     break
                 good = [path for path in ending if self._is_whole(path)]
                 whole += good
                 if not program.open_ended:
-                    first = min([first, *(path.high for path in good)])
+                    soonest = min([soonest, *(path.high for path in good)])
             yield from sorted(longest(whole), key=lambda path: path.rank)[:1]
 
     def _is_whole(self, path: Path) -> bool:
