@@ -5,7 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from lanindex.search.dictionary import load, spelled
+from lanindex.search.dictionary import inside, load, spelled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,7 +60,7 @@ def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]
     """
     if "@" not in text:
         return {}
-    return {name: entry.pattern for name, entry in load(words).items()}
+    return {name: inside(entry.pattern) for name, entry in load(words).items()}
 
 
 def glob_of(entry: Entry) -> str:

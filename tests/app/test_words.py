@@ -73,7 +73,7 @@ class TestSearch:
         done = run("search", asked, "--json")
         assert done.exit_code == 0
         assert {Path(hit["capture"]).name for hit in records(done)} == {"raise.bvh"}
-        assert records(done)[0]["pattern"].startswith("arm low ...[<3s] high")
+        assert records(done)[0]["pattern"].startswith("(arm low or arm at low) ...[<3s] high")
 
     def test_it_says_what_that_means_and_who_is_labelled_so(self, run) -> None:
         done = run("search", "raise")
@@ -91,6 +91,13 @@ class TestSearch:
         assert run("search", "reach", env={"LANINDEX_WORDS": "own.toml"}).exit_code == 0
         refused = run("search", "reach")
         assert refused.exit_code == 2
+
+    def test_a_word_may_stand_in_a_pattern(self, run) -> None:
+        assert run("search", "r_arm during @raise").exit_code == 0
+        assert run("search", "@kick or @reach", "--words", "own.toml").exit_code == 0
+        stranger = run("search", "r_arm during @reach")
+        assert stranger.exit_code == 2
+        assert 'There is no pattern "@reach"' in stranger.stderr
 
     def test_export_and_explain(self, run, place: Path) -> None:
         assert run("export", "raise", "-o", "clips").exit_code == 0

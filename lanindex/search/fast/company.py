@@ -102,7 +102,7 @@ class Company:
         return found
 
     def lines(self, program: Program, *, longest: bool) -> Stretches:
-        """Return all ways of a line beside another; the longest of one that runs on, if asked."""
+        """Return all ways of a line beside another; or the longest of one that runs on."""
         longest = longest and program.open_ended
         key = (program, longest)
         if key not in self._lines:

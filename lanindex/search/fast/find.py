@@ -95,7 +95,7 @@ class Finder:
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
         answers = joined(pieces)
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
-        return Found(self, answers, self._kept(answers, overlaps))
+        return Found(self, answers, self._kept(answers, overlaps), len(self._told))
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
