@@ -64,3 +64,16 @@ def test_only_captures_that_fit_are_searched(library: Library) -> None:
         assert f"r_arm forward  {found}\n" in library.explain(pattern, where=where)
     with pytest.raises(UsageError, match="no capture has a column"):
         library.search(pattern, where={"whom": "x"})
+
+
+def test_what_would_be_found_is_what_is_found(library: Library) -> None:
+    advice = library.suggest("r_arm low -> high | first 2")
+    assert [it.pattern for it in advice.instead][0] == "r_arm low -> mid"
+    for suggestion in advice.instead:
+        found = library.search(suggestion.pattern)
+        assert (len(found), found.captures) == (suggestion.hits, suggestion.captures)
+
+
+def test_brackets_with_a_length_are_tried_as_well(library: Library) -> None:
+    advice = library.suggest("(r_arm forward -> low) <0.5s")
+    assert str(advice.left_out[0]) == 'without "<0.5s": 1 hit, the nearest takes 2.25 s'
