@@ -67,6 +67,12 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
     }
 
 
+def of_matched(symbol: Symbol) -> dict[str, Any]:
+    """Return a symbol with how clearly it is what it is, as a line of ``search --why`` has it."""
+    runner_up = " ".join(symbol.runner_up) if symbol.runner_up else None
+    return {**of_symbol(symbol), "margin": round(symbol.margin, 3), "runner_up": runner_up}
+
+
 def of_capture(capture: Capture) -> dict[str, Any]:
     """Return a capture: a line of ``list`` or ``remove``."""
     return {

@@ -110,6 +110,7 @@ for verbs, keys in re.findall(
 ARGUMENTS = {
     "search": "'r_arm high'",
     "search --count": "'r_arm high'",
+    "search --why 1": "'r_arm high'",
     "export": "'r_arm high' --in *greetings.bvh -o records",
     "motifs": "--min-count 2 --length 2",
     "show": "1",

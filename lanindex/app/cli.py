@@ -32,7 +32,8 @@ VERBS = {
     "animate": "Let a standard body carry out a score",
     "evaluate": "Measure patterns against labelled captures",
     "db": "Look after the library: status, upgrade, check",
-    "words": "Show the language of patterns on a page",
+    "words": "Show the dictionary of movement: names for patterns",
+    "language": "Show the language of patterns on a page",
 }
 SETTINGS: dict[str, Any] = {
     "add_completion": False,

@@ -48,8 +48,21 @@ Tolerance = Annotated[
     float,
     typer.Option("--tolerance", metavar="SECONDS", help="How far edges may lie apart to agree."),
 ]
+Words = Annotated[
+    Path | None,
+    typer.Option(
+        "--words",
+        envvar="LANINDEX_WORDS",
+        metavar="FILE",
+        help="Your own words for movement, beside the dictionary's.",
+    ),
+]
 Overlaps = Annotated[
     str, typer.Option("--overlaps", metavar="none|all", help="Keep hits that overlap, or not.")
+]
+Timeout = Annotated[
+    float | None,
+    typer.Option("--timeout", metavar="SECONDS", min=0, help="Give up after so many seconds."),
 ]
 In = Annotated[
     str | None, typer.Option("--in", metavar="GLOB", help="Only captures whose path matches.")
@@ -62,6 +75,7 @@ Where = Annotated[
         help="Only captures whose label, format or other column matches.",
     ),
 ]
+Strict = Annotated[bool, typer.Option("--strict", help="Let the timing of pasted LND count.")]
 
 
 def where(given: list[str] | None) -> list[tuple[str, str]]:

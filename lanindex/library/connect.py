@@ -284,7 +284,8 @@ def make_tables(connection: Connection, place: str) -> None:
         if revision(connection, place) is not None:
             return
         tables.create_all(connection)
-        connection.execute(sqlalchemy.insert(state).values(id=1, stamp=0, captures=0, numbers=0))
+        new = {"id": 1, "stamp": 0, "captures": 0, "numbers": 0, "columns": 0}
+        connection.execute(sqlalchemy.insert(state).values(new))
         version.create(connection)
         connection.execute(sqlalchemy.insert(version).values(version_num=REVISION))
 

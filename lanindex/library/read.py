@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, CursorResult, Row, or_, select
+from sqlalchemy import Connection, CursorResult, or_, select
 
 from lanindex.errors import LanindexError, LibraryError
-from lanindex.library import checksums, codes, rows, schema
+from lanindex.library import checksums, codes, rows, schema, state
 from lanindex.library.encoding import ENCODED, Encoding
-from lanindex.model import Capture, Meter, Score, Track
+from lanindex.model import Capture, Meter, Score, Span, Track
 
 _MOST = 500
 """Values in one statement: databases take a thousand at least."""
@@ -48,63 +48,6 @@ class Stored(NamedTuple):
     """Checksum of the list of its tracks."""
     content: int
     """Checksum of its heading and its other lines."""
-
-
-def capture_numbers(connection: Connection) -> list[int]:
-    """Return the numbers of all captures, in order.
-
-    Raises
-    ------
-    LibraryError
-        If there are more or fewer than were stored.
-    """
-    column = schema.capture.c.id
-    found = list(connection.scalars(select(column).order_by(column)))
-    check_numbers(connection, found)
-    return found
-
-
-def read_numbers(connection: Connection, numbers: Sequence[int]) -> list[int]:
-    """Return those numbers that captures have."""
-    column = schema.capture.c.id
-    return list(connection.scalars(select(column).where(column.in_(numbers))))
-
-
-def check_numbers(connection: Connection, found: Sequence[int]) -> None:
-    """Refuse a library that has other captures than were stored.
-
-    Raises
-    ------
-    LibraryError
-        With how many there are and were.
-    """
-    stored, now = read_state(connection), (len(found), sum(found))
-    if now != (stored.captures, stored.numbers):
-        raise LibraryError(
-            f"the library holds {now[0]} captures whose numbers add up to {now[1]}",
-            wanted=f"{stored.captures} and {stored.numbers}, as were stored",
-            remedy="Ingest the captures into a new library; or, if another program took some out "
-            "on purpose, tell this one: UPDATE state SET "
-            f"captures = {now[0]}, numbers = {now[1]}",
-        )
-
-
-def read_state(connection: Connection) -> Row[Any]:
-    """Return the one row of ``state``.
-
-    Raises
-    ------
-    LibraryError
-        If it is not one of two whole numbers.
-    """
-    found = connection.execute(select(schema.state)).all()
-    if len(found) != 1 or not all(isinstance(value, int) for value in found[0]):
-        raise LibraryError(
-            f"the library's state is {[tuple(row) for row in found]}",
-            wanted="one row of whole numbers",
-            remedy="Ingest the captures into a new library: all in it comes from them.",
-        )
-    return found[0]
 
 
 def numbers_at(connection: Connection, path: str) -> list[int]:
@@ -201,7 +144,9 @@ def read_captures(connection: Connection, numbers: Sequence[int] | None = None) 
         if isinstance(one, LibraryError):
             raise one
     if numbers is None:
-        check_numbers(connection, [one.capture.id for one in found if isinstance(one, Stored)])
+        state.check_numbers(
+            connection, [one.capture.id for one in found if isinstance(one, Stored)]
+        )
     return [one for one in found if isinstance(one, Stored)]
 
 
@@ -236,12 +181,6 @@ Wanted = tuple[Stored, Listed]
 """A track that is wanted, and whose."""
 
 
-def part_names(connection: Connection) -> list[str]:
-    """Return the names of all parts, as they stand there."""
-    found = connection.scalars(select(schema.track.c.part).distinct())
-    return [name for name in found if isinstance(name, str)]
-
-
 def read_parts(connection: Connection) -> Counter[str]:
     """Return how many symbols each part has, in all captures.
 
@@ -252,7 +191,7 @@ def read_parts(connection: Connection) -> Counter[str]:
     """
     column = schema.capture.c
     wanted = connection.execute(select(column.id, column.location, column.tracks)).all()
-    check_numbers(connection, [number for number, _, _ in wanted])
+    state.check_numbers(connection, [number for number, _, _ in wanted])
     parts: Counter[str] = Counter()
     for tracks in _lists(connection.execute(_LISTED), wanted).values():
         for _, part, _, _, symbols, _ in tracks:
@@ -286,29 +225,67 @@ def read_tracks(
     LibraryError
         If one of them is not what was stored.
     """
-    own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
-    inside = schema.track.c.capture_id.in_([number for number, _, _ in own])
-    lists = _lists(connection.execute(_LISTED.where(inside)), own)
-    wanted = [
-        (one, Listed._make(row))
-        for one in chosen
-        for row in lists[one.capture.id]
-        if parts is None or row[_PART] in parts
-    ]
-    numbers = _checked(_numbers(connection, wanted), wanted)
-    symbols, first = codes.unpack(numbers[:, 3:]), 0
-    tracks: dict[int, dict[str, Track]] = {number: {} for number in lists}
+    wanted = read_wanted(connection, chosen, parts)
+    symbols, first = codes.unpack(read_rows(connection, wanted)[:, 3:]), 0
+    tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
     for (capture, *_), listed in wanted:
         stretch = symbols[first : first + listed.symbols]
         first += listed.symbols
+        known = known_of(capture, listed)
         try:
-            known = rows.read_known(listed.known, capture.frames)
             kind = codes.KIND_NAMES[listed.kind]
             tracks[capture.id][listed.part] = Track(listed.part, stretch, known, kind)
         except _NONSENSE as error:
             what = f"its track {listed.part} ({error})"
             raise checksums.damaged(capture.id, capture.location, what) from error
     return tracks
+
+
+def read_wanted(
+    connection: Connection, chosen: Sequence[Stored], parts: Sequence[str] | None = None
+) -> list[Wanted]:
+    """Return the tracks of captures, without their symbols: all, or those of some parts.
+
+    Raises
+    ------
+    LibraryError
+        If the tracks of a capture are not those that were stored.
+    """
+    own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
+    inside = schema.track.c.capture_id.in_([number for number, _, _ in own])
+    lists = _lists(connection.execute(_LISTED.where(inside)), own)
+    return [
+        (one, Listed._make(row))
+        for one in chosen
+        for row in lists[one.capture.id]
+        if parts is None or row[_PART] in parts
+    ]
+
+
+def known_of(capture: Capture, listed: Listed) -> tuple[Span, ...]:
+    """Return the stretches of frames in which a part was seen.
+
+    Raises
+    ------
+    LibraryError
+        If they are none.
+    """
+    try:
+        return rows.read_known(listed.known, capture.frames)
+    except _NONSENSE as error:
+        what = f"its track {listed.part} ({error})"
+        raise checksums.damaged(capture.id, capture.location, what) from error
+
+
+def read_rows(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
+    """Return the rows of tracks: (S, C + 3) int64, capture, track, row, fields.
+
+    Raises
+    ------
+    LibraryError
+        If one of them is not what was stored.
+    """
+    return _checked(_numbers(connection, wanted), wanted)
 
 
 def _numbers(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:

@@ -5,6 +5,11 @@ symbol is a handful of whole numbers, for spelled-out words took four fifths of 
 ``symbol`` shows them in words and in the frames of the source, so that
 ``SELECT part, direction, level, start_frame, end_frame FROM symbol`` can be read by anyone.
 
+What a search reads are columns: all symbols of a part in many captures, field by field, in segments
+(``segment``, ``segment_column``) that are written once. They are made of the rows and can always
+be made again; which captures they do not hold yet, or no longer, stands in ``segment_pending`` and
+``segment_dead``.
+
 What was stored is told from what it became by checksums, each a CRC-32: a track's over its
 symbols, a capture's over all that was encoded (with those of its tracks, its heading and its other
 lines) and one over what the user said of it.
@@ -33,7 +38,7 @@ from sqlalchemy import (
 
 from lanindex.library.codes import COLUMNS, view_sql
 
-REVISION = "0002"
+REVISION = "0003"
 """The revision of ``migrations/`` that these tables are; revisions sort by age as text."""
 
 tables = MetaData(
@@ -53,6 +58,7 @@ state = Table(
     Column("stamp", Integer, nullable=False),  # raised by every change
     Column("captures", Integer, nullable=False),  # how many there are
     Column("numbers", BigInteger, nullable=False),  # the sum of theirs
+    Column("columns", Integer, nullable=False),  # the stamp at which the segments are true
     CheckConstraint("id = 1", name="one"),
 )
 """One row: what is true of the library as a whole."""
@@ -128,6 +134,41 @@ symbol_code = Table(
         ["capture_id", "track"], ["track.capture_id", "track.ordinal"], ondelete="CASCADE"
     ),
     sqlite_with_rowid=False,
+)
+
+segment = Table(
+    "segment",
+    tables,
+    Column("id", Integer, primary_key=True),  # never used twice: the newest is the highest
+    Column("captures", Integer, nullable=False),
+    Column("symbols", BigInteger, nullable=False),
+    Column("listing", Text, nullable=False),  # JSON: its columns, see columns.Listing
+    Column("checksum", Integer, nullable=False),  # of the three
+    sqlite_autoincrement=True,
+)
+
+segment_column = Table(
+    "segment_column",
+    tables,
+    Column("id", Integer, primary_key=True),
+    Column("segment_id", Integer, nullable=False),
+    Column("part", Text, nullable=False),  # empty: of the captures
+    Column("name", Text, nullable=False),  # cell, start, …
+    Column("content", LargeBinary, nullable=False),  # whole numbers, little-endian
+    UniqueConstraint("segment_id", "part", "name"),
+)
+
+segment_pending = Table(
+    "segment_pending",
+    tables,
+    Column("capture_id", Integer, primary_key=True, autoincrement=False),  # in no segment yet
+)
+
+segment_dead = Table(
+    "segment_dead",
+    tables,
+    Column("capture_id", Integer, primary_key=True, autoincrement=False),
+    Column("segment_id", Integer, nullable=False),  # not true in this segment and older ones
 )
 
 event.listen(tables, "after_create", DDL(view_sql()))  # type: ignore[no-untyped-call]

@@ -29,9 +29,9 @@ from lanindex.library.faults import translated
 class Session:
     """An open library. Made by `open`; belongs to one thread."""
 
-    def __init__(self, where: Target, connection: Connection) -> None:
+    def __init__(self, where: Target, connection: Connection, *, readonly: bool = False) -> None:
         self._where, self._connection, self._wrote = where, connection, False
-        self._thread = get_ident()
+        self._thread, self._readonly = get_ident(), readonly
 
     @classmethod
     def open(
@@ -69,7 +69,8 @@ class Session:
             If another process holds it for longer than `timeout`.
         """
         where = target(named)
-        return cls(where, opened(where, create=create, readonly=readonly, timeout=timeout))
+        connection = opened(where, create=create, readonly=readonly, timeout=timeout)
+        return cls(where, connection, readonly=readonly)
 
     def __repr__(self) -> str:
         """Return the class and the place."""
@@ -92,6 +93,11 @@ class Session:
     def place(self) -> str:
         """The library as it was named."""
         return self._where.place
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it has not been closed."""
+        return not self._connection.closed
 
     def close(self) -> None:
         """Let go of the database; what is left is one file."""
@@ -126,11 +132,17 @@ class Session:
 
     @contextmanager
     def _changing(self) -> Iterator[Connection]:
+        with self._writing() as connection:
+            write.touch(connection)
+            yield connection
+
+    @contextmanager
+    def _writing(self) -> Iterator[Connection]:
+        """Begin a transaction for what changes nothing that a reader could tell."""
         self._check_usable()
         with translated(self.place):
             if not self._wrote:
                 keep_journal(self._connection)
                 self._wrote = True
             with writing(self._connection):
-                write.touch(self._connection)
                 yield self._connection

@@ -13,19 +13,21 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from sqlalchemy import Connection
 
 from lanindex.alphabet import PARTS
-from lanindex.library import read, rows, write
+from lanindex.library import read, rows, segments, state, write
+from lanindex.library.columns import chosen
 from lanindex.library.encoding import Encoding
 from lanindex.library.find import Where, chosen_by, find_capture, is_number, matching, missing
-from lanindex.library.session import Session
+from lanindex.library.keeper import Keeper
 from lanindex.library.stats import Stats, count
 from lanindex.library.texts import check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
+from lanindex.model.columns import Columns, Roster
 
 _BATCH = 64
 """Captures read at a time by `Store.tracks`."""
 
 
-class Store(Session):
+class Store(Keeper):
     """Captures and their scores. Made by `open`; belongs to one thread."""
 
     def add(
@@ -160,7 +162,7 @@ class Store(Session):
     def stamp(self) -> int:
         """A number that every change raises: what was derived at another one may be out of date."""
         with self._reading() as connection:
-            return int(read.read_state(connection).stamp)
+            return int(state.read_state(connection).stamp)
 
     def known(self) -> dict[str, tuple[str, Encoding]]:
         """Return what need not be encoded again: by absolute path, sha256 and encoding.
@@ -244,7 +246,7 @@ class Store(Session):
         """
         only = None if parts is None else list(parts)
         with self._reading() as connection:
-            numbers = read.capture_numbers(connection)
+            numbers = state.capture_numbers(connection)
         if captures is not None:
             wanted = {one for one in captures if is_number(one)}
             numbers = [number for number in numbers if number in wanted]
@@ -280,9 +282,47 @@ class Store(Session):
             If the tracks are not those that were stored.
         """
         with self._reading() as connection:
-            asked = read.read_parts if checked else read.part_names
+            asked = read.read_parts if checked else segments.part_names
             found = set(asked(connection))
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
+
+    def columns(
+        self, parts: Iterable[str], numbers: Iterable[int] | None = None
+    ) -> tuple[Roster, dict[str, Columns]]:
+        """Return captures and what some parts do in them, as columns.
+
+        They come from the library's segments; where these are missing, damaged or out of date, they
+        are made anew from the rows, and `notes` tells. They are kept while the library is held
+        open, and read again once it has changed.
+
+        Parameters
+        ----------
+        parts : iterable of str
+            Whose; one that no capture has gets columns without rows.
+        numbers : iterable of int, optional
+            Only these captures; else all.
+
+        Returns
+        -------
+        Roster, dict of str to Columns
+            The captures in the order of their numbers; by part.
+
+        Raises
+        ------
+        LibraryError
+            If a capture is not what was stored.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     roster, columns = library.columns(["r_arm"])
+        >>> len(roster), len(columns["r_arm"].bounds)
+        (10, 11)
+        """
+        wanted = list(dict.fromkeys(parts))
+        roster, columns = self._found(wanted)
+        return (roster, columns) if numbers is None else chosen(roster, columns, list(numbers))
 
     def stats(self) -> Stats:
         """Count what the library holds."""
@@ -303,6 +343,6 @@ class Store(Session):
                 return numbers[0]
             others = [one.capture for one in read.read_captures(connection)]
             return find_capture(others, named, self.place).id
-        if is_number(which) and read.read_numbers(connection, [int(which)]):
+        if is_number(which) and state.read_numbers(connection, [int(which)]):
             return int(which)
         return find_capture([], str(which), self.place).id  # which says that there is none

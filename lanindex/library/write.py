@@ -15,6 +15,7 @@ from sqlalchemy import (
     Dialect,
     Table,
     bindparam,
+    case,
     delete,
     insert,
     select,
@@ -22,7 +23,7 @@ from sqlalchemy import (
 )
 
 from lanindex.errors import LibraryError
-from lanindex.library import read, rows, schema
+from lanindex.library import read, rows, schema, segments, state
 from lanindex.library.encoding import Encoding, encoded
 from lanindex.model import Score
 
@@ -53,7 +54,10 @@ _COUNT = update(schema.state).values(
 _TOUCH = (
     update(schema.state)
     .where(_STATE.stamp.between(0, 1 << 31))  # no text, no bytes, not nothing
-    .values(stamp=_STATE.stamp + 1)
+    .values(
+        stamp=_STATE.stamp + 1,  # and the columns go along, if they were true before
+        columns=case((_STATE.columns == _STATE.stamp, _STATE.stamp + 1), else_=_STATE.columns),
+    )
 )
 _FIND_PROFILE = select(schema.profile.c.id).where(
     schema.profile.c.name == bindparam("name"), schema.profile.c.digest == bindparam("digest")
@@ -104,6 +108,8 @@ def put_capture(
         _clear(connection, number)
         connection.execute(_CHANGE, {"number": number, **values})
         connection.execute(_FORGET_PROFILES)
+        segments.mark_dead(connection, number)
+    segments.mark_pending(connection, number)
     _insert(connection, schema.track, [(number, *row) for row in made.tracks])
     _insert(connection, schema.symbol_code, list(zip(repeat(number), *made.symbols)))
     return number, held is None
@@ -151,11 +157,12 @@ def remove_capture(connection: Connection, number: int) -> None:
     connection.execute(_FORGET, {"number": number})
     connection.execute(_REMOVE, {"number": number})
     connection.execute(_COUNT, {"more": -1, "one": number})
+    segments.mark_dead(connection, number)
     connection.execute(_FORGET_PROFILES)
 
 
 def touch(connection: Connection) -> None:
-    """Raise the change stamp.
+    """Raise the change stamp; the segments stay true if they were.
 
     Raises
     ------
@@ -163,7 +170,7 @@ def touch(connection: Connection) -> None:
         If there is none that can be raised.
     """
     if connection.execute(_TOUCH).rowcount != 1:
-        read.read_state(connection)  # says what there is
+        state.read_state(connection)  # says what there is
         raise LibraryError("the library's stamp cannot be raised", wanted="a number from 0")
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 from lanindex.model.capture import Capture
 from lanindex.model.span import Span
@@ -47,6 +47,9 @@ class Hit:
         0 to 1, the smallest margin of the symbols that matched.
     lines : tuple of tuple of Symbol
         The symbols that matched, line by line of the pattern.
+    labels : Mapping of str to tuple of Symbol
+        By label of the pattern, the symbols that it stands for; one that is stayed at or rested in
+        has the frames of the stay or rest. No hit differs from another by these.
 
     Examples
     --------
@@ -63,6 +66,9 @@ class Hit:
     span: Span
     fit: float
     lines: tuple[tuple[Symbol, ...], ...]
+    labels: Mapping[str, tuple[Symbol, ...]] = field(
+        default_factory=dict, compare=False, hash=False
+    )
 
     def __repr__(self) -> str:
         """Return where it is and what it consists of, on one line."""

@@ -11,22 +11,23 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
-from lanindex.library import store
+from lanindex.pipeline.asking import Asking
+from lanindex.pipeline.exploring import Exploring
 from lanindex.search.hits import Hits
+from lanindex.search.stages import piped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
     from lanindex.library.find import Where
-    from lanindex.model import Capture, Hit, Reading, Track
-    from lanindex.pipeline.example import Alike
-    from lanindex.pipeline.motifs import Motifs
+    from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
-    from lanindex.pipeline.similar import Groups
+    from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
+    from lanindex.search.stages import Counts
 
 
-class Library(store.Store):
+class Library(Asking, Exploring):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
     Examples
@@ -52,6 +53,9 @@ class Library(store.Store):
     (11, 10, 1)
     >>> library.close()
     """
+
+    words: str | os.PathLike[str] | None = None
+    """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
 
     def ingest(
         self,
@@ -117,19 +121,22 @@ class Library(store.Store):
 
     def search(
         self,
-        pattern: str,
+        pattern: str | Pattern,
         *,
         tolerance: float = 0.1,
         overlaps: str = "none",
         within: str | None = None,
         where: Where | None = None,
-    ) -> Hits:
+        strict: bool = False,
+        timeout: float | None = None,
+    ) -> Hits | Counts:
         """Find movement by pattern.
 
         Parameters
         ----------
-        pattern : str
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language.
+        pattern : str or Pattern
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
+            of ``lanindex.search.dictionary``: ``walk``; or what `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -138,11 +145,16 @@ class Library(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
-        Hits
-            In order of capture, start and end.
+        Hits or Counts
+            In order of capture, start and end, where the pattern does not sort them; each is made
+            when it is looked at. Counts if it ends in ``| count``.
 
         Raises
         ------
@@ -150,6 +162,8 @@ class Library(store.Store):
             Where the pattern is not understood.
         LibraryError
             Where the library cannot be read.
+        LanindexError
+            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -161,180 +175,40 @@ class Library(store.Store):
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.search.plain import find
+        from lanindex.pipeline.search import search
+        from lanindex.search.fast import Timeout
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        query, recordings = self._asked(pattern, within, where)
+        if overlaps not in ("none", "all"):
+            raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        query, numbers = self._asked(text, within, where, strict)
+        watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
-        return Hits(find(query, recordings, tolerance=span, overlaps=overlaps), pattern)
-
-    def like(
-        self,
-        clip: int | str | os.PathLike[str],
-        *,
-        limit: int = 100,
-        rerank: bool = False,
-        within: str | None = None,
-        where: Where | None = None,
-    ) -> Alike:
-        """Find captures that are like one; that one itself is left out.
-
-        Parameters
-        ----------
-        clip : int, str or path-like
-            A capture of the library (number or path) or a file elsewhere, each also with
-            ``:from-to`` behind it (frames, half-open), or a line of ``search --json``.
-        limit : int
-            How many captures are wanted.
-        rerank : bool
-            Put the best hundred in the order in which their joints move alike, from their files.
-        within : str, optional
-            Only captures whose path matches this glob.
-        where : Mapping of str to str, optional
-            Only captures that fit these globs by label, format, path or a column of their own.
-
-        Returns
-        -------
-        Alike
-            Its `hits`, the likest first: each a whole capture, or, where that is at least twice
-            as long as the example, perhaps a stretch of it. The fit is the likeness, 0 to 1.
-
-        Raises
-        ------
-        UsageError
-            Where there is no such clip, nothing moves in it, or `rerank` finds no joints of it.
-        CaptureError, NotationError
-            Where its file cannot be read.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     for hit in library.like("conductor_three.bvh", limit=1).hits:
-        ...         print(hit.path, hit.span, round(hit.fit, 2))
-        corpus/conductor_four.bvh Span(start=0, stop=1000) 0.79
-        """
-        from lanindex.pipeline.example import alike, example
-
-        if limit < 1:
-            raise UsageError(f"a limit of {limit}", wanted="1 or more")
-        found = alike(self, example(self, clip), self._chosen(within, where), limit)
-        if rerank:
-            from lanindex.pipeline.rerank import reranked
-
-            found = reranked(self, found)
-        return found
-
-    def similar(
-        self,
-        *,
-        groups: int | None = None,
-        alike: float = 0.4,
-        within: str | None = None,
-        where: Where | None = None,
-    ) -> Groups:
-        """Group the captures that are like each other.
-
-        Parameters
-        ----------
-        groups : int, optional
-            How many groups there shall be.
-        alike : float
-            Else the mean likeness, 0 to 1, of a group's captures at least.
-        within : str, optional
-            Only captures whose path matches this glob.
-        where : Mapping of str to str, optional
-            Only captures that fit these globs by label, format, path or a column of their own.
-
-        Returns
-        -------
-        Groups
-            The largest first, each with the capture first that is most like all others.
-
-        Raises
-        ------
-        UsageError
-            Where a number makes no sense.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     first = library.similar(alike=0.7).groups[0]
-        >>> [capture.label for capture in first.captures], round(first.likeness, 2)
-        (['conducting', 'conducting'], 0.79)
-        """
-        from lanindex.pipeline.similar import similar
-
-        return similar(self, self._chosen(within, where), least=alike, wanted=groups)
-
-    def motifs(
-        self,
-        *,
-        min_count: int = 5,
-        length: int = 3,
-        parts: Iterable[str] | None = None,
-        within: str | None = None,
-        where: Where | None = None,
-    ) -> Motifs:
-        """List the sequences of symbols that recur.
-
-        Parameters
-        ----------
-        min_count : int
-            How often one occurs at least.
-        length : int
-            How many symbols it has at least.
-        parts : iterable of str, optional
-            Only of these parts.
-        within : str, optional
-            Only captures whose path matches this glob.
-        where : Mapping of str to str, optional
-            Only captures that fit these globs by label, format, path or a column of their own.
-
-        Returns
-        -------
-        Motifs
-            First what accounts for most symbols, then what accounts for most of the others.
-
-        Raises
-        ------
-        UsageError
-            Where a number makes no sense, or the library has no such part.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     motif = library.motifs(parts=["l_arm"]).found[0]
-        ...     motif.pattern, motif.hits, len(library.search(motif.pattern))
-        ('l_arm left mid -> left low -> place low', 17, 17)
-        """
-        from lanindex.pipeline.motifs import recurring
-
-        chosen = self._chosen(within, where)
-        return recurring(self, chosen, parts, least=min_count, shortest=length)
-
-    def _chosen(self, within: str | None, where: Where | None) -> list[int] | None:
-        """Return the numbers of the captures that are asked for, None for all."""
-        if within is None and not where:
-            return None
-        return [capture.id for capture in self.captures(within, where)]
+        found = search(self, query, numbers, tolerance=span, overlaps=overlaps, watch=watch)
+        return piped(query.stages, Hits(found, text))
 
     def explain(
-        self, pattern: str, *, within: str | None = None, where: Where | None = None
+        self,
+        pattern: str | Pattern,
+        *,
+        within: str | None = None,
+        where: Where | None = None,
+        strict: bool = False,
     ) -> str:
         """Say how a pattern is understood.
 
         Parameters
         ----------
-        pattern : str
+        pattern : str or Pattern
             As for `search`.
         within : str, optional
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
 
         Returns
         -------
@@ -355,21 +229,30 @@ class Library(store.Store):
         """
         from lanindex.search.explain import explanation
 
-        return explanation(*self._asked(pattern, within, where))
+        text = pattern if isinstance(pattern, str) else str(pattern)
+        query, numbers = self._asked(text, within, where, strict)
+        return explanation(query, self.tracks(numbers, query.parts))
 
     def _asked(
-        self, pattern: str, within: str | None, where: Where | None
-    ) -> tuple[Query, Iterator[tuple[Capture, dict[str, Track]]]]:
-        """Return a query, and what of the library it concerns."""
+        self, pattern: str, within: str | None, where: Where | None, strict: bool
+    ) -> tuple[Query, list[int] | None]:
+        """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
+        pattern = said(pattern, self.words)
+        names = named(pattern, self.words)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS)
+            held = self.parts(checked=False)
+            query = parse(pattern, held, known=PARTS, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
-        return query, self.tracks(self._chosen(within, where), query.parts)
+        chosen = None
+        if within is not None or where:
+            chosen = [capture.id for capture in self.captures(within, where)]
+        return query, chosen
 
     def export(
         self,

@@ -16,6 +16,7 @@ from itertools import pairwise
 
 from lanindex.search.language.query import (
     NEXT,
+    ONCE,
     Arrow,
     Bracket,
     Choice,
@@ -43,14 +44,17 @@ class State:
     members : tuple of str
         The part that moves, or the two that move together.
     manner : str
-        ``move``, ``at`` or ``hold``.
+        ``move``, ``via``, ``at`` or ``hold``.
     fits : tuple of dict of str to frozenset of int
         For each member, by kind of words, the codes that fit; a kind of which nothing is said is
         not there.
     names_passing : bool
-        Whether it says enough to match a passing symbol.
+        Whether it may match a passing symbol: ``via`` anywhere in a line, a movement that says
+        enough between the first and the last.
     length : Length or None
         How long it may last.
+    labels : tuple of str
+        By which it can be spoken of: its own, and those of the brackets around it.
     """
 
     number: int
@@ -59,14 +63,26 @@ class State:
     fits: tuple[dict[str, frozenset[int]], ...]
     names_passing: bool
     length: Length | None
+    labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Companion:
-    """A line beside the leading one: the relation, and its programs, one a side."""
+    """A line beside the leading one.
+
+    Attributes
+    ----------
+    relation : str
+        As in `Beside`.
+    programs : tuple of Program
+        One a side.
+    within : Length or None
+        How many frames may lie between.
+    """
 
     relation: str
     programs: tuple[Program, ...]
+    within: Length | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,6 +168,16 @@ def plan(query: Query) -> tuple[Program, ...]:
     )
 
 
+def counts(pattern: Choice) -> bool:
+    """Tell whether a pattern counts anywhere, with ``x`` or ``?``."""
+    return any(
+        item.repeat != ONCE or (isinstance(item.unit, Bracket) and counts(item.unit.pattern))
+        for lines in pattern.alternatives
+        for line in (lines.first, *(beside.line for beside in lines.others))
+        for item in line.items
+    )
+
+
 def states_of(item: Item) -> tuple[State, ...]:
     """Return what one step alone asks for, as states of their own: one a side."""
     if isinstance(item.unit, Bracket):
@@ -171,7 +197,7 @@ class _Planner:
         return tuple(_program(self, lines.first, side, group) for side in _sides(lines.first))
 
     def companions(self, lines: Lines) -> tuple[Companion, ...]:
-        return tuple(Companion(it.relation, self.free(it.line)) for it in lines.others)
+        return tuple(Companion(it.relation, self.free(it.line), it.within) for it in lines.others)
 
     def free(self, line: Line) -> tuple[Program, ...]:
         if line not in self._planned:
@@ -241,6 +267,7 @@ class _Builder:
     groups: list[Group] = field(default_factory=list)
     states: list[State] = field(default_factory=list)
     edges: list[Edge] = field(default_factory=list)
+    labels: tuple[str, ...] = ()
 
     def line(self, line: Line) -> _Piece:
         pieces = [self.item(item) for item in line.items]
@@ -278,8 +305,10 @@ class _Builder:
         return exits
 
     def item(self, item: Item) -> _Piece:
-        repeat = item.repeat
+        repeat, around = item.repeat, self.labels
+        self.labels = (*around, item.label) if item.label else around
         copies = [self.unit(item) for _ in range(repeat.copies)]
+        self.labels = around
         for before, after in pairwise(copies):
             self.join(before, NEXT, after)
         if repeat.most is None:
@@ -290,7 +319,7 @@ class _Builder:
     def unit(self, item: Item) -> _Piece:
         if isinstance(item.unit, Bracket):
             return self.bracket(item.unit.pattern, item.length)
-        state = _state(len(self.states), item.unit, item.length, self.side)
+        state = _state(len(self.states), item.unit, item.length, self.side, self.labels)
         self.states.append(state)
         return _Piece([Entry(state.number)], [Exit(state.number)])
 
@@ -307,7 +336,9 @@ class _Builder:
         return whole
 
 
-def _state(number: int, step: Step, length: Length | None, side: str) -> State:
+def _state(
+    number: int, step: Step, length: Length | None, side: str, labels: tuple[str, ...] = ()
+) -> State:
     members = step.mover.members
     if step.mover.form == "either":
         members = tuple(member for member in members if member.startswith(side))
@@ -318,8 +349,9 @@ def _state(number: int, step: Step, length: Length | None, side: str) -> State:
         members,
         step.manner,
         tuple(_fits(step, member) for member in members),
-        step.manner == "move" and bool(positive) and not changing,
+        step.manner == "via" or (step.manner == "move" and bool(positive) and not changing),
         length,
+        labels,
     )
 
 

@@ -85,8 +85,8 @@ class TestHelp:
 
     def test_the_language_is_a_page(self, run, repository: Path) -> None:
         page = repository / "lanindex" / "search" / "LANGUAGE.md"
-        assert run("words").stdout == page.read_text(encoding="utf-8")
-        assert "lanindex words" in run("search", "--help").stdout
+        assert run("language").stdout == page.read_text(encoding="utf-8")
+        assert "lanindex language" in run("search", "--help").stdout
 
     def test_version(self, run) -> None:
         assert run("--version").stdout.startswith("lanindex 0.")

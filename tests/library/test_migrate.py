@@ -72,6 +72,8 @@ def test_every_revision_keeps_the_rows(tmp_path, revision):
         assert (capture.path, capture.label, capture.metadata) == ("a.bvh", "walk", {"who": "x"})
         (symbol,) = library.score(1).symbols("r_arm")
         assert str(symbol) == "r_arm right mid [2, 5)"
+        _, columns = library.columns(["r_arm"])
+        assert (columns["r_arm"].start.tolist(), library.notes) == ([2], [])
     assert migrate.check(path) == []
 
 
@@ -96,6 +98,11 @@ ROWS = {
         "INSERT INTO symbol_code VALUES (1, 0, 0, 4099169, 2, 3, 2, 3, 0)",
     ],
 }
+ROWS["0003"] = [
+    "UPDATE state SET stamp = 3, captures = 1, numbers = 1, columns = 3",
+    "INSERT INTO segment_pending VALUES (1)",
+    *ROWS["0002"][1:],
+]
 """The same content in the tables of each revision."""
 
 
@@ -110,10 +117,10 @@ def next_revision(tmp_path, monkeypatch):
     """Give the program one more revision, which rebuilds two tables."""
     folder = tmp_path / "100% migrations"
     shutil.copytree(migrate.scripts(), folder)
-    (folder / "versions" / "0003_note.py").write_text(
+    (folder / "versions" / "0004_note.py").write_text(
         "import sqlalchemy as sa\n"
         "from alembic import op\n"
-        "revision, down_revision = '0003', '0002'\n"
+        "revision, down_revision = '0004', '0003'\n"
         "def upgrade():\n"
         "    for name in ('capture', 'track'):\n"
         "        with op.batch_alter_table(name, recreate='always') as table:\n"
@@ -121,7 +128,7 @@ def next_revision(tmp_path, monkeypatch):
     )
     monkeypatch.setattr(migrate, "_FOLDERS", (folder,))
     for module in (migrate, importlib.import_module("lanindex.library.connect")):
-        monkeypatch.setattr(module, "REVISION", "0003")
+        monkeypatch.setattr(module, "REVISION", "0004")
     return folder
 
 
@@ -129,10 +136,10 @@ def test_rebuilding_a_table_keeps_what_hangs_on_it(tmp_path, request):
     path = tmp_path / "a.db"
     fill(path, 3)
     request.getfixturevalue("next_revision")
-    with pytest.raises(LibraryVersionError, match=r"revision 0002, wanted 0003.*db upgrade"):
+    with pytest.raises(LibraryVersionError, match=r"revision 0003, wanted 0004.*db upgrade"):
         Store.open(path)
     assert migrate.status(path).state == "older"
-    assert migrate.upgrade(path).found == "0003"
+    assert migrate.upgrade(path).found == "0004"
     with Store.open(path) as library:
         for number in (1, 2, 3):
             assert_same_score(library.score(number), sample_score(number - 1))
@@ -144,12 +151,12 @@ def test_an_upgrade_that_fails_changes_nothing(tmp_path, request):
     fill(path, 2)
     before = tables(path)
     folder = request.getfixturevalue("next_revision")
-    script = folder / "versions" / "0003_note.py"
+    script = folder / "versions" / "0004_note.py"
     script.write_text(script.read_text() + "    op.execute('DELETE FROM track')\n")
     with pytest.raises(LibraryError, match="rows would hang on nothing"):
         migrate.upgrade(path)
     assert tables(path) == before
-    assert migrate.status(path).found == "0002"
+    assert migrate.status(path).found == "0003"
 
 
 def test_an_upgrade_says_nothing_by_itself(tmp_path, request, capfd, caplog):
@@ -160,6 +167,20 @@ def test_an_upgrade_says_nothing_by_itself(tmp_path, request, capfd, caplog):
     migrate.upgrade(path)
     assert capfd.readouterr() == ("", "")
     assert not caplog.records
+
+
+def test_the_status_tells_of_the_columns(tmp_path):
+    path = tmp_path / "a.db"
+    fill(path, 2)
+    found = migrate.status(path)
+    assert (found.segments, found.symbols, found.pending, found.fault) == (0, 0, 2, "")
+    with Store.open(path) as library:
+        library.gather()
+    found = migrate.status(path)
+    assert (found.segments, found.symbols, found.pending, found.fault) == (1, 36, 0, "")
+    with sql(path) as connection:
+        connection.execute("UPDATE segment SET listing = '[]'")
+    assert migrate.status(path).fault == "damaged: the listing of segment 1"
 
 
 def test_a_revision_unknown_to_all_is_refused(tmp_path):

@@ -38,7 +38,7 @@ def rows(path, question=SYMBOLS):
 
 
 def test_an_old_library_is_refused_before_it_is_upgraded(old):
-    with pytest.raises(LibraryVersionError, match="revision 0001, wanted 0002"):
+    with pytest.raises(LibraryVersionError, match="revision 0001, wanted 0003"):
         Library.open(old)
 
 
@@ -79,7 +79,7 @@ def test_an_upgrade_makes_what_ingesting_anew_makes(old, tmp_path, repository):
 def test_an_upgrade_makes_the_file_small(old):
     before = os.path.getsize(old)
     migrate.upgrade(old)
-    assert os.path.getsize(old) < before / 1.4
+    assert os.path.getsize(old) < before / 1.1  # with empty tables, which take a page each
 
 
 def test_numbers_go_on_after_an_upgrade(old):

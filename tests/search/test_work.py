@@ -5,7 +5,7 @@ from query_cases import recordings_of
 
 from lanindex.errors import LanindexError
 from lanindex.search.language import parse
-from lanindex.search.plain import find, walk
+from lanindex.search.plain import beside, find, walk
 
 
 def found(tracks: str, pattern: str, **options) -> list[tuple[int, int]]:
@@ -53,13 +53,13 @@ def test_what_cannot_be_tried_is_said(monkeypatch):
 )
 def test_a_line_stops_at_the_first_end_that_nothing_can_beat(pattern, monkeypatch):
     ends = []
-    hulls = walk.Walker._hulls
+    hulls = beside.Company._hulls
 
     def counted(*arguments):
         ends.append(arguments)
         return hulls(*arguments)
 
-    monkeypatch.setattr(walk.Walker, "_hulls", counted)
+    monkeypatch.setattr(beside.Company, "_hulls", counted)
     starts = found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern, overlaps="all")
     assert len(starts) > 20
     assert len(ends) <= 3 * len(starts)

@@ -85,6 +85,8 @@ def run(
         for outcome in out.progress(done, len(files), "files"):
             _count(tally, outcome, chosen.meter.division)
             _report(out, outcome)
+        for note in getattr(library, "notes", []):
+            out.note(note)
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
     _afterwards(out, tally, rest, chosen.meter.division, dry_run)
     if tally["failed"]:

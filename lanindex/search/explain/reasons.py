@@ -69,7 +69,10 @@ def order(query: Query) -> list[str]:
         works += [f"Keep what is {it}" for it in lines.others]
     if query.either_side:
         works.append("Do the same with the mirror image.")
-    return [*works, "From each beginning keep what ends first."]
+    works.append("From each beginning keep what ends first.")
+    if query.where:
+        works.append(f"Keep what is so: {' and '.join(map(str, query.where))}")
+    return [*works, *(f"Of these: {stage}" for stage in query.stages)]
 
 
 def obstacle(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from lanindex.errors import PatternError, shown
 from lanindex.search.language.lexer import Token, tokens
-from lanindex.search.language.words import Vocabulary
+from lanindex.search.language.words import Mover, Vocabulary
 
 _QUOTED = re.compile(r'"([^"]*)"')
 
@@ -20,12 +21,32 @@ class Cursor:
         The whole pattern.
     vocabulary : Vocabulary
         The words it may use.
+    read : sequence of Token, optional
+        What to read of it, the last of kind ``end``; by default all.
     """
 
-    def __init__(self, text: str, vocabulary: Vocabulary) -> None:
+    def __init__(
+        self, text: str, vocabulary: Vocabulary, read: Sequence[Token] | None = None
+    ) -> None:
         self.text, self.vocabulary = text, vocabulary
-        self._tokens = tokens(text)
+        self._tokens = tokens(text) if read is None else read
         self._index = 0
+
+    @property
+    def tokens(self) -> Sequence[Token]:
+        """All tokens, the last of kind ``end``."""
+        return self._tokens
+
+    @property
+    def index(self) -> int:
+        """How many tokens were read."""
+        return self._index
+
+    def cut(self, begin: int) -> Cursor:
+        """Return a cursor of what was read since `index` was that; it ends where this stands."""
+        stop = self.before.stop
+        read = self._tokens[begin : self._index]
+        return Cursor(self.text, self.vocabulary, [*read, Token("end", "", stop, stop)])
 
     @property
     def token(self) -> Token:
@@ -54,6 +75,19 @@ class Cursor:
     def take(self, kind: str, *texts: str) -> Token | None:
         """Read the next token if it is of a kind, and one of these if any are given."""
         return self.advance() if self.stands(kind, *texts) else None
+
+    def mover_at(self) -> Mover | None:
+        """Read who moves, if it is said here, in one word or two: ``r_arm``, ``right arm``."""
+        first, second = self.token, self.ahead(1)
+        if first.kind != "word":
+            return None
+        apart = None
+        if second.kind == "word":
+            apart = self.vocabulary.spelt_apart(first.text, second.text)
+        mover = apart or self.vocabulary.mover(first.text)
+        for _ in range(bool(mover) + bool(apart)):
+            self.advance()
+        return mover
 
     def said(self, first: Token, last: Token | None = None) -> str:
         """Return the text from one token to another, on one line, and cut where it is long."""

@@ -1,18 +1,17 @@
-"""Pattern text → Query: the grammar, read from left to right.
-
-The constructs that this version does not understand yet, which LANGUAGE.md lists, are recognised
-where they stand, and said to be so.
-"""
+"""Pattern text → Query: the grammar, read from left to right."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from lanindex.errors import PatternError
 from lanindex.search.language.cursor import Cursor
+from lanindex.search.language.endings import Endings
 from lanindex.search.language.lexer import Token
-from lanindex.search.language.measures import arrow_at, length_at, repeat_at
-from lanindex.search.language.mistakes import not_yet, not_yet_bounded, stray
+from lanindex.search.language.measures import arrow_at, length_at, repeat_at, within_at
+from lanindex.search.language.mistakes import stray
+from lanindex.search.language.names import ANYONE, Names, label_at, name_at, within
+from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -25,27 +24,48 @@ from lanindex.search.language.query import (
     Query,
     Step,
     last_movers,
+    mirrored_unit,
     steps_taken,
 )
+from lanindex.search.language.saved import Saved
+from lanindex.search.language.score import is_lnd, score_at
 from lanindex.search.language.steps import step_at
-from lanindex.search.language.words import TWO_WORD_RELATIONS, Mover, Vocabulary
+from lanindex.search.language.times import Length
+from lanindex.search.language.words import (
+    ONE_WORD_RELATIONS,
+    TWO_WORD_RELATIONS,
+    Mover,
+    Vocabulary,
+)
 
 _LONGEST = 10_000
 _DEEPEST = 40
 _MOST_STEPS = 1000
 
 
-def parse(text: str, parts: Collection[str] | None = None, known: Collection[str] = ()) -> Query:
+def parse(
+    text: str,
+    parts: Collection[str] | None = None,
+    known: Collection[str] = (),
+    *,
+    names: Mapping[str, str] | None = None,
+    strict: bool = False,
+) -> Query:
     """Read a pattern.
 
     Parameters
     ----------
     text : str
-        In the pattern language.
+        In the pattern language; one from `saved.pattern_in` names its file in errors.
     parts : collection of str, optional
         The parts that the library holds; by default those of the alphabet and the supports.
     known : collection of str
         Parts that may be named though the library lacks them.
+    names : Mapping of str to str, optional
+        Names in small letters that the pattern may use besides those that it gives itself, and
+        the pattern that each stands for: ``@raise``.
+    strict : bool
+        Whether the timing of pasted LND counts.
 
     Returns
     -------
@@ -71,39 +91,77 @@ def parse(text: str, parts: Collection[str] | None = None, known: Collection[str
           ^^^^^
     I don't know "rihgt". Did you mean "right"?
     """
-    if len(text) > _LONGEST:
-        raise PatternError(
-            f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
-            text=f"{text[:60]}…",
-            start=60,
-            stop=61,
-        )
-    return _Parser(Cursor(text, Vocabulary(parts, known))).query()
+    vocabulary = Vocabulary(parts, known)
+
+    def read(text: str) -> Query:
+        return _Parser(Cursor(text, vocabulary), Names(names or {}), strict).query()
+
+    try:
+        if len(text) > _LONGEST:
+            raise PatternError(
+                f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
+                text=f"{text[:60]}…",
+                start=60,
+                stop=61,
+            )
+        return read(str(text))
+    except PatternError as error:
+        offer_reading(error, read)
+        if isinstance(text, Saved):
+            error.place = text.place(error.start)
+        raise
 
 
 class _Parser:
     """One method a rule of the grammar; each reads its tokens and returns its node."""
 
-    def __init__(self, cursor: Cursor) -> None:
-        self.cursor = cursor
+    def __init__(self, cursor: Cursor, names: Names, strict: bool) -> None:
+        self.cursor, self.names, self.strict = cursor, names, strict
+        self.labels: dict[str, tuple[Token, Token]] = {}
         self.depth = 0
         self.mirror = False
+        self.timed = False
 
     def query(self) -> Query:
         cursor = self.cursor
+        begin = cursor.token
+        while let := cursor.take("word", "let"):
+            self.let(let)
         if cursor.stands("end"):
             raise cursor.error("Nothing to look for. Name a part first: r_arm right mid")
         pattern = self.pattern(frozenset())
-        either_side = False
-        while begin := cursor.take("word", "either"):
-            if not cursor.take("word", "side"):
-                raise cursor.error('"either side": the pattern or its mirror image.', begin)
-            either_side = True
-        if either_side and not cursor.stands("end"):
-            raise not_yet(cursor) or cursor.error('"either side" ends the pattern.')
-        if not cursor.stands("end"):
+        if self.strict and not self.timed:
+            raise cursor.error(
+                "Only the timing of pasted LND can be strict, and there is none here.",
+                begin,
+                cursor.before,
+            )
+        if self.timed:
+            pattern = _opened(pattern)
+        return Endings(cursor, pattern, self.labels).query()
+
+    def let(self, let: Token) -> None:
+        """Read ``let NAME = pattern ;``: checked now, read again with each use."""
+        cursor = self.cursor
+        name = name_at(cursor)
+        if self.names.known(name.text):
+            raise cursor.error(f'"{name.text}" has a pattern already: choose another name.', name)
+        if not cursor.take("mark", "="):
+            raise cursor.error(f"An = follows: let {name.text} = mid -> high;", let, name)
+        begin = cursor.index
+        with self.names.giving(name.text):
+            self.pattern(frozenset((ANYONE,)))
+        if cursor.stands("end"):
+            raise cursor.error(
+                'A ";" ends it, and the pattern follows: let up = mid -> high; r_arm low -> @up',
+                let,
+                cursor.before,
+            )
+        if not cursor.stands("mark", ";"):
             raise stray(cursor)
-        return Query(pattern, either_side)
+        self.names.let(cursor, name.text, begin)
+        cursor.advance()
+        self.labels.clear()
 
     def pattern(self, carried: frozenset[Mover]) -> Choice:
         alternatives = [self.lines(carried, "")]
@@ -115,15 +173,23 @@ class _Parser:
         first = self.line(carried, after)
         others = []
         while relation := self.relation():
-            others.append(Beside(relation, self.line(frozenset(), relation)))
+            within = within_at(self.cursor, relation)
+            labelled = len(self.labels)
+            line = self.line(frozenset(), relation)
+            if relation in ("without", "never"):
+                self.refuse_labels(labelled, f'"{relation}": it speaks of what does not happen.')
+            others.append(Beside(relation, line, within))
         return Lines(first, tuple(others))
 
+    def refuse_labels(self, before: int, where: str) -> None:
+        """Refuse labels where they could not tell which symbols they mean."""
+        for name, place in list(self.labels.items())[before:]:
+            raise self.cursor.error(f'The label "{name}" stands inside {where}', *place)
+
     def relation(self) -> str | None:
-        word = self.cursor.take("word", "with", "during", "without", *TWO_WORD_RELATIONS)
+        word = self.cursor.take("word", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS)
         if word is None:
             return None
-        if late := not_yet_bounded(self.cursor):
-            raise late
         if word.text not in TWO_WORD_RELATIONS:
             return word.text
         if not self.cursor.take("word", "with"):
@@ -165,14 +231,17 @@ class _Parser:
 
     def item(self, carried: frozenset[Mover], after: str) -> Item:
         cursor = self.cursor
-        begin = cursor.token
-        unit = self.unit(carried, after)
+        begin, labelled = cursor.token, len(self.labels)
+        label = self.label()
+        first = cursor.token
+        unit, timed = self.unit(carried, after)
         length = length_at(cursor)
         if length and (token := cursor.token) and length_at(cursor):
             raise cursor.error("Two lengths. From 1s to 2s is 1s..2s", token, cursor.before)
-        item = Item(unit, length, repeat_at(cursor))
+        item = Item(unit, length or timed, repeat_at(cursor), label)
         if item.repeat != ONCE:
-            self.refuse_more(begin)
+            self.refuse_more(first)
+            self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
         if (steps := steps_taken(item)) > _MOST_STEPS:
             raise cursor.error(
                 f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most. "
@@ -181,6 +250,18 @@ class _Parser:
                 cursor.before,
             )
         return item
+
+    def label(self) -> str:
+        begin = self.cursor.token
+        label = label_at(self.cursor)
+        if label is None:
+            return ""
+        if label.text in self.labels:
+            raise self.cursor.error(
+                f'The label "{label.text}" stands once.', begin, self.cursor.before
+            )
+        self.labels[label.text] = (begin, self.cursor.before)
+        return label.text
 
     def refuse_more(self, begin: Token) -> None:
         """Refuse a length or another count after a count: it could be meant in two ways."""
@@ -201,27 +282,30 @@ class _Parser:
                 cursor.before,
             )
 
-    def unit(self, carried: frozenset[Mover], after: str) -> Step | Bracket:
+    def unit(self, carried: frozenset[Mover], after: str) -> tuple[Step | Bracket, Length | None]:
+        """Read a step, with the length that a line of LND tells."""
         cursor = self.cursor
-        if late := not_yet(cursor):
-            raise late
         if word := cursor.take("word", "mirror"):
             if not cursor.stands("mark", "("):
                 raise cursor.error("Brackets follow: mirror(r_arm right)", word)
             self.mirror = not self.mirror
             bracket = self.bracket(carried)
             self.mirror = not self.mirror
-            return bracket
+            return bracket, None
         if cursor.stands("mark", "("):
-            return self.bracket(carried)
-        return step_at(cursor, carried, after, self.mirror)
+            return self.bracket(carried), None
+        if cursor.stands("mark", "@"):
+            return self.named(carried), None
+        if is_lnd(cursor):
+            self.timed = True
+            unit, timed = score_at(cursor, self.strict)
+            return mirrored_unit(unit) if self.mirror else unit, timed
+        return step_at(cursor, carried, after, self.mirror), None
 
     def bracket(self, carried: frozenset[Mover]) -> Bracket:
         cursor = self.cursor
         opening = cursor.advance()
-        self.depth += 1
-        if self.depth > _DEEPEST:
-            raise cursor.error(f"More than {_DEEPEST} brackets inside each other.", opening)
+        self.deepen(opening)
         if cursor.stands("mark", ")"):
             raise cursor.error("Nothing between these brackets.", opening, cursor.token)
         pattern = self.pattern(carried)
@@ -231,3 +315,35 @@ class _Parser:
             raise stray(cursor)
         self.depth -= 1
         return Bracket(pattern)
+
+    def deepen(self, opening: Token) -> None:
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise self.cursor.error(f"More than {_DEEPEST} brackets inside each other.", opening)
+
+    def named(self, carried: frozenset[Mover]) -> Bracket:
+        """Read ``@NAME``: its pattern, in brackets."""
+        cursor, begin = self.cursor, self.cursor.advance()
+        self.deepen(begin)
+        labelled = len(self.labels)
+        with self.names.opened(cursor, begin) as inner:
+            self.cursor = inner
+            try:
+                pattern = self.pattern(carried)
+                if not inner.stands("end"):
+                    raise stray(inner)
+            except PatternError as error:
+                raise within(cursor, begin, error) from error
+            self.cursor = cursor
+        for name in list(self.labels)[labelled:]:
+            self.labels[name] = (begin, cursor.before)
+        self.depth -= 1
+        return Bracket(pattern)
+
+
+def _opened(pattern: Choice) -> Choice:
+    """Return what stands in brackets, if that is all: a score is lines side by side."""
+    match pattern:
+        case Choice((Lines(Line((Item(Bracket(inner), None, repeat, ""),), (), None, None), ()),)):
+            return inner if repeat == ONCE else pattern
+    return pattern

@@ -12,6 +12,15 @@ from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import UNITS
 
 _LONGEST_NUMBER = 9
+_EDGES = "--tolerance tells how far the edges may lie apart."
+_UNBOUNDED = {
+    "during": "one lies inside the other.",
+    "never": "it looks at all of the capture.",
+    "starting with": _EDGES,
+    "ending with": _EDGES,
+    "exactly with": _EDGES,
+}
+"""Relations that take no time, and why."""
 
 
 def _checked(cursor: Cursor, token: Token, number: str) -> str:
@@ -20,7 +29,27 @@ def _checked(cursor: Cursor, token: Token, number: str) -> str:
     return number
 
 
-def _time(cursor: Cursor) -> Time:
+def decimal_at(cursor: Cursor) -> Fraction:
+    """Read a number, which stands here."""
+    token = cursor.advance()
+    return Fraction(_checked(cursor, token, token.text))
+
+
+def whole_at(cursor: Cursor) -> int | None:
+    """Read a whole number, if one stands here."""
+    if not (cursor.stands("number") and cursor.token.text.isdecimal()):
+        return None
+    return int(decimal_at(cursor))
+
+
+def time_at(cursor: Cursor) -> Time:
+    """Read a time: ``0.3s``, ``300ms``, ``9f``, ``2b``.
+
+    Raises
+    ------
+    PatternError
+        None stands here, or it has no unit.
+    """
     number = cursor.take("number")
     if number is None:
         raise cursor.error("A time goes here: 0.3s, 300ms, 9f, 2b", cursor.before)
@@ -39,15 +68,15 @@ def length_at(cursor: Cursor) -> Length | None:
     """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
     begin = cursor.token
     if compare := cursor.take("compare"):
-        return Length(compare.text, _time(cursor))
+        return Length(compare.text, time_at(cursor))
     if not cursor.stands("number"):
         return None
-    time = _time(cursor)
+    time = time_at(cursor)
     if cursor.take("mark", "+"):
         return Length("+", time)
     if not cursor.take("range"):
         return Length("~", time)
-    last = _time(cursor)
+    last = time_at(cursor)
     if last.unit == time.unit and last.number < time.number:
         raise cursor.error(f"From more to less: write {last}..{time}", begin, cursor.before)
     return Length("..", time, last)
@@ -97,8 +126,7 @@ def arrow_at(cursor: Cursor) -> Arrow | None:
             "...[<=2] of the movements skipped.",
             opening,
         )
-    if not cursor.take("mark", "]"):
-        raise cursor.error('This bracket is never closed: a "]" is missing.', opening)
+    _close(cursor, opening)
     if skips and not later:
         raise cursor.error(
             "The arrow -> skips nothing: it leads to the next movement. "
@@ -107,6 +135,43 @@ def arrow_at(cursor: Cursor) -> Arrow | None:
             cursor.before,
         )
     return Arrow(later, length, skips)
+
+
+def _close(cursor: Cursor, opening: Token) -> None:
+    if not cursor.take("mark", "]"):
+        raise cursor.error('This bracket is never closed: a "]" is missing.', opening)
+
+
+def within_at(cursor: Cursor, relation: str) -> Length | None:
+    """Read the limit of a relation, if one stands here: ``after[<1s]``, ``with[1s]``."""
+    begin = cursor.before
+    opening = cursor.take("mark", "[")
+    if opening is None:
+        return None
+    if relation in _UNBOUNDED:
+        raise cursor.error(
+            f'No time goes with "{relation}": {_UNBOUNDED[relation]}', begin, opening
+        )
+    plain = relation in ("with", "without")
+    if plain and cursor.stands("compare"):
+        raise cursor.error(f"A plain time: {relation}[1s] is less than 1s between.")
+    if plain and cursor.stands("number"):
+        length: Length | None = Length("<", time_at(cursor))
+    else:
+        length = length_at(cursor)
+    if length is None:
+        example = "1s" if plain else "<1s"
+        raise cursor.error(f"A time goes into the brackets: {relation}[{example}]", opening)
+    if plain and (cursor.stands("mark", "+") or cursor.stands("range")):
+        raise cursor.error(f"A plain time: {relation}[1s] is less than 1s between.")
+    _close(cursor, opening)
+    if plain and not length.time.number:
+        raise cursor.error(
+            f'Nothing is less than no time between. "{relation}" alone is about sharing a frame.',
+            opening,
+            cursor.before,
+        )
+    return length
 
 
 def _skips_at(cursor: Cursor) -> Skips | None:

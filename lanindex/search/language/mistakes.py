@@ -9,7 +9,7 @@ import re
 
 from lanindex.errors import PatternError
 from lanindex.search.language.cursor import Cursor
-from lanindex.search.language.words import LANGUAGE, NOT_YET, UNITS, VALUES
+from lanindex.search.language.words import LANGUAGE, UNITS, VALUES
 
 COUNT = re.compile(r"x(\d+)")
 """A count: ``x3``."""
@@ -22,6 +22,21 @@ _STRAY_MARKS = {
     "]": 'This bracket was never opened: ->[<2s] has a "[" too.',
     ",": 'No commas: "with" sets side by side, "->" puts one after the other.',
     "?": "Only a step can be left out, once: r_arm low -> mid? -> high",
+    ":": "A label is a name before a step: a: r_arm high",
+    "@": 'Something is missing before the name: "->", "with" or "or".',
+    "#": "A line of LND stands where a step could: behind an arrow, or at the beginning.",
+    ";": 'A ";" ends a let: let up = mid -> high; r_arm low -> @up',
+    "|": "Stages stand behind the whole pattern, not in brackets or a let.",
+    ".": '"..." leads to a later movement: r_arm low ... high',
+    "*": '"x0+" is any number of times, "..." any movements between: r_arm low ... high',
+    "+": '"x1+" is once or more: r_arm rising x1+',
+    "=": "Conditions stand behind where: r_arm high where match.length < 2s",
+    "!=": "Conditions stand behind where: r_arm high where match.length < 2s",
+    "^": '"start ->" is the beginning of a clip: start -> r_arm high',
+    "$": '"-> end" is the end of a clip: r_arm high -> end',
+    "{": '"x2..3" is two or three times: r_arm rising x2..3',
+    "&": '"with" sets side by side: r_arm high with l_arm high',
+    "!": '"not" denies a word, "without" a line: r_arm not low without head',
 }
 _STRAY_WORDS = {
     "start": '"start" begins a line: start -> r_arm high',
@@ -31,32 +46,23 @@ _STRAY_WORDS = {
     "not": '"not" goes with direction and level, before length and count: r_arm not low <1s',
     "at": '"at" is a step of its own: r_arm at high, or r_arm mid -> at high',
     "hold": '"hold" is a step of its own: r_arm right -> hold',
+    "via": '"via" is a step of its own: r_arm via right high, or r_arm low -> via right',
+    "and": 'Did you mean "with"? "and" joins conditions.',
+    "let": '"let" stands before the whole pattern: let up = mid -> high; r_arm low -> @up',
+    "where": '"where" speaks of the whole pattern: put it at its end.',
+    "rhythm": '"rhythm" speaks of the whole pattern: put it at its end.',
+    "mirrors": "Conditions stand behind where: a: r_arm with b: l_arm where a mirrors b",
+    "clip": 'Conditions stand behind where: r_arm high where clip.label = "wave"',
+    "match": "Conditions stand behind where: r_arm high where match.length < 2s",
+    "count": 'A "|" goes before count: r_arm high | count by clip.label',
+    "sort": 'A "|" goes before sort: r_arm high | sort by match.start',
+    "first": 'A "|" goes before first: r_arm high | first 3',
+    "by": '"by" belongs to a stage: | sort by match.start',
+    "direction": "A line of LND stands where a step could: behind an arrow, or at the beginning.",
 }
 
-
-def not_yet(cursor: Cursor) -> PatternError | None:
-    """Return the error of a construct that is not understood yet, if one begins here."""
-    token, following = cursor.token, cursor.ahead(1)
-    label = token.kind == "word" and following.text == ":"
-    reference = token.text == "@" and following.kind == "word"
-    word = token.kind == "word" and token.text in NOT_YET
-    if not (label or word or (token.kind == "mark" and token.text in "@|#;")):
-        return None
-    last = following if label or reference else token
-    if word and following.text == "." and cursor.ahead(2).kind == "word":
-        last = cursor.ahead(2)
-    return cursor.error(f'"{cursor.said(token, last)}" is not understood yet.', token, last)
-
-
-def not_yet_bounded(cursor: Cursor) -> PatternError | None:
-    """Return the error of a relation with a time, ``with[1s]``, if one was just begun."""
-    if not cursor.stands("mark", "["):
-        return None
-    begin = cursor.before
-    while not cursor.stands("end") and not cursor.take("mark", "]"):
-        cursor.advance()
-    said = cursor.said(begin, cursor.before)
-    return cursor.error(f'"{said}" is not understood yet.', begin, cursor.before)
+_NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", "match", "and")
+"""Words that are no step, wherever they stand."""
 
 
 def stranger(cursor: Cursor, part_expected: bool = False) -> PatternError:
@@ -89,8 +95,6 @@ def nothing(cursor: Cursor, after: str) -> PatternError:
     after : str
         What comes before: ``->``, a relation, ``or``, ``start`` or nothing.
     """
-    if late := not_yet(cursor):
-        return late
     token = cursor.token
     if is_strange(cursor):
         return stranger(cursor, part_expected=True)
@@ -100,8 +104,8 @@ def nothing(cursor: Cursor, after: str) -> PatternError:
         return cursor.error("Nothing before the arrow. Name a part first: r_arm low -> high")
     if token.kind in ("unknown", "string"):
         return stranger(cursor)
-    if cursor.stands("word", "start"):
-        return cursor.error(_STRAY_WORDS["start"])
+    if token.text in _NO_STEPS:
+        return cursor.error(_STRAY_WORDS[token.text])
     if after == "":
         if token.kind == "end":
             return cursor.error("Nothing follows this bracket.", cursor.before)
@@ -112,11 +116,16 @@ def nothing(cursor: Cursor, after: str) -> PatternError:
 
 def stray(cursor: Cursor) -> PatternError:
     """Return the error of what follows a line that is complete."""
-    if late := not_yet(cursor):
-        return late
     token = cursor.token
-    if is_strange(cursor) or token.kind in ("unknown", "string"):
+    known = token.text in _STRAY_MARKS
+    if is_strange(cursor) or (token.kind in ("unknown", "string") and not known):
         return stranger(cursor)
+    if token.kind == "word" and cursor.ahead(1).text == ":":
+        return cursor.error(
+            "A label goes before a step, behind the arrow: r_arm low -> a: high",
+            token,
+            cursor.ahead(1),
+        )
     if token.kind == "word" and cursor.vocabulary.mover(token.text):
         return cursor.error(
             'Another part: "with" sets it beside, "->" puts it after, "or" is either of them.'

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
-from lanindex.search.language.times import Length
+from lanindex.search.language.clauses import Condition, Stage
+from lanindex.search.language.times import Length, decimal
 from lanindex.search.language.words import ABSENT, WORD_KINDS, Mover, mirrored_value, values_of
 
 
@@ -121,7 +123,7 @@ def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One movement, stay (``at``) or rest (``hold``) of one part or pair.
+    """One movement, passage (``via``), stay (``at``) or rest (``hold``) of one part or pair.
 
     Attributes
     ----------
@@ -130,7 +132,7 @@ class Step:
     named : bool
         Whether the part is written here.
     manner : str
-        ``move``, ``at`` or ``hold``.
+        ``move``, ``via``, ``at`` or ``hold``.
     words : tuple of Word
         Direction, level and change.
     """
@@ -186,15 +188,21 @@ ONCE = Repeat()
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A step of a line with its length and count; a label will stand here."""
+    """A step of a line with its length, its count, and the label by which it is spoken of."""
 
     unit: Step | Bracket
     length: Length | None = None
     repeat: Repeat = ONCE
+    label: str = ""
 
     def __str__(self) -> str:
         """Return it as written."""
-        return str(self.unit) + (f" {self.length}" if self.length else "") + str(self.repeat)
+        return (
+            (f"{self.label}: " if self.label else "")
+            + str(self.unit)
+            + (f" {self.length}" if self.length else "")
+            + str(self.repeat)
+        )
 
     @property
     def optional(self) -> bool:
@@ -232,14 +240,30 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """A line beside the first, and how they must lie: ``with``, ``during`` … or ``without``."""
+    """A line beside the first, and how they must lie.
+
+    Attributes
+    ----------
+    relation : str
+        ``with``, ``during``, ``starting with``, ``ending with``, ``exactly with``, ``after``,
+        ``before``, ``without`` or ``never``.
+    line : Line
+        The other line.
+    within : Length or None
+        A condition on the frames that lie between the two: of ``with[1s]`` and ``without[1s]`` less
+        than that, of ``after`` and ``before`` any length, as on an arrow.
+    """
 
     relation: str
     line: Line
+    within: Length | None = None
 
     def __str__(self) -> str:
         """Return it as written."""
-        return f"{self.relation} {self.line}"
+        limit = str(self.within or "")
+        if self.within and self.relation in ("with", "without"):
+            limit = limit.removeprefix("<")  # less than that is all it can mean
+        return f"{self.relation}{f'[{limit}]' if limit else ''} {self.line}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,7 +291,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A whole pattern with its clauses; ``where``, ``rhythm`` and pipes will stand here.
+    """A whole pattern with its clauses, and what becomes of its hits.
 
     Attributes
     ----------
@@ -275,14 +299,27 @@ class Query:
         What to find.
     either_side : bool
         Whether its mirror image will do as well.
+    rhythm : tuple of Fraction
+        In which proportion the steps of the first line last; empty: in any.
+    where : tuple of Condition
+        What must be true of each hit.
+    stages : tuple of Stage
+        The pipe that the hits go through, in order.
     """
 
     pattern: Choice
     either_side: bool = False
+    rhythm: tuple[Fraction, ...] = ()
+    where: tuple[Condition, ...] = ()
+    stages: tuple[Stage, ...] = ()
 
     def __str__(self) -> str:
         """Return the query as a pattern text."""
-        return f"{self.pattern} either side" if self.either_side else str(self.pattern)
+        said = [str(self.pattern)]
+        said += ["either side"] if self.either_side else []
+        said += [f"rhythm {':'.join(map(decimal, self.rhythm))}"] if self.rhythm else []
+        said += [f"where {' and '.join(map(str, self.where))}"] if self.where else []
+        return " | ".join([" ".join(said), *map(str, self.stages)])
 
     @property
     def patterns(self) -> tuple[Choice, ...]:
@@ -336,7 +373,7 @@ def mirrored(pattern: Choice) -> Choice:
         tuple(
             Lines(
                 _mirrored_line(lines.first),
-                tuple(Beside(it.relation, _mirrored_line(it.line)) for it in lines.others),
+                tuple(replace(it, line=_mirrored_line(it.line)) for it in lines.others),
             )
             for lines in pattern.alternatives
         )
@@ -344,12 +381,11 @@ def mirrored(pattern: Choice) -> Choice:
 
 
 def _mirrored_line(line: Line) -> Line:
-    return replace(
-        line, items=tuple(replace(it, unit=_mirrored_unit(it.unit)) for it in line.items)
-    )
+    return replace(line, items=tuple(replace(it, unit=mirrored_unit(it.unit)) for it in line.items))
 
 
-def _mirrored_unit(unit: Step | Bracket) -> Step | Bracket:
+def mirrored_unit(unit: Step | Bracket) -> Step | Bracket:
+    """Return the mirror image of a step or bracket."""
     if isinstance(unit, Bracket):
         return Bracket(mirrored(unit.pattern))
     words = tuple(word.mirrored() for word in unit.words)

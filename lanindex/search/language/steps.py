@@ -5,11 +5,18 @@ from __future__ import annotations
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import PatternError
 from lanindex.search.language.cursor import Cursor
-from lanindex.search.language.mistakes import is_strange, not_yet, nothing, stranger
+from lanindex.search.language.mistakes import is_strange, nothing, stranger
 from lanindex.search.language.query import Step, Word, meaning
 from lanindex.search.language.words import ANY, RELATIVE, VALUES, WORD_KINDS, Mover
 
-_MANNERS = {"at": "at is being there", "hold": "hold is staying put"}
+MANNERS = ("at", "via", "hold")
+"""Words that say how a part is or moves there."""
+
+_STILL = {"at": "at is being there", "hold": "hold is staying put"}
+_WHERE = {
+    "at": "At what? Say where: at high, at place low",
+    "via": "Via what? Say where it goes through: via right, via any",
+}
 _NO_PART = {
     "": "Name the part first: r_arm high",
     "start": "Name the part here: start -> r_arm high",
@@ -36,36 +43,21 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
     PatternError
         No step begins here, or its words do not agree.
     """
-    written = _written(cursor)
+    written = cursor.mover_at()
     if written:
         mover = written.mirrored() if mirror else written
-    elif cursor.stands("word", "at", "hold", "not", *VALUES):
+    elif cursor.stands("word", *MANNERS, "not", *VALUES):
         mover = _carried(cursor, carried, after)
     else:
         raise nothing(cursor, after)
-    token = cursor.take("word", "at", "hold")
+    token = cursor.take("word", *MANNERS)
     manner = token.text if token else "move"
     words = _words(cursor, mover, manner)
-    if manner == "at" and not words:
-        raise cursor.error("At what? Say where: at high, at place low", cursor.before)
+    if manner in _WHERE and not words:
+        raise cursor.error(_WHERE[manner], cursor.before)
     if mirror:
         words = tuple(word.mirrored() for word in words)
     return Step(mover, written is not None, manner, words)
-
-
-def _written(cursor: Cursor) -> Mover | None:
-    """Read who moves, if it is said here, in one word or two: ``r_arm``, ``right arm``."""
-    first, second = cursor.token, cursor.ahead(1)
-    if first.kind != "word":
-        return None
-    vocabulary = cursor.vocabulary
-    apart = vocabulary.spelt_apart(first.text, second.text) if second.kind == "word" else None
-    if apart:
-        cursor.advance()
-    mover = apart or vocabulary.mover(first.text)
-    if mover:
-        cursor.advance()
-    return mover
 
 
 def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
@@ -114,8 +106,6 @@ def _word(cursor: Cursor, negated: bool) -> Word:
 
 
 def _no_value(cursor: Cursor, sentence: str) -> PatternError:
-    if late := not_yet(cursor):
-        return late
     if is_strange(cursor):
         return stranger(cursor)
     if cursor.token.kind == "word" and cursor.vocabulary.mover(cursor.token.text):
@@ -132,8 +122,8 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
     if before and not word.negated:
         return _twice(before[0], word)
-    if manner != "move" and word.kind == "change":
-        return f'{_MANNERS[manner]}: say a direction or a level, not "{word.values[0]}".'
+    if manner in _STILL and word.kind == "change":
+        return f'{_STILL[manner]}: say a direction or a level, not "{word.values[0]}".'
     if not mover.sided and any(value in RELATIVE for value in word.values):
         return f"The {mover.name} has no side of its own: say right or left."
     if not meaning(words, word.kind, mover.members[0]):

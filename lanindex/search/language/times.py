@@ -10,7 +10,8 @@ _TOLERANCE = Fraction(1, 5)
 """How far a bare length, ``1s``, may be off, in proportion."""
 
 
-def _decimal(number: Fraction) -> str:
+def decimal(number: Fraction) -> str:
+    """Return a decimal number as written, with all its digits."""
     digits = 0
     while (number * 10**digits).denominator != 1:
         digits += 1
@@ -35,7 +36,7 @@ class Time:
 
     def __str__(self) -> str:
         """Return it as written: ``0.3s``."""
-        return _decimal(self.number) + self.unit
+        return decimal(self.number) + self.unit
 
     def frames(self, clock: Clock) -> Fraction:
         """Return it in frames of the source, exactly."""

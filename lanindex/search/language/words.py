@@ -98,20 +98,18 @@ WORD_KINDS = {
 UNITS = ("s", "ms", "f", "b")
 """Units of time: seconds, milliseconds, frames of the source, beats."""
 
+ONE_WORD_RELATIONS = ("with", "during", "without", "after", "before", "never")
+"""How a line may stand beside the first one, in one word."""
+
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
 """Words that ``with`` follows: of relations of two words."""
 
-NOT_YET = (
-    *("let", "where", "rhythm", "mirrors", "direction", "count", "sort", "first"),
-    *("via", "after", "before", "never", "clip", "match"),
-)
-"""Words of the language whose constructs this version recognises but does not understand."""
-
 LANGUAGE = (
-    *("then", "with", "during", "without", *TWO_WORD_RELATIONS, "or", "not", "at", "hold"),
-    *("start", "end", "either", "mirror", *NOT_YET),
+    *("then", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS, "or"),
+    *("not", "at", "via", "hold", "start", "end", "mirror", "mirrors", "either", "rhythm"),
+    *("where", "and", "clip", "match", "let", "count", "sort", "by", "first", "direction"),
 )
-"""The words that hold a pattern together."""
+"""The words that hold a pattern together; none of them can be a name."""
 
 _MEANT = {
     "up": "high",
@@ -125,7 +123,6 @@ _MEANT = {
     "inward": "across",
     "centre": "place",
     "center": "place",
-    "and": "with",
     "while": "during",
     "next": "then",
     "stay": "hold",
@@ -152,6 +149,7 @@ _MEANT = {
     "falling": "sinking",
     "begin": "start",
     "meanwhile": "with",
+    "through": "via",
 }
 """What people write, and what they mean: too far apart for a guess by spelling."""
 
@@ -301,6 +299,6 @@ class Vocabulary:
         limb = (side[:1] and f"{side[0]}_") + _LIMBS.get(word.removeprefix(side), "")
         if limb in self.movers:
             return limb
-        known = [*VALUES, *self.movers, *(word for word in LANGUAGE if word not in NOT_YET)]
+        known = [*VALUES, *self.movers, *LANGUAGE]
         found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.6)
         return found[0] if found else None

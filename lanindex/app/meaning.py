@@ -1,0 +1,48 @@
+"""What a query means that is a word of the dictionary: said beside the results."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lanindex.app.output import Output
+    from lanindex.pipeline import Library
+
+
+def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | None) -> str:
+    """Return the pattern that a query stands for, and say so; itself where it is one.
+
+    Parameters
+    ----------
+    out : Output
+        Where to say it.
+    library : Library
+        Whose captures may be labelled with the same word.
+    asked : str
+        As typed: ``walk``, or a pattern.
+    words : path-like or None
+        The user's own words.
+
+    Raises
+    ------
+    UsageError
+        Where that file is no dictionary.
+    """
+    from lanindex.app.formatting import counted
+    from lanindex.pipeline.words import glob_of, meant, said_by
+
+    entry = meant(asked, words)
+    if entry is None:
+        return asked
+    told = f": {entry.sentence}" if entry.sentence else ""
+    out.note(f"{entry.name}{told} (lanindex words {entry.name})")
+    labelled = library.captures(where=[("label", glob_of(entry))])
+    if labelled:
+        label = said_by(labelled, glob_of(entry))
+        verb = "is" if len(labelled) == 1 else "are"
+        out.note(
+            f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '
+            f'lanindex list --where "label={label}"'
+        )
+    return entry.pattern

@@ -1,0 +1,295 @@
+"""The columns of a library: put together from its segments, and kept while it is held open.
+
+What a search asks for is read inside one transaction, part by part, once: as long as the change
+stamp stays, it is given again. Captures that no segment holds yet are taken from their rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection
+
+from lanindex.library import derive, segments, state
+from lanindex.library.segments import Distrust, Segment, Spine
+from lanindex.model.columns import Columns, Roster, columns_of, enrolled
+
+
+@dataclass(slots=True)
+class Whole:
+    """All captures of a library, and how their columns are put together.
+
+    Attributes
+    ----------
+    segments : list of Segment
+        Where they are.
+    extra : Roster, dict of str to Columns
+        Those that are in none.
+    order : ndarray or None
+        (C,) int64: which of the captures in the segments and `extra` count, in order of number;
+        None: all, as they stand there.
+    roster : Roster
+        In that order.
+    """
+
+    segments: list[Segment]
+    extra: derive.Derived
+    order: NDArray[np.int64] | None
+    roster: Roster
+
+    @property
+    def parts(self) -> list[str]:
+        """The parts that any capture has, or had."""
+        found = [part for one in self.segments for part in one.parts]
+        return list(dict.fromkeys([*found, *self.extra[1]]))
+
+    def columns(self, connection: Connection, part: str) -> Columns:
+        """Load the columns of a part.
+
+        Raises
+        ------
+        Distrust
+            If they are not what was stored.
+        """
+        found = stored(connection, self.segments, self.extra, part)
+        return found if self.order is None else found.taken(self.order)
+
+
+def read_whole(connection: Connection, spine: Spine, parts: Sequence[str] | None = None) -> Whole:
+    """Return the captures of a library.
+
+    Parameters
+    ----------
+    connection : Connection
+        In a transaction.
+    spine : Spine
+        What there is of segments.
+    parts : sequence of str, optional
+        Which ones of the captures that are in no segment will be wanted; else all.
+
+    Raises
+    ------
+    Distrust
+        If the segments do not hold just the captures that there are.
+    LibraryError
+        If a capture that is in no segment is not what was stored.
+    """
+    rosters, order = read_rosters(connection, spine)
+    extra = derive.derived(connection, spine.pending, parts)
+    check_pending(extra[0], spine.pending)
+    whole = enrolled([*rosters, extra[0]])
+    return Whole(spine.segments, extra, order, whole if order is None else whole.taken(order))
+
+
+def read_rosters(
+    connection: Connection, spine: Spine
+) -> tuple[list[Roster], NDArray[np.int64] | None]:
+    """Return the captures of each segment, and the order as in `Whole`.
+
+    Raises
+    ------
+    Distrust
+        If these and the pending ones are not just the captures that there are.
+    """
+    rosters = [read_roster(connection, one) for one in spine.segments]
+    number = np.concatenate([*(one.number for one in rosters), np.array(spine.pending, np.int64)])
+    order = order_of(spine, number)
+    number = number if order is None else number[order]
+    stored = state.read_state(connection)
+    if (len(number), int(number.sum())) != (stored.captures, stored.numbers) or (
+        np.diff(number) <= 0
+    ).any():
+        raise Distrust("damaged: they are not those of the captures that there are")
+    return rosters, order
+
+
+def check_pending(roster: Roster, pending: Sequence[int]) -> None:
+    """Refuse to wait for captures that there are not.
+
+    Raises
+    ------
+    Distrust
+        If some do.
+    """
+    if roster.number.tolist() != list(pending):
+        raise Distrust("damaged: they wait for captures that there are not")
+
+
+def read_roster(connection: Connection, segment: Segment) -> Roster:
+    """Return the captures of a segment, dead ones too.
+
+    Raises
+    ------
+    Distrust
+        If they are not what was stored.
+    """
+    found = [segments.read_column(connection, segment, "", name) for name in segments.CAPTURES]
+    if {len(one) for one in found} != {segment.captures}:
+        raise Distrust(f"damaged: the captures of segment {segment.id}")
+    return Roster(
+        *(
+            one.astype(segments.TYPES[name])
+            for one, name in zip(found, segments.CAPTURES, strict=True)
+        )
+    )
+
+
+def alive(
+    connection: Connection, spine: Spine, segment: Segment
+) -> tuple[NDArray[np.int64], Roster, dict[str, Columns]]:
+    """Return the places of the captures of a segment that count, and all that it holds.
+
+    Raises
+    ------
+    Distrust
+        If it is not what was stored.
+    """
+    roster, nothing = read_roster(connection, segment), (enrolled([]), dict[str, Columns]())
+    order = order_of(Spine([segment], spine.dead, []), roster.number)
+    held = {part: stored(connection, [segment], nothing, part) for part in segment.parts}
+    return np.arange(len(roster)) if order is None else order, roster, held
+
+
+def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None:
+    """Return which captures count, in order of number; None: all, and they are."""
+    ages = np.repeat(
+        [one.id for one in spine.segments] + [1 << 62],
+        [one.captures for one in spine.segments] + [len(spine.pending)],
+    )
+    alive = np.ones(len(numbers), np.bool_)
+    if spine.dead:
+        dead = np.array(sorted(spine.dead.items()), np.int64)
+        places = np.searchsorted(dead[:, 0], numbers).clip(max=len(dead) - 1)
+        alive = (dead[places, 0] != numbers) | (dead[places, 1] < ages)
+    if alive.all() and (np.diff(numbers) > 0).all():
+        return None
+    order = np.flatnonzero(alive)
+    return order[np.argsort(numbers[order], kind="stable")]
+
+
+def stored(
+    connection: Connection, held: Sequence[Segment], extra: derive.Derived, part: str
+) -> Columns:
+    """Return the columns of a part in all captures of segments, dead ones too, then in `extra`.
+
+    Raises
+    ------
+    Distrust
+        If they are not what was stored.
+    """
+    added = extra[1].get(part, columns_of(part, [], []))
+
+    def column(name: str, last: NDArray[Any]) -> NDArray[Any]:
+        return _joined(
+            [*(segments.read_column(connection, one, part, name) for one in held), last],
+            segments.TYPES[name],
+        )
+
+    counts = [_counts(connection, one, part) for one in held]
+    counts.append(np.diff(added.bounds) if part in extra[1] else np.zeros(len(extra[0]), np.int64))
+    start = column("start", added.start)
+    stop = column("length", added.stop - added.start)
+    stop = stop + start
+    firsts = np.cumsum([0, *(one.captures for one in held)])
+    gaps = [
+        segments.read_column(connection, one, part, "gaps") + np.array([first, 0, 0], np.int64)
+        for one, first in zip(held, firsts[:-1], strict=True)
+    ]
+    gaps.append(added.gaps + np.array([firsts[-1], 0, 0]))
+    found = Columns(
+        part,
+        np.concatenate([[0], *counts]).cumsum(dtype=np.int64),
+        column("cell", added.cell),
+        column("runner", added.runner),
+        column("margin", added.margin),
+        start,
+        stop,
+        np.concatenate(gaps).astype(np.int32),
+    )
+    if {len(found.cell), len(found.runner), len(found.margin), len(start)} != {found.bounds[-1]}:
+        raise Distrust(f"damaged: the columns of {part} are not of one length")
+    return found
+
+
+def _counts(connection: Connection, segment: Segment, part: str) -> NDArray[np.int64]:
+    found = segments.read_column(connection, segment, part, "counts").astype(np.int64)
+    if (part, "counts") not in segment.entries:
+        return np.zeros(segment.captures, np.int64)
+    if len(found) != segment.captures:
+        raise Distrust(f"damaged: counts of {part} in segment {segment.id}")
+    return found
+
+
+def _joined(pieces: list[NDArray[Any]], type: Any) -> NDArray[Any]:
+    """Return arrays one after the other; one alone is not copied."""
+    filled = [one for one in pieces if len(one)]
+    if len(filled) == 1:
+        return filled[0].astype(type, copy=False)
+    whole, first = np.empty(sum(map(len, filled)), type), 0
+    for one in filled:
+        whole[first : first + len(one)] = one
+        first += len(one)
+    return whole
+
+
+class Held:
+    """What has been loaded of a library's columns, as long as it stays as it was."""
+
+    def __init__(self) -> None:
+        self._stamp: int | None = None
+        self._roster = enrolled([])
+        self._columns: dict[str, Columns] = {}
+
+    def has(self, connection: Connection, parts: Sequence[str]) -> bool:
+        """Return whether the library is as it was, and these parts are loaded."""
+        same = state.read_state(connection).stamp == self._stamp
+        return same and all(part in self._columns for part in parts)
+
+    def find(
+        self, connection: Connection, parts: Sequence[str], *, trusted: bool = True
+    ) -> tuple[Roster, dict[str, Columns]]:
+        """Return all captures and the columns of some parts.
+
+        Parameters
+        ----------
+        connection : Connection
+            In a transaction.
+        parts : sequence of str
+            Whose.
+        trusted : bool
+            Read the segments; else the rows.
+
+        Raises
+        ------
+        Distrust
+            If the segments cannot be trusted.
+        LibraryError
+            If a capture is not what was stored.
+        """
+        stamp = state.read_state(connection).stamp
+        if stamp != self._stamp:
+            self._columns = {}
+            self._stamp = None
+        missing = [part for part in parts if part not in self._columns]
+        if missing or self._stamp is None:
+            if trusted:
+                spine = segments.read_spine(connection)
+            else:
+                spine = Spine([], {}, state.capture_numbers(connection))
+            whole = read_whole(connection, spine, missing)
+            for part in missing:
+                self._columns[part] = whole.columns(connection, part)
+            self._roster, self._stamp = whole.roster, stamp
+        return self._roster, {part: self._columns[part] for part in parts}
+
+
+def chosen(
+    roster: Roster, columns: dict[str, Columns], numbers: Sequence[int]
+) -> tuple[Roster, dict[str, Columns]]:
+    """Return the roster and the columns of those captures that have some of these numbers."""
+    order = np.flatnonzero(np.isin(roster.number, np.array(sorted(set(numbers)), np.int64)))
+    return roster.taken(order), {part: one.taken(order) for part, one in columns.items()}

@@ -1,0 +1,132 @@
+"""Columns of the rows: what the segments are made of, each row held against its checksum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection
+
+from lanindex.library import codes, read
+from lanindex.model.columns import (
+    CELL,
+    PASSING,
+    STARTING,
+    Columns,
+    Roster,
+    enrolled,
+    gaps_of,
+    joined,
+    roster_of,
+)
+from lanindex.model.symbol import FIELDS
+
+BATCH = 64
+"""Captures read at a time: the rows of each are objects for a moment."""
+
+_RUNNER = FIELDS["runner_direction"].shift
+_MARGIN, _FULL = FIELDS["margin"].shift, (1 << FIELDS["margin"].bits) - 1
+_PASSING = FIELDS["passing"].shift
+_READ = ("sign", "start", "length")
+"""Of the columns of ``symbol_code``."""
+
+Derived = tuple[Roster, dict[str, Columns]]
+"""Captures, and the columns of the parts that any of them has."""
+
+
+def derived(
+    connection: Connection, numbers: Sequence[int], parts: Sequence[str] | None = None
+) -> Derived:
+    """Return the columns of captures, in the order of their numbers.
+
+    Parameters
+    ----------
+    connection : Connection
+        In a transaction.
+    numbers : sequence of int
+        Of the captures.
+    parts : sequence of str, optional
+        Only these.
+
+    Raises
+    ------
+    LibraryError
+        If a capture is not what was stored.
+    """
+    return together(list(batches(connection, numbers, parts)))
+
+
+def batches(
+    connection: Connection, numbers: Sequence[int], parts: Sequence[str] | None = None
+) -> Iterator[Derived]:
+    """Yield what `derived` returns, some captures at a time."""
+    for first in range(0, len(numbers), BATCH):
+        yield _batch(connection, numbers[first : first + BATCH], parts)
+
+
+def together(pieces: Sequence[Derived]) -> Derived:
+    """Return captures and columns, one after the other; the pieces lose their columns."""
+    rosters = [roster for roster, _ in pieces]
+    names = dict.fromkeys(part for _, columns in pieces for part in columns)
+    whole = {
+        part: joined(part, [columns.pop(part, None) for _, columns in pieces], rosters)
+        for part in names
+    }
+    return enrolled(rosters), whole
+
+
+def _batch(connection: Connection, numbers: Sequence[int], parts: Sequence[str] | None) -> Derived:
+    chosen = read.read_captures(connection, numbers)
+    wanted = read.read_wanted(connection, chosen, parts)
+    symbols = read.read_rows(connection, wanted)
+    places = {one.capture.id: place for place, one in enumerate(chosen)}
+    names = {listed.part: None for _, listed in wanted}
+    codes_of = {part: code for code, part in enumerate(names)}
+    whose = np.array([codes_of[listed.part] for _, listed in wanted], np.int64)
+    owners = np.array([places[one.capture.id] for one, _ in wanted], np.int64)
+    counts = np.array([listed.symbols for _, listed in wanted], np.int64)
+    gaps, rows_whose = _gaps(wanted, places), np.repeat(whose, counts)
+    columns = {}
+    for part, code in codes_of.items():
+        own = whose == code
+        bounds = np.zeros(len(chosen) + 1, np.int64)
+        bounds[owners[own] + 1] = counts[own]
+        held = np.array(gaps.get(part, []), np.int32).reshape(-1, 3)
+        columns[part] = _columns(part, np.cumsum(bounds), symbols[rows_whose == code], held)
+    return roster_of([one.capture for one in chosen]), columns
+
+
+def _gaps(
+    wanted: Sequence[read.Wanted], places: Mapping[int, int]
+) -> dict[str, list[tuple[int, int, int]]]:
+    """Return by part the stretches in which it was seen, of the captures where not always."""
+    gaps: dict[str, list[tuple[int, int, int]]] = {}
+    for one, listed in wanted:
+        if listed.known is not None:
+            spans = gaps_of(read.known_of(one.capture, listed), one.capture.frames)
+            gaps.setdefault(listed.part, []).extend((places[one.capture.id], *it) for it in spans)
+    return gaps
+
+
+def _columns(
+    part: str,
+    bounds: NDArray[np.int64],
+    symbols: NDArray[np.int64],
+    gaps: NDArray[np.int32],
+) -> Columns:
+    """Return columns of rows as `lanindex.library.read.read_rows` gives them."""
+    sign, start, length = (symbols[:, 3 + codes.COLUMNS.index(one)] for one in _READ)
+    cell = sign & CELL  # as it stands there: direction, then level
+    cell |= np.where(sign >> _PASSING & 1, PASSING, 0)
+    cell |= np.where(length == 0, STARTING, 0)
+    return Columns(
+        part,
+        bounds,
+        cell.astype(np.uint8),
+        (sign >> _RUNNER & CELL).astype(np.uint8),
+        (sign >> _MARGIN & _FULL).astype(np.uint16),
+        start.astype(np.int32),
+        (start + length).astype(np.int32),
+        gaps,
+    )

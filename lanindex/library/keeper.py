@@ -1,0 +1,146 @@
+"""A library that looks after its columns: what is in no segment goes there, what is wrong goes.
+
+Nothing here changes what the library says, so the change stamp stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from typing import Any
+
+from lanindex.errors import LibraryError
+from lanindex.library import gather, segments, state
+from lanindex.library.columns import Held
+from lanindex.library.connect import Target, opened, writing
+from lanindex.library.faults import translated
+from lanindex.library.gather import Step
+from lanindex.library.segments import Distrust
+from lanindex.library.session import Session
+from lanindex.model.columns import Columns, Roster
+
+MOST_PENDING = 256
+"""Captures that a search takes from their rows each time rather than put them into a segment."""
+
+_PATIENCE = 1.0
+"""Seconds that a search waits to write."""
+
+Found = tuple[Roster, dict[str, Columns]]
+
+
+class Keeper(Session):
+    """An open library, with its columns.
+
+    Attributes
+    ----------
+    notes : list of str
+        What it had to do about its columns that a user should know, a sentence each.
+    """
+
+    def __init__(self, *where: Any, **how: Any) -> None:
+        super().__init__(*where, **how)
+        self.notes: list[str] = []
+        self._held, self._mended_at = Held(), -1
+
+    def gather(self) -> None:
+        """Put all captures into segments, and join those that are small.
+
+        A search reads segments; an ingest ends with this. Whatever it is broken off by, what is
+        there is true; where it cannot be done, `notes` tells, and searches take longer.
+        """
+        with self._reading() as connection:
+            idle = gather.is_gathered(connection)
+        if not idle:
+            self._mend("")
+
+    def _step(self, step: Step) -> bool:
+        with self._writing() as connection:
+            return step(connection)
+
+    def _found(self, parts: Sequence[str]) -> Found:
+        """Return all captures and the columns of some parts, from wherever they can be trusted."""
+        found, fault = self._tried(parts, MOST_PENDING)
+        if found is None:
+            with self._reading() as connection:
+                stamp = int(state.read_state(connection).stamp)
+            if stamp != self._mended_at:
+                self._mend(fault)
+                self._mended_at = stamp
+            found, _ = self._tried(parts)
+        if found is None:
+            with self._reading() as connection:
+                found = self._held.find(connection, parts, trusted=False)
+        return found
+
+    def _tried(self, parts: Sequence[str], most: int | None = None) -> tuple[Found | None, str]:
+        """Return what the segments give; else None, and what is wrong with them, if anything is."""
+        try:
+            with self._reading() as connection:
+                if self._held.has(connection, parts) or most is None:
+                    return self._held.find(connection, parts), ""
+                if segments.count_pending(connection) <= most:
+                    return self._held.find(connection, parts), ""
+        except Distrust as fault:
+            return None, fault.found
+        return None, ""
+
+    def _mend(self, fault: str) -> None:
+        """Make the segments what they should be, if that can be written; say what there is to say.
+
+        A library that is only to be read is written for a moment, by a connection of its own.
+        """
+        try:
+            if self._readonly:
+                fault = _gather_aside(self._where, fault)
+            else:
+                fault = _gather(self._step, fault)
+        except LibraryError as error:
+            self._tell(fault, error.found)
+        else:
+            self._tell(fault, "")
+
+    def _tell(self, fault: str, hindrance: str) -> None:
+        if fault:
+            told = f"the library's columns were {fault}: they are made anew of its symbols"
+            self.notes.append(f"{told}, in memory alone ({hindrance})" if hindrance else told)
+        elif hindrance:
+            told = "captures that are not in the library's columns yet are read from their symbols"
+            self.notes.append(f"{told}, which takes longer ({hindrance})")
+
+
+def _gather(run: Callable[[Step], bool], fault: str) -> str:
+    """Cover and join what there is to cover and join, after a fault was found or not.
+
+    Returns
+    -------
+    str
+        That fault, or another one that came up.
+    """
+    if fault:
+        run(gather.purge)
+    try:
+        _settle(run)
+    except Distrust as error:
+        run(gather.purge)
+        _settle(run)
+        return error.found
+    return fault
+
+
+def _settle(run: Callable[[Step], bool]) -> None:
+    for step in (gather.cover, gather.join):
+        while run(step):
+            pass
+
+
+def _gather_aside(where: Target, fault: str) -> str:
+    """Do as `_gather` on another connection, which may write."""
+    if where.sqlite and where.path is None:
+        raise LibraryError("it is kept nowhere else", place=where.place)
+    with closing(opened(where, create=False, readonly=False, timeout=_PATIENCE)) as connection:
+
+        def run(step: Step) -> bool:
+            with translated(where.place), writing(connection):
+                return step(connection)
+
+        return _gather(run, fault)

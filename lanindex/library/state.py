@@ -1,0 +1,68 @@
+"""What is true of a library as a whole: which captures it has, and its change stamp."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import Connection, Row, select
+
+from lanindex.errors import LibraryError
+from lanindex.library import schema
+
+
+def capture_numbers(connection: Connection) -> list[int]:
+    """Return the numbers of all captures, in order.
+
+    Raises
+    ------
+    LibraryError
+        If there are more or fewer than were stored.
+    """
+    column = schema.capture.c.id
+    found = list(connection.scalars(select(column).order_by(column)))
+    check_numbers(connection, found)
+    return found
+
+
+def read_numbers(connection: Connection, numbers: Sequence[int]) -> list[int]:
+    """Return those numbers that captures have."""
+    column = schema.capture.c.id
+    return list(connection.scalars(select(column).where(column.in_(numbers))))
+
+
+def check_numbers(connection: Connection, found: Sequence[int]) -> None:
+    """Refuse a library that has other captures than were stored.
+
+    Raises
+    ------
+    LibraryError
+        With how many there are and were.
+    """
+    stored, now = read_state(connection), (len(found), sum(found))
+    if now != (stored.captures, stored.numbers):
+        raise LibraryError(
+            f"the library holds {now[0]} captures whose numbers add up to {now[1]}",
+            wanted=f"{stored.captures} and {stored.numbers}, as were stored",
+            remedy="Ingest the captures into a new library; or, if another program took some out "
+            "on purpose, tell this one: UPDATE state SET "
+            f"captures = {now[0]}, numbers = {now[1]}",
+        )
+
+
+def read_state(connection: Connection) -> Row[Any]:
+    """Return the one row of ``state``.
+
+    Raises
+    ------
+    LibraryError
+        If it is not one of two whole numbers.
+    """
+    found = connection.execute(select(schema.state)).all()
+    if len(found) != 1 or not all(isinstance(value, int) for value in found[0]):
+        raise LibraryError(
+            f"the library's state is {[tuple(row) for row in found]}",
+            wanted="one row of whole numbers",
+            remedy="Ingest the captures into a new library: all in it comes from them.",
+        )
+    return found[0]

@@ -1,0 +1,284 @@
+"""Symbols as columns: what one part does in many captures, field by field.
+
+A search over a whole library reads a few long arrays instead of millions of objects. The rows of
+all captures follow each other; `Columns.bounds` tells where each capture's begin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.model.arrays import frozen
+from lanindex.model.capture import Capture
+from lanindex.model.score import Track
+from lanindex.model.span import Span
+
+PASSING, STARTING = 1 << 6, 1 << 7
+"""Flags of a cell: on the way only, and a starting position."""
+
+CELL = PASSING - 1
+"""The bits of a cell without its flags."""
+
+THOUSANDTHS = 1000
+"""A margin of 1."""
+
+_ROWS = ("cell", "runner", "margin", "start", "stop")
+"""What `Columns` has one of for each symbol."""
+
+
+def cell_of(direction: int, level: int) -> int:
+    """Return the cell of a direction and a level, -1 where there is none of them."""
+    return (direction + 1) | (level + 1) << 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Roster:
+    """The captures that columns are of, in the order of their numbers.
+
+    Attributes
+    ----------
+    number : ndarray
+        (C,) int64, as in the library.
+    frames : ndarray
+        (C,) int32.
+    rate : ndarray
+        (C, 2) int64: frames a second, as a fraction.
+    speed : ndarray
+        (C, 2) int64: beats a minute, as a fraction.
+    """
+
+    number: NDArray[np.int64]
+    frames: NDArray[np.int32]
+    rate: NDArray[np.int64]
+    speed: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        """Return how many captures there are."""
+        return len(self.number)
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("number", "frames", "rate", "speed"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def same_as(self, other: Roster) -> bool:
+        """Return whether another roster says the same."""
+        names = ("number", "frames", "rate", "speed")
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
+
+    def taken(self, order: NDArray[np.int64]) -> Roster:
+        """Return the roster of some of the captures, by their places in this one: (D,) int64."""
+        return Roster(self.number[order], self.frames[order], self.rate[order], self.speed[order])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """The symbols of one part, in all captures of a roster.
+
+    Attributes
+    ----------
+    part : str
+        Whose.
+    bounds : ndarray
+        (C + 1,) int64: the rows of capture c are ``bounds[c]`` up to, not including,
+        ``bounds[c + 1]``; none where it lacks the part.
+    cell : ndarray
+        (S,) uint8: as from `cell_of`, with the flags `PASSING` and `STARTING`.
+    runner : ndarray
+        (S,) uint8: the cell across the nearest border; 0: none known.
+    margin : ndarray
+        (S,) uint16, thousandths.
+    start, stop : ndarray
+        (S,) int32: frames of the source, half-open.
+    gaps : ndarray
+        (G, 3) int32, in order: place of the capture in the roster, and a stretch of frames in which
+        the part was seen. Captures that do not stand here are known from the first frame to the
+        last; a part that was never seen has a stretch without frames.
+    """
+
+    part: str
+    bounds: NDArray[np.int64]
+    cell: NDArray[np.uint8]
+    runner: NDArray[np.uint8]
+    margin: NDArray[np.uint16]
+    start: NDArray[np.int32]
+    stop: NDArray[np.int32]
+    gaps: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        """Freeze the arrays."""
+        for name in ("bounds", "cell", "runner", "margin", "start", "stop", "gaps"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __len__(self) -> int:
+        """Return how many symbols there are."""
+        return len(self.cell)
+
+    def same_as(self, other: Columns | None) -> bool:
+        """Return whether other columns say the same; None: all captures lack the part."""
+        if other is None:
+            return not len(self) and not len(self.gaps)
+        names = ("bounds", *_ROWS, "gaps")
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
+
+    def taken(self, order: NDArray[np.int64]) -> Columns:
+        """Return the columns of some of the captures, by their places in the roster: (D,) int64."""
+        bounds, rows = ranges(self.bounds[:-1][order], self.bounds[1:][order])
+        held, places = ranges(*(np.searchsorted(self.gaps[:, 0], order + end) for end in (0, 1)))
+        gaps = self.gaps[places]
+        gaps[:, 0] = np.repeat(np.arange(len(order)), np.diff(held))
+        taken = {name: getattr(self, name)[rows] for name in _ROWS}
+        return Columns(self.part, bounds, **taken, gaps=gaps)
+
+
+def enrolled(rosters: Sequence[Roster]) -> Roster:
+    """Return the captures of several rosters as one."""
+    every = (roster_of([]), *rosters)
+    names = ("number", "frames", "rate", "speed")
+    return Roster(*(np.concatenate([getattr(one, name) for one in every]) for name in names))
+
+
+def joined(part: str, pieces: Sequence[Columns | None], rosters: Sequence[Roster]) -> Columns:
+    """Return the columns of a part in the captures of several rosters, one after the other.
+
+    Parameters
+    ----------
+    part : str
+        Whose.
+    pieces : sequence of Columns or None
+        In the captures of each roster; None where all lack the part.
+    rosters : sequence of Roster
+        As `enrolled` makes one of.
+    """
+    held = [one for one in pieces if one is not None]
+    empty = columns_of(part, [], [])
+    counts = [
+        np.zeros(len(roster), np.int64) if one is None else np.diff(one.bounds)
+        for one, roster in zip(pieces, rosters, strict=True)
+    ]
+    firsts = np.cumsum([0, *map(len, rosters)])
+    gaps = [
+        one.gaps + np.array([first, 0, 0], np.int32)
+        for one, first in zip(pieces, firsts[:-1], strict=True)
+        if one is not None
+    ]
+    bounds = np.concatenate([[0], *counts]).cumsum(dtype=np.int64)
+    rows = {name: np.concatenate([getattr(one, name) for one in (empty, *held)]) for name in _ROWS}
+    return Columns(part, bounds, **rows, gaps=np.concatenate([empty.gaps, *gaps]))
+
+
+def ranges(
+    firsts: NDArray[np.int64], lasts: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return where stretches of rows begin once they follow each other, and which rows they are.
+
+    Parameters
+    ----------
+    firsts, lasts : ndarray
+        (D,) int64: from, up to and not including.
+
+    Returns
+    -------
+    ndarray, ndarray
+        (D + 1,) int64, as `Columns.bounds`, and (S,) int64.
+    """
+    bounds = np.concatenate([[0], np.cumsum(lasts - firsts)]).astype(np.int64)
+    rows = np.arange(bounds[-1]) + np.repeat(firsts - bounds[:-1], lasts - firsts)
+    return bounds, rows
+
+
+def roster_of(captures: Sequence[Capture]) -> Roster:
+    """Return the roster of some captures.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.model.columns import roster_of
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     roster = roster_of(library.captures("*compass*"))
+    >>> len(roster), roster.rate
+    (1, array([[30,  1]]))
+    """
+    rates = [_ratio(one.rate) for one in captures]
+    speeds = [_ratio(one.meter.speed) for one in captures]
+    return Roster(
+        np.array([one.id for one in captures], np.int64),
+        np.array([one.frames for one in captures], np.int32),
+        np.array(rates, np.int64).reshape(-1, 2),
+        np.array(speeds, np.int64).reshape(-1, 2),
+    )
+
+
+def _ratio(value: Fraction) -> tuple[int, int]:
+    """Return numerator and denominator; about what they are where they have no room."""
+    numerator, denominator = value.as_integer_ratio()
+    spare = max(numerator.bit_length(), denominator.bit_length()) - 62
+    if spare <= 0:
+        return numerator, denominator
+    return max(1, numerator >> spare), max(1, denominator >> spare)
+
+
+def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | None]) -> Columns:
+    """Return the columns of a part.
+
+    Parameters
+    ----------
+    part : str
+        Whose.
+    captures : sequence of Capture
+        In the order of the roster.
+    tracks : sequence of Track or None
+        Of each capture; None where it lacks the part.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.model.columns import STARTING, cell_of, columns_of
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     (capture, held), = library.tracks([library.capture("compass.bvh").id])
+    >>> columns = columns_of("r_arm", [capture], [held["r_arm"]])
+    >>> len(columns) == len(held["r_arm"]), int(columns.cell[0]) == cell_of(8, 0) | STARTING
+    (True, True)
+    """
+    from lanindex.model.symbol import SYMBOL
+
+    rows = [track.symbols if track else np.empty(0, SYMBOL) for track in tracks]
+    symbols = np.concatenate([np.empty(0, SYMBOL), *rows], dtype=SYMBOL)
+    gaps = [
+        (number, *span)
+        for number, (capture, track) in enumerate(zip(captures, tracks, strict=True))
+        if track
+        for span in gaps_of(track.known, capture.frames)
+    ]
+    cell = _cells(symbols["direction"], symbols["level"])
+    cell |= np.where(symbols["passing"], np.uint8(PASSING), np.uint8(0))
+    cell |= np.where(symbols["start"] == symbols["stop"], np.uint8(STARTING), np.uint8(0))
+    return Columns(
+        part,
+        np.cumsum([0, *map(len, rows)], dtype=np.int64),
+        cell,
+        _cells(symbols["runner_direction"], symbols["runner_level"]),
+        np.rint(symbols["margin"].astype(np.float64) * THOUSANDTHS).astype(np.uint16),
+        symbols["start"].copy(),
+        symbols["stop"].copy(),
+        np.array(gaps, np.int32).reshape(-1, 3),
+    )
+
+
+def gaps_of(known: Sequence[Span], frames: int) -> list[tuple[int, int]]:
+    """Return the stretches of frames in which a part was seen; none where it always was.
+
+    A part that never was has one stretch, from frame 0 to frame 0.
+    """
+    spans = [(span.start, span.stop) for span in known]
+    return [] if spans == [(0, frames)] else spans or [(0, 0)]
+
+
+def _cells(directions: NDArray[np.int8], levels: NDArray[np.int8]) -> NDArray[np.uint8]:
+    cells: NDArray[np.uint8] = ((directions + 1) | (levels + 1) << 4).astype(np.uint8)
+    return cells

@@ -1,0 +1,12 @@
+"""The fast engine: programs and columns → hits, over all captures at once.
+
+It gives what the plain matcher gives, and is tested against it. Rows become events, arrows lead
+from events to ranges of others, a line is run backwards over all of them; objects are made only of
+the hits that are asked for. What it does not cover goes to the plain matcher, on those captures
+alone in which the lines can match at all.
+"""
+
+from lanindex.search.fast.find import Finder, Found, Watch
+from lanindex.search.fast.timeout import Timeout
+
+__all__ = ["Finder", "Found", "Timeout", "Watch"]

@@ -1,0 +1,127 @@
+"""Programs → where a pattern begins and ends, in a block of captures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lanindex.search.automaton import Entry, Program, State
+from lanindex.search.fast.arrows import NONE, begins
+from lanindex.search.fast.block import Block
+from lanindex.search.fast.events import Events
+from lanindex.search.fast.lines import Backwards, cost_of, end_of
+from lanindex.search.fast.ragged import Mask, Whole, best_of_each
+
+
+@dataclass(slots=True, eq=False)
+class Answers:
+    """Places where a pattern begins, with how it ends best.
+
+    Attributes
+    ----------
+    capture, low, high : ndarray
+        (A,) where, and the frames of it.
+    cost : ndarray
+        (A,) what is missing to a fit of 1, in thousandths.
+    program : ndarray
+        (A,) which one answers.
+    parts : ndarray
+        (A,) which parts the first symbols are of: a place in the list of `Finder`.
+    rows : ndarray
+        (A, 2) the first symbols: rows in the block; -1: there is one only.
+    """
+
+    capture: Whole
+    low: Whole
+    high: Whole
+    cost: Whole
+    program: Whole
+    parts: Whole
+    rows: Whole
+
+    def at(self, chosen: Whole | Mask) -> Answers:
+        """Return some of them."""
+        return Answers(*(getattr(self, name)[chosen] for name in _FIELDS))
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.capture)
+
+
+_FIELDS = ("capture", "low", "high", "cost", "program", "parts", "rows")
+
+
+def joined(answers: list[Answers]) -> Answers:
+    """Return several tables as one."""
+    if not answers:
+        none = np.empty(0, np.int64)
+        return Answers(none, none, none, none, none, none, none.reshape(0, 2))
+    return Answers(*(np.concatenate([getattr(it, name) for it in answers]) for name in _FIELDS))
+
+
+def firsts(state: State, parts: list[tuple[str, ...]]) -> tuple[int, list[int]]:
+    """Return the place of a state's parts in a list, where they are added, and their order."""
+    order = sorted(range(len(state.members)), key=lambda it: state.members[it])
+    key = tuple(state.members[it] for it in order)
+    if key not in parts:
+        parts.append(key)
+    return parts.index(key), order
+
+
+def roots(block: Block, program: Program, entry: Entry) -> Mask:
+    """Tell at which events of its state a line may begin."""
+    state = program.states[entry.state]
+    events = block.events(state)
+    fits = ~events.passing if state.manner != "via" else np.ones(len(events), bool)
+    for arrow in entry.from_start:
+        fits &= begins(block, state, events, arrow)
+    return fits
+
+
+def table(
+    number: int,
+    state: State,
+    parts: list[tuple[str, ...]],
+    events: Events,
+    ends: tuple[Whole, Whole, Whole],
+) -> Answers:
+    """Return answers that begin at some events of a state, with low, high and cost of each."""
+    place, order = firsts(state, parts)
+    rows = np.full((len(events), 2), -1)
+    for column, member in enumerate(order):
+        rows[:, column] = events.first[member]
+    many = len(events)
+    return Answers(events.capture, *ends, np.full(many, number), np.full(many, place), rows)
+
+
+def of_line(
+    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
+) -> tuple[list[Answers], Mask]:
+    """Return the answers of a line alone, and in which captures there may be others."""
+    backwards = Backwards(block, program)
+    doubtful = np.zeros(len(block), bool)
+    found = []
+    for entry in program.entries:
+        state = program.states[entry.state]
+        values = backwards.values[entry.state]
+        chosen = np.flatnonzero(roots(block, program, entry) & (values < NONE))
+        events, values = block.events(state).at(chosen), values[chosen]
+        if program.edges[entry.state]:
+            doubtful[events.capture[events.passing]] = True
+        found.append(
+            table(number, state, parts, events, (events.start, end_of(values), cost_of(values)))
+        )
+    return found, doubtful
+
+
+def best(answers: Answers) -> Answers:
+    """Return the best answer from each place, in order of capture, start and end.
+
+    The best one ends first; of these the one begins last that shows more clearly.
+    """
+    keys = (answers.parts, answers.rows[:, 0], answers.rows[:, 1])
+    chosen = best_of_each(keys, (answers.high, -answers.low, answers.cost))
+    first = best_of_each(keys, (np.arange(len(answers)),))
+    order = np.lexsort((first, answers.high[chosen], answers.low[chosen], answers.capture[chosen]))
+    return answers.at(chosen[order])

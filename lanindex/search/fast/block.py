@@ -1,0 +1,122 @@
+"""Some captures one after the other, laid out for the engine: rows, events, times in frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+import numpy as np
+
+from lanindex.model.columns import Columns, Roster
+from lanindex.search.automaton import State
+from lanindex.search.fast.events import Events, events_of, paired
+from lanindex.search.fast.ragged import FAR, Mask, Whole
+from lanindex.search.fast.rows import Rows
+from lanindex.search.language.times import Clock, Length
+
+
+class Block:
+    """The captures from `first` up to, not including, `last`; here they are counted from 0.
+
+    Parameters
+    ----------
+    roster : Roster
+        All captures.
+    columns : Mapping of str to Columns
+        By part; a part that is not there never moves.
+    first, last : int
+        Which captures.
+    tolerance : Fraction
+        Seconds by which edges may differ that should agree.
+    """
+
+    def __init__(
+        self,
+        roster: Roster,
+        columns: Mapping[str, Columns],
+        first: int,
+        last: int,
+        tolerance: Fraction,
+    ) -> None:
+        self.first, self.last, self.tolerance = first, last, tolerance
+        self.roster, self._columns = roster, columns
+        self.frames = roster.frames[first:last].astype(np.int64)
+        self._clocks: tuple[list[Clock], Whole] | None = None
+        self._rows: dict[str, Rows] = {}
+        self._events: dict[tuple[object, ...], Events] = {}
+        self._bounds: dict[Length, tuple[Whole, Whole]] = {}
+
+    def __len__(self) -> int:
+        """Return how many captures there are."""
+        return self.last - self.first
+
+    def rows(self, part: str) -> Rows:
+        """Return the rows of a part; none, where there is no such part."""
+        if part not in self._rows:
+            columns = self._columns.get(part)
+            if columns is None:
+                columns = _nothing(part, len(self.roster))
+            self._rows[part] = Rows(columns, self.first, self.last, self.frames)
+        return self._rows[part]
+
+    def events(self, state: State) -> Events:
+        """Return what may match a state, of the lengths that it may have."""
+        key = _key(state)
+        if key not in self._events:
+            members = [
+                events_of(self.rows(part), state, member)
+                for member, part in enumerate(state.members)
+            ]
+            found = members[0] if len(members) == 1 else paired(state.manner, *members)
+            if state.length:
+                meets = self.meets(found.capture, found.end - found.start, state.length)
+                found = found.at(meets & ~found.starting)
+            self._events[key] = found
+        return self._events[key]
+
+    def clocks(self) -> tuple[list[Clock], Whole]:
+        """Return the clocks that captures have, and each capture's among them."""
+        if self._clocks is None:
+            here = slice(self.first, self.last)
+            told = np.concatenate((self.roster.rate[here], self.roster.speed[here]), axis=1)
+            different, own = np.unique(told, axis=0, return_inverse=True)
+            clocks = [
+                Clock(Fraction(a, b), Fraction(c, d) / 60) for a, b, c, d in different.tolist()
+            ]
+            self._clocks = clocks, own.reshape(-1)
+        return self._clocks
+
+    def bounds(self, length: Length) -> tuple[Whole, Whole]:
+        """Return by capture the fewest and the most frames that meet a condition on length."""
+        if length not in self._bounds:
+            clocks, own = self.clocks()
+            told = [length.bounds(clock) for clock in clocks]
+            least = np.array([min(it, FAR >> 1) for it, _ in told], np.int64)
+            most = np.array(
+                [FAR >> 1 if it is None else min(it, FAR >> 1) for _, it in told], np.int64
+            )
+            self._bounds[length] = least[own], most[own]
+        return self._bounds[length]
+
+    def meets(self, capture: Whole, frames: Whole, length: Length) -> Mask:
+        """Tell which numbers of frames meet a condition on length, (N,) bool."""
+        least, most = self.bounds(length)
+        meets: Mask = (least[capture] <= frames) & (frames <= most[capture])
+        return meets
+
+
+def _key(state: State) -> tuple[object, ...]:
+    """Return what a state's events depend on: repeats are written out, and ask for the same."""
+    fits = tuple(frozenset(said.items()) for said in state.fits)
+    return state.members, state.manner, fits, state.names_passing, state.length
+
+
+def _nothing(part: str, captures: int) -> Columns:
+    none = np.empty(0, np.uint8)
+    times = np.empty(0, np.int32)
+    return Columns(
+        part,
+        np.zeros(captures + 1, np.int64),
+        *(none, none, none.astype(np.uint16), times, times),
+        np.empty((0, 3), np.int32),
+    )

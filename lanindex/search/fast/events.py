@@ -1,0 +1,166 @@
+"""What may match a state of a program, anywhere in a block of captures, as columns.
+
+A movement spans its row and is achieved in its last frame; a stay (``at``) lasts from there until
+the part leaves; a rest (``hold``) from the row's end to the next one's start. Of two parts at once
+each pair that shares a frame is one event.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lanindex.model.columns import CELL
+from lanindex.search.automaton import State
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread, starts_of
+from lanindex.search.fast.rows import Rows
+
+
+@dataclass(slots=True, eq=False)
+class Events:
+    """Movements, stays or rests, in order of their rows.
+
+    Attributes
+    ----------
+    capture : ndarray
+        (N,) int64.
+    first, last : tuple of ndarray
+        (N,) each, one a member: their rows; only a stay has several.
+    start, end, until : ndarray
+        (N,) frames, half-open, and the end for sharing frames.
+    cost : ndarray
+        (N,) what is missing to a fit of 1, in thousandths.
+    passing, starting : ndarray
+        (N,) bool: whether one of them is on the way only, or a starting position.
+    """
+
+    capture: Whole
+    first: tuple[Whole, ...]
+    last: tuple[Whole, ...]
+    start: Whole
+    end: Whole
+    until: Whole
+    cost: Whole
+    passing: Mask
+    starting: Mask
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.capture)
+
+    def at(self, chosen: Numbers) -> Events:
+        """Return some of them."""
+        return Events(
+            self.capture[chosen],
+            tuple(rows[chosen] for rows in self.first),
+            tuple(rows[chosen] for rows in self.last),
+            *(getattr(self, name)[chosen] for name in _FRAMES),
+        )
+
+
+_FRAMES = ("start", "end", "until", "cost", "passing", "starting")
+
+
+def fitting(rows: Rows, state: State, member: int) -> Mask:
+    """Return which rows are what a state says of a member, (S,) bool."""
+    cells = np.arange(256)
+    table = np.ones(256, bool)
+    said = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
+    for kind, codes in state.fits[member].items():
+        if kind in said:
+            table &= np.isin(said[kind], sorted(codes))
+    fits: Mask = table[rows.cell]
+    if "change" in state.fits[member]:
+        fits &= np.isin(rows.change, sorted(state.fits[member]["change"]))
+    return fits
+
+
+def events_of(rows: Rows, state: State, member: int) -> Events:
+    """Return what a member of a state may match."""
+    fits = fitting(rows, state, member)
+    if state.manner == "at":
+        return _stays(rows, fits)
+    if state.manner == "hold":
+        return _rests(rows, fits)
+    return _movements(rows, fits if state.names_passing else fits & ~rows.passing)
+
+
+def _movements(rows: Rows, fits: Mask) -> Events:
+    row = np.flatnonzero(fits)
+    start, end, starting = rows.start[row], rows.stop[row], rows.starting[row]
+    until = np.where(starting, np.maximum(rows.until[row], start + 1), end)
+    own = ((row,), (row,), start, end, until, rows.cost[row], rows.passing[row], starting)
+    return Events(rows.capture[row], *own)
+
+
+def _stays(rows: Rows, fits: Mask) -> Events:
+    shown = np.flatnonzero(fits[rows.shown])  # places among the shown rows
+    row = rows.shown[shown]
+    begins = np.ones(len(row), bool)
+    begins[1:] = (np.diff(shown) > 1) | (np.diff(rows.stretch[row]) > 0)
+    places = np.flatnonzero(begins)
+    first, last = row[places], row[np.append(places[1:], len(row)) - 1] if len(row) else row
+    cost = np.maximum.reduceat(rows.cost[row], places) if len(row) else row
+    start, end = rows.arrival[first], rows.until[last]
+    kept = start < end
+    nothing = np.zeros(len(first), bool)
+    own = ((first,), (last,), start, end, end, cost, nothing, nothing)
+    return Events(rows.capture[first], *own).at(kept)
+
+
+def _rests(rows: Rows, fits: Mask) -> Events:
+    row = rows.shown[fits[rows.shown]]
+    row = row[rows.stop[row] < rows.until[row]]
+    nothing, end = np.zeros(len(row), bool), rows.until[row]
+    own = ((row,), (row,), rows.stop[row], end, end, rows.cost[row], nothing, nothing)
+    return Events(rows.capture[row], *own)
+
+
+def overlapping(one: Events, other: Events) -> tuple[Whole, Whole]:
+    """Return all pairs of events of a capture that share a frame, in order."""
+    ones, others = (it.capture * FAR + it.start for it in (one, other))
+    by_one, by_other = (np.argsort(keys, kind="stable") for keys in (ones, others))
+    ones, others = ones[by_one], others[by_other]
+    # Either the other begins while the one lasts, or the one after the other did, while it lasts.
+    until = one.capture * FAR + one.until
+    low = np.searchsorted(others, one.capture * FAR + one.start)
+    first, second = spread(low, np.searchsorted(others, until))
+    until = other.capture * FAR + other.until
+    low = np.searchsorted(ones, other.capture * FAR + other.start, "right")
+    fourth, third = spread(low, np.searchsorted(ones, until))
+    left = np.concatenate((first, by_one[third]))
+    right = np.concatenate((by_other[second], fourth))
+    order = np.lexsort((right, left))
+    return left[order], right[order]
+
+
+def paired(manner: str, one: Events, other: Events) -> Events:
+    """Return the pairs of two parts' events that share a frame.
+
+    Two movements span both; two stays or rests last while both do.
+    """
+    left, right = overlapping(one, other)
+    one, other = one.at(left), other.at(right)
+    together = manner in ("at", "hold")
+    start = (np.maximum if together else np.minimum)(one.start, other.start)
+    end = np.minimum(one.until, other.until) if together else np.maximum(one.end, other.end)
+    return Events(
+        one.capture,
+        one.first + other.first,
+        one.last + other.last,
+        start,
+        end,
+        end if together else np.maximum(one.until, other.until),
+        np.maximum(one.cost, other.cost),
+        one.passing | other.passing,
+        one.starting | other.starting,
+    )
+
+
+def ordered(events: Events) -> bool:
+    """Tell whether both members of pairs go on in the same order, so that ranges are ranges."""
+    return len(events.first) == 1 or bool((np.diff(events.first[1]) >= 0).all())
+
+
+__all__ = ["Events", "events_of", "ordered", "overlapping", "paired", "starts_of"]

@@ -1,0 +1,312 @@
+"""Query + columns → hits: where they are in all captures at once, objects of those asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import overload
+
+import numpy as np
+
+from lanindex.errors import LanindexError
+from lanindex.model import Capture, Hit, Span, Symbol, Track
+from lanindex.model.columns import THOUSANDTHS, Columns, Roster
+from lanindex.model.symbol import SYMBOL, listed
+from lanindex.search import plain
+from lanindex.search.automaton import Program, plan
+from lanindex.search.fast import overlaps as staying
+from lanindex.search.fast.answers import Answers, best, joined, of_line, roots
+from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.block import Block
+from lanindex.search.fast.lines import Backwards, remembers, value_of
+from lanindex.search.fast.ragged import Mask, Numbers, Whole, starts_of
+from lanindex.search.fast.trace import trace
+from lanindex.search.language.query import Query
+
+Recordings = Callable[
+    [Sequence[int], Collection[str]], Iterable[tuple[Capture, Mapping[str, Track]]]
+]
+"""Captures with the tracks of some parts, by their places in the roster."""
+
+MOST_ROWS = 1 << 18
+"""How many rows of a part, or captures, are gone through at once."""
+
+TOGETHER = 64
+"""How many captures are fetched at once where all hits are made objects."""
+
+Watch = Callable[[int, int], None]
+"""Is told, now and then, how many captures are done, of how many; it may raise."""
+
+
+class Found(Sequence[Hit]):
+    """The hits of a search as columns; each is made an object when it is asked for.
+
+    Attributes
+    ----------
+    place : ndarray
+        (H,) int64: which capture of the roster.
+    low, high : ndarray
+        (H,) int64: frames of the source, half-open.
+    """
+
+    def __init__(self, finder: Finder, answers: Answers) -> None:
+        self._finder, self._answers = finder, answers
+        self.place, self.low, self.high = answers.capture, answers.low, answers.high
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._answers)
+
+    @overload
+    def __getitem__(self, index: int) -> Hit: ...
+    @overload
+    def __getitem__(self, index: slice) -> Found: ...
+    def __getitem__(self, index: int | slice) -> Hit | Found:
+        """Return one hit, or some of them."""
+        if isinstance(index, slice):
+            return self._at(np.arange(len(self))[index])
+        return self._finder.hit(self._answers.at(np.array([range(len(self))[index]])))
+
+    def __iter__(self) -> Iterator[Hit]:
+        """Yield all hits; their captures are fetched many at once."""
+        places = self.place[starts_of(self.place)] if len(self) else self.place
+        for first in range(0, len(places), TOGETHER):
+            some = places[first : first + TOGETHER]
+            self._finder.fetch(some.tolist())
+            for index in np.flatnonzero(np.isin(self.place, some)).tolist():
+                yield self[index]
+
+    def by_fit(self) -> Found:
+        """Return the same hits, the clearest first."""
+        cost = self._answers.cost
+        unknown = np.flatnonzero(cost < 0).tolist()
+        cost[unknown] = [round((1 - self[index].fit) * THOUSANDTHS) for index in unknown]
+        return self._at(np.argsort(cost, kind="stable"))
+
+    @property
+    def captures(self) -> int:
+        """In how many captures they are."""
+        return int(starts_of(np.sort(self.place)).sum()) if len(self) else 0
+
+    def counts(self) -> list[tuple[Capture, int]]:
+        """Return the captures, each with how many hits it has."""
+        places, counts = np.unique(self.place, return_counts=True)
+        captures = self._finder.captures(places.tolist())
+        return list(zip(captures, counts.tolist(), strict=True))
+
+    def numpy(self) -> Numbers:
+        """Return the hits as an array, as `lanindex.search.hits.Hits.numpy`."""
+        fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
+        found = np.empty(len(self), fields)
+        found["capture_id"] = self._finder.numbers(self.place)
+        found["start"], found["stop"] = self.low, self.high
+        self.by_fit()  # which looks up what is not known
+        found["fit"] = (THOUSANDTHS - self._answers.cost) / THOUSANDTHS
+        return found
+
+    def _at(self, chosen: Whole) -> Found:
+        return Found(self._finder, self._answers.at(chosen))
+
+
+class Finder:
+    """Searches for one query.
+
+    Parameters
+    ----------
+    query : Query
+        What to find.
+    roster : Roster
+        All captures.
+    columns : Mapping of str to Columns
+        The symbols of the query's parts; a part that is not there never moves.
+    recordings : callable
+        Gives captures and tracks, by places in the roster: of hits that are made objects, and of
+        captures that only the plain matcher can tell about.
+    tolerance : Fraction
+        Seconds within which edges agree.
+    """
+
+    def __init__(
+        self,
+        query: Query,
+        roster: Roster,
+        columns: Mapping[str, Columns],
+        recordings: Recordings,
+        tolerance: Fraction = plain.TOLERANCE,
+    ) -> None:
+        self._query, self._roster, self._columns = query, roster, columns
+        self._tolerance = tolerance
+        self._programs = plan(query)
+        self._parts: list[tuple[str, ...]] = []
+        self._recordings = recordings
+        self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
+        self._told: dict[int, list[Hit]] = {}
+
+    def find(self, overlaps: str = "none", watch: Watch | None = None) -> Found:
+        """Return all hits.
+
+        Parameters
+        ----------
+        overlaps : str
+            ``none`` or ``all``, as in `lanindex.search.plain.find`.
+        watch : callable, optional
+            Is told how far the search is.
+        """
+        pieces: list[Answers] = []
+        for first, last in self._blocks():
+            if watch:
+                watch(first, len(self._roster))
+            answers, doubtful = self._in_block(self._block(first, last))
+            pieces.append(replace(answers, capture=answers.capture + first))
+            told = self._told_plainly(np.flatnonzero(doubtful) + first)
+            self._told.update(told)
+            pieces += [_columns_of(place, hits) for place, hits in told.items()]
+        answers = joined(pieces)
+        answers = answers.at(np.argsort(answers.capture, kind="stable"))
+        return Found(self, self._kept(answers, overlaps))
+
+    def fetch(self, places: Sequence[int]) -> None:
+        """Fetch captures of which hits will be made objects; forget the others."""
+        self._fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
+
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        """Return captures by their places in the roster."""
+        return [capture for capture, _ in self._recordings(places, ())]
+
+    def numbers(self, places: Whole) -> Whole:
+        """Return the numbers of captures by their places in the roster."""
+        return self._roster.number[places]
+
+    def hit(self, answer: Answers) -> Hit:
+        """Return the one answer of a table as an object."""
+        place = int(answer.capture[0])
+        if place in self._told:
+            return self._told[place][int(answer.rows[0, 0])]
+        if place not in self._fetched:
+            self.fetch([place])
+        taken = trace(
+            self._block(place, place + 1),
+            self._programs[int(answer.program[0])],
+            self._parts[int(answer.parts[0])],
+            tuple(answer.rows[0].tolist()),
+            int(value_of(answer.high, answer.cost)[0]),
+        )
+        capture, tracks = self._fetched[place]
+        self._check(place, capture, tracks)
+        span = Span(int(answer.low[0]), int(answer.high[0]))
+        rows = dict.fromkeys(row for it in taken for row in it.rows)
+        symbols = {(part, row): _symbol(tracks[part], row) for part, row in rows}
+        return Hit(
+            capture,
+            span,
+            min(symbol.margin for symbol in symbols.values()),
+            (tuple(symbols.values()),),
+        )
+
+    def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
+        """Refuse to tell a hit from other symbols than it was found in."""
+        for part, columns in self._columns.items():
+            own = slice(*columns.bounds[place : place + 2].tolist())
+            rows = tracks[part].symbols if part in tracks else np.empty(0, SYMBOL)
+            if not np.array_equal(rows["stop"], columns.stop[own]):
+                raise LanindexError(
+                    f"the symbols of {part} are others than when it was searched",
+                    place=capture.path,
+                    remedy="Search again.",
+                )
+
+    def _block(self, first: int, last: int) -> Block:
+        return Block(self._roster, self._columns, first, last, self._tolerance)
+
+    def _blocks(self) -> list[tuple[int, int]]:
+        """Return how the captures are gone through: a block holds few enough rows."""
+        parts = [self._columns[part] for part in self._query.parts if part in self._columns]
+        ends, first, many = [], 0, len(self._roster)
+        while first < many:
+            last = min(first + MOST_ROWS, many)
+            for columns in parts:
+                limit = columns.bounds[first] + MOST_ROWS
+                last = min(last, int(np.searchsorted(columns.bounds, limit, "right")) - 1)
+            ends.append((first, max(last, first + 1)))
+            first = ends[-1][1]
+        return ends
+
+    def _in_block(self, block: Block) -> tuple[Answers, Mask]:
+        """Return all answers in a block, and the captures of which nothing is known yet."""
+        found: list[Answers] = []
+        doubtful = np.zeros(len(block), bool)
+        for number, program in enumerate(self._programs):
+            if remembers(program) or self._query.rhythm or self._query.where:
+                doubtful |= possible(block, program)
+            else:
+                answers, doubts = of_line(block, number, program, self._parts)
+                found += answers
+                doubtful |= doubts
+        every = joined(found)
+        every = best(every.at(~doubtful[every.capture]))
+        return self._from_own_rows(block, every), doubtful
+
+    def _from_own_rows(self, block: Block, answers: Answers) -> Answers:
+        """Return answers whose rows are counted in their own captures."""
+        rows = answers.rows.copy()
+        for place, parts in enumerate(self._parts):
+            own = answers.parts == place
+            for member, part in enumerate(parts):
+                rows[own, member] -= block.rows(part).bounds[answers.capture[own]]
+        return replace(answers, rows=rows)
+
+    def _kept(self, answers: Answers, overlaps: str) -> Answers:
+        if overlaps == "all":
+            return answers
+        if not staying.counts(self._query):
+            answers = answers.at(staying.nearest(answers.capture, answers.low, answers.high))
+        return answers.at(staying.from_left(answers.capture, answers.low, answers.high))
+
+    def _told_plainly(self, places: Whole) -> dict[int, list[Hit]]:
+        """Return what the plain matcher finds in some captures, overlapping or not."""
+        if not len(places):
+            return {}
+        recordings = list(self._recordings(places.tolist(), self._query.parts))
+        hits = plain.find(self._query, recordings, tolerance=self._tolerance, overlaps="all")
+        own = {capture.id: place for place, (capture, _) in zip(places, recordings, strict=True)}
+        told: dict[int, list[Hit]] = {int(place): [] for place in places}
+        for hit in hits:
+            told[int(own[hit.capture.id])].append(hit)
+        return told
+
+
+def possible(block: Block, program: Program) -> Mask:
+    """Tell in which captures a program can match at all: with all that it remembers left out."""
+    found = _line_possible(block, program)
+    for companion in program.whole.companions:
+        if companion.relation not in ("without", "never"):
+            found &= np.any([possible(block, inner) for inner in companion.programs], axis=0)
+    return found
+
+
+def _line_possible(block: Block, program: Program) -> Mask:
+    backwards = Backwards(block, program)
+    found = np.zeros(len(block), bool)
+    for entry in program.entries:
+        fits = roots(block, program, entry) & (backwards.values[entry.state] < NONE)
+        found[block.events(program.states[entry.state]).capture[fits]] = True
+    return found
+
+
+def _columns_of(place: int, hits: list[Hit]) -> Answers:
+    """Return the hits of a capture as columns."""
+    nothing = np.full(len(hits), -1)
+    own = np.stack((np.arange(len(hits)), nothing), axis=1)  # which hit of the capture it is
+    return Answers(
+        np.full(len(hits), place),
+        np.array([hit.span.start for hit in hits], np.int64),
+        np.array([hit.span.stop for hit in hits], np.int64),
+        np.array([round((1 - hit.fit) * THOUSANDTHS) for hit in hits], np.int64),
+        *(nothing, nothing, own),
+    )
+
+
+def _symbol(track: Track, row: int) -> Symbol:
+    (symbol,) = listed(track.part, track.symbols[row : row + 1])
+    return replace(symbol, ordinal=row)

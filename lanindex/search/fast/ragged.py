@@ -1,0 +1,107 @@
+"""Ranges of many lengths at once: spread out, counted, and the smallest value in each.
+
+The engine hardly ever loops: from each of a million events an arrow leads to a range of others,
+and what is asked of all the ranges is asked in a few operations on arrays.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Whole = NDArray[np.int64]
+"""Whole numbers: rows, frames, places in a table."""
+
+Mask = NDArray[np.bool_]
+
+Numbers = NDArray[Any]
+
+FAR = 1 << 40
+"""More than any frame or row; times a number of captures it still fits 64 bits."""
+
+MOST_PAIRS = 1 << 25
+"""How many pairs may be spread out at once."""
+
+
+class TooMuch(Exception):
+    """More rows at once than there shall be: to be tried with fewer captures."""
+
+
+def spread(low: Whole, high: Whole) -> tuple[Whole, Whole]:
+    """Return all pairs of a range's number and a place in it, for ranges ``[low, high)``.
+
+    Raises
+    ------
+    TooMuch
+        Where there are more than `MOST_PAIRS`.
+    """
+    counts = np.maximum(high - low, 0)
+    total = int(counts.sum())
+    if total > MOST_PAIRS:
+        raise TooMuch
+    ranges = np.repeat(np.arange(len(low)), counts)
+    begins = np.cumsum(counts) - counts
+    return ranges, np.arange(total) - np.repeat(begins - low, counts)
+
+
+def starts_of(numbers: Numbers) -> Mask:
+    """Return which elements differ from the one before; the first does."""
+    starts = np.ones(len(numbers), bool)
+    starts[1:] = numbers[1:] != numbers[:-1]
+    return starts
+
+
+def smallest_from_here(values: Whole, groups: Whole) -> Whole:
+    """Return for each place the smallest value from there to the end of its group.
+
+    Parameters
+    ----------
+    values : ndarray
+        (N,) int64, 0 or more, below 2**43.
+    groups : ndarray
+        (N,) int64, from 0, growing, fewer than 2**19.
+    """
+    # Going backwards each group lies below the one behind it, so that the minimum begins anew.
+    lifted = values + (groups << 43)
+    smallest: Whole = np.minimum.accumulate(lifted[::-1])[::-1] - (groups << 43)
+    return smallest
+
+
+def smallest_in(values: Whole, low: Whole, high: Whole, nothing: int) -> Whole:
+    """Return the smallest value in each range ``[low, high)``, `nothing` where it is empty."""
+    smallest = np.full(len(low), nothing, np.int64)
+    widths = high - low
+    some = np.flatnonzero(widths > 0)
+    if not len(some):
+        return smallest
+    doublings = np.frexp(widths[some].astype(np.float64))[1] - 1
+    table = values
+    for doubling in range(int(doublings.max()) + 1):
+        here = some[doublings == doubling]
+        if len(here):
+            last = high[here] - (1 << doubling)
+            smallest[here] = np.minimum(table[low[here]], table[last])
+        step = 1 << doubling
+        longer = table.copy()
+        longer[: len(table) - step] = np.minimum(table[: len(table) - step], table[step:])
+        table = longer
+    return smallest
+
+
+def best_of_each(keys: tuple[Numbers, ...], ranks: tuple[Numbers, ...]) -> Whole:
+    """Return the places of the rows that rank first among those with the same keys.
+
+    Parameters
+    ----------
+    keys : tuple of ndarray
+        (N,) each: what rows have in common; the first counts most in the order of the answer.
+    ranks : tuple of ndarray
+        (N,) each: smaller is better; the first counts most. Of equal rows the first one wins.
+    """
+    order = np.lexsort((*reversed(ranks), *reversed(keys)))
+    new = np.zeros(len(order), bool)
+    for key in keys:
+        new |= starts_of(key[order])
+    return order[new]

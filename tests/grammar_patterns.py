@@ -1,0 +1,354 @@
+"""Random patterns of the whole language, driven by its grammar.
+
+`random_pattern` gives one text::
+
+    from random import Random
+    from grammar_patterns import CONSTRUCTS, random_pattern
+
+    random = Random(7)                       # the same seed, the same patterns
+    text = random_pattern(random)            # of r_arm, l_arm, arm, arms and head
+    text = random_pattern(random, steps=4)   # at most about so many movements named
+    text = random_pattern(random, parts=("r_arm", "l_arm"), directions=("right", "left", "place"))
+    text = random_pattern(random, avoid={"stages", "where", "rhythm"})
+    text = random_pattern(random, only={"->", "...", "length"})   # of constructs; words always
+
+Every text parses. Each rule of the grammar is a method of `Grammar` of the same name; whatever it
+may leave out has a name in `CONSTRUCTS`, with the chance that it is taken. `avoid` leaves some of
+them out, `only` all but some; `more` is a mapping of names to other chances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from random import Random
+
+from lanindex.errors import PatternError
+from lanindex.search.language import parse
+
+CONSTRUCTS: dict[str, float] = {
+    # how steps go on
+    "->": 0.7,
+    "...": 0.25,
+    "limit": 0.2,
+    "skips": 0.15,
+    "start": 0.06,
+    "end": 0.06,
+    "another part": 0.12,
+    # what a step is
+    "at": 0.12,
+    "hold": 0.1,
+    "via": 0.1,
+    "not": 0.1,
+    "/": 0.15,
+    "any": 0.1,
+    "changes": 0.1,
+    "relative": 0.12,
+    "either": 0.2,
+    "both": 0.12,
+    "lnd": 0.03,
+    # what a step is made of, and how often
+    "bracket": 0.15,
+    "mirror": 0.15,
+    "length": 0.15,
+    "repeat": 0.12,
+    "open repeat": 0.3,
+    "optional": 0.06,
+    # lines beside
+    "or": 0.1,
+    "with": 0.2,
+    "within": 0.25,
+    "during": 0.07,
+    "starting with": 0.05,
+    "ending with": 0.05,
+    "exactly with": 0.05,
+    "after": 0.07,
+    "before": 0.07,
+    "without": 0.1,
+    "never": 0.07,
+    # names, clauses, stages
+    "labels": 0.25,
+    "let": 0.1,
+    "either side": 0.1,
+    "rhythm": 0.06,
+    "where": 0.5,
+    "mirrors": 0.3,
+    "stages": 0.1,
+}
+"""Whatever a pattern may have or lack, and how likely it is to be taken where it could stand."""
+
+RELATIONS = (
+    *("with", "during", "starting with", "ending with", "exactly with"),
+    *("after", "before", "without", "never"),
+)
+RELATIVE = ("side", "side_forward", "side_back", "across", "across_forward", "across_back")
+LEVELS = ("low", "mid", "high")
+FIELDS = {
+    "time": ("start", "end", "length"),
+    "number": ("swings", "margin"),
+    "part": ("part",),
+    "direction": ("direction",),
+    "level": ("level",),
+}
+
+
+def random_pattern(
+    random: Random,
+    *,
+    parts: Sequence[str] = ("r_arm", "l_arm", "head"),
+    directions: Sequence[str] = ("right", "left", "forward", "place"),
+    steps: int = 6,
+    avoid: Collection[str] = (),
+    only: Collection[str] | None = None,
+    more: Mapping[str, float] | None = None,
+) -> str:
+    """Return a pattern that parses.
+
+    Parameters
+    ----------
+    random : Random
+        Where chance comes from.
+    parts : sequence of str
+        Who may move; of two sides also ``arm`` and ``arms``.
+    directions : sequence of str
+        Which may be named, besides those that are relative to a side.
+    steps : int
+        About how many movements it names at most.
+    avoid : collection of str
+        Of `CONSTRUCTS`: what it shall not have.
+    only : collection of str, optional
+        Of `CONSTRUCTS`: all that it may have.
+    more : Mapping of str to float, optional
+        Other chances, by construct.
+
+    Returns
+    -------
+    str
+    """
+    chances = {**CONSTRUCTS, **(more or {})}
+    unknown = {*avoid, *(only or ()), *(more or ())} - set(CONSTRUCTS)
+    assert not unknown, f"no such constructs: {unknown}"
+    for name in set(CONSTRUCTS) - set(CONSTRUCTS if only is None else only) | set(avoid):
+        chances[name] = 0
+    while True:  # what one step says may contradict itself, as "not low not mid not high" does
+        text = Grammar(random, parts, directions, steps, chances).query()
+        try:
+            parse(text)
+        except PatternError:
+            continue
+        return text
+
+
+def random_patterns(seed: int, count: int, **how: object) -> Iterator[str]:
+    """Yield so many patterns; the rest is as for `random_pattern`."""
+    random = Random(seed)
+    for _ in range(count):
+        yield random_pattern(random, **how)  # type: ignore[arg-type]
+
+
+class Grammar:
+    """One method a rule; each returns text."""
+
+    def __init__(
+        self,
+        random: Random,
+        parts: Sequence[str],
+        directions: Sequence[str],
+        steps: int,
+        chances: Mapping[str, float],
+    ) -> None:
+        self.random, self.parts, self.chances = random, tuple(parts), chances
+        self.directions = tuple(directions)
+        self.left = steps
+        self.labels: list[str] = []
+        self.lets: list[str] = []
+        self.labelled = True
+
+    def takes(self, name: str) -> bool:
+        return self.random.random() < self.chances[name]
+
+    def one(self, *texts: str) -> str:
+        return self.random.choice(texts)
+
+    # query, clauses and stages
+
+    def query(self) -> str:
+        said = [self.let()] if self.takes("let") else []
+        said.append(self.pattern("", 2))
+        clauses = ["either side"] if self.takes("either side") else []
+        if self.takes("rhythm"):
+            clauses.append(f"rhythm {':'.join(self.one('1', '2', '1.5') for _ in range(2))}")
+        if self.labels and self.takes("where"):
+            clauses.append(f"where {' and '.join(self.conditions())}")
+        self.random.shuffle(clauses)
+        stages = self.stages() if self.takes("stages") else ""
+        return " ".join([*said, *clauses]) + stages
+
+    def let(self) -> str:
+        labelled, self.labelled = self.labelled, False
+        pattern = self.pattern(self.one("", self.parts[0]), 1)
+        self.labelled = labelled
+        self.lets.append(pattern)
+        return f"let name{len(self.lets)} = {pattern};"
+
+    def stages(self) -> str:
+        said = [f" | sort by {self.field()}"] if self.random.random() < 0.5 else []
+        if self.random.random() < 0.5:
+            said.append(self.one(" | count", f" | count by {self.field()}"))
+        if not said or self.random.random() < 0.5:
+            said.append(f" | first {self.random.randint(1, 3)}")
+        return "".join(said)
+
+    def field(self) -> str:
+        kind = self.one(*FIELDS)
+        name = self.one("match", *self.labels)
+        return self.one(f"{name}.{self.one(*FIELDS[kind])}", "clip.label", "clip.path")
+
+    def conditions(self) -> Iterator[str]:
+        for _ in range(self.random.randint(1, 2)):
+            yield self.condition()
+
+    def condition(self) -> str:
+        if len(self.labels) > 1 and self.takes("mirrors"):
+            first, second = self.random.sample(self.labels, 2)
+            return f"{first} mirrors {second}"
+        kind = self.one(*FIELDS)
+        left, right = (f"{self.one('match', *self.labels)}.{self.one(*FIELDS[kind])}" for _ in "12")
+        values = {
+            "time": ("0.3s", "5f", "1b"),
+            "number": ("0.5", "1", "0"),
+            "part": tuple(self.parts),
+            "direction": self.directions,
+            "level": LEVELS,
+        }[kind]
+        if self.random.random() < 0.6:
+            right = self.one(*values)
+        if kind in ("time", "number") and self.random.random() < 0.4:
+            left = f"{left} {self.one('+', '-')} {self.one(*values, right)}"
+        equal = ("=", "!=")
+        compares = equal if kind in ("part", "direction") else (*equal, "<", "<=", ">", ">=")
+        return f"{left} {self.one(*compares)} {right}"
+
+    # patterns, lines and what joins them
+
+    def pattern(self, carried: str, depth: int) -> str:
+        said = [self.lines(carried, depth)]
+        while self.left > 0 and self.takes("or"):
+            said.append(self.lines("", depth))
+        return " or ".join(said)
+
+    def lines(self, carried: str, depth: int) -> str:
+        said = [self.line(carried, depth)]
+        for relation in self.random.sample(RELATIONS, len(RELATIONS)):
+            if self.left > 0 and self.takes(relation):
+                labelled = self.labelled
+                self.labelled = labelled and relation not in ("without", "never")
+                said += [f"{relation}{self.within(relation)}", self.line("", depth, most=2)]
+                self.labelled = labelled
+        return " ".join(said)
+
+    def within(self, relation: str) -> str:
+        if relation in ("with", "without") and self.takes("within"):
+            return f"[{self.one('0.5s', '3f', '1b')}]"
+        if relation in ("after", "before") and self.takes("within"):
+            return f"[{self.length()}]"
+        return ""
+
+    def line(self, carried: str, depth: int, most: int = 4) -> str:
+        said = [f"start {self.arrow()}"] if self.takes("start") else []
+        text, last = self.item(carried, depth)
+        said.append(text)
+        for _ in range(most - 1):
+            if self.left <= 0 or not self.takes("->"):
+                break
+            arrow = self.arrow()
+            text, last = self.item("" if self.takes("another part") else last, depth)
+            said += [arrow, text]
+        return " ".join([*said, *([f"{self.arrow()} end"] if self.takes("end") else [])])
+
+    def arrow(self) -> str:
+        later = self.takes("...")
+        said = self.one("...", "…") if later else self.one("->", "->", "then", "→")
+        if later and self.takes("skips"):
+            return f"{said}[{self.one('', '<=', '<', '>', '>=')}{self.random.randint(0, 3)}]"
+        return f"{said}[{self.length()}]" if self.takes("limit") else said
+
+    # one step
+
+    def item(self, carried: str, depth: int) -> tuple[str, str]:
+        """Return an item, and who carries over an arrow behind it."""
+        label = ""
+        if self.labelled and self.takes("labels"):
+            label = f"l{len(self.labels) + 1}: "
+            self.labels.append(label[:-2])
+        labelled, repeat = self.labelled, self.repeat()
+        self.labelled = labelled and not repeat
+        text, last = self.unit(carried, depth)
+        self.labelled = labelled
+        length = f" {self.length()}" if self.takes("length") else ""
+        return f"{label}{text}{length}{repeat}", last
+
+    def unit(self, carried: str, depth: int) -> tuple[str, str]:
+        if self.lets and self.random.random() < 0.5:
+            return f"@name{len(self.lets)}", ""
+        if depth and self.takes("bracket"):
+            mirror = "mirror" if self.takes("mirror") else ""
+            return f"{mirror}({self.pattern(carried, depth - 1)})", "" if mirror else carried
+        self.left -= 1
+        if self.takes("lnd"):
+            part = self.one(*self.parts)
+            said = f"{self.one(*self.directions)} {self.one(*LEVELS)}"
+            return f"direction {part} {said} 0 {self.random.randint(1, 2)}", part
+        return self.step(carried)
+
+    def step(self, carried: str) -> tuple[str, str]:
+        mover = carried or self.mover()
+        said = [] if carried and self.random.random() < 0.8 else [mover]
+        manner = next((it for it in ("at", "hold", "via") if self.takes(it)), "")
+        sided = mover.removesuffix("s").removeprefix("r_").removeprefix("l_") != mover
+        sided = sided or f"r_{mover}" in self.parts
+        words = self.words(sided, manner)
+        if not words and (manner in ("at", "via") or not (said or manner)):
+            words = self.one(*LEVELS)
+        return " ".join(filter(None, [*said, manner, words])), mover
+
+    def mover(self) -> str:
+        part = self.one(*self.parts)
+        other = {"r": "l", "l": "r"}.get(part[0], "") + part[1:]
+        if part[:2] not in ("r_", "l_") or other not in self.parts:
+            return part
+        if self.takes("either"):
+            return part[2:]
+        plural = "feet" if part[2:] == "foot" else f"{part[2:]}s"
+        return plural if self.takes("both") else part
+
+    def words(self, sided: bool, manner: str) -> str:
+        said = []
+        if self.random.random() < 0.5:
+            known = [*self.directions]
+            known += RELATIVE if sided and self.takes("relative") else []
+            said.append("any" if self.takes("any") else self.word(known))
+        if self.random.random() < 0.6:
+            said.append(self.word(LEVELS))
+        if manner not in ("at", "hold") and self.takes("changes"):
+            said.append(self.word(("rising", "sinking")))
+        self.random.shuffle(said)
+        return " ".join(said)
+
+    def word(self, known: Sequence[str]) -> str:
+        count = 2 if len(known) > 2 and self.takes("/") else 1
+        said = "/".join(self.random.sample(list(known), count))
+        return f"not {said}" if self.takes("not") else said
+
+    def length(self) -> str:
+        return self.one(
+            *("<0.5s", "<=3f", "2f+", ">=0.2s", ">1b", "0.2s..1s", "300ms", "<1s", "1s", "4f..9f")
+        )
+
+    def repeat(self) -> str:
+        if self.takes("optional"):
+            return "?"
+        if not self.takes("repeat"):
+            return ""
+        if self.takes("open repeat"):
+            return self.one(" x1+", " x2+", " x0+")
+        return self.one(" x2", " x3", " x1..2", " x0..2", " x2..3")

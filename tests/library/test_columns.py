@@ -1,0 +1,176 @@
+"""What a library gives as columns is what its rows say, from wherever it comes."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from sample import add_sample, fill, sample_score, sql
+
+from lanindex.library import derive, gather
+from lanindex.library.store import Store
+from lanindex.model import Meter, Score, Span, Track
+from lanindex.model.columns import columns_of, roster_of
+
+PARTS = ("r_arm", "l_arm", "head", "tail")
+"""The last is nobody's."""
+
+
+def assert_same(one, other, names):
+    for name in names:
+        found, wanted = getattr(one, name), getattr(other, name)
+        assert found.dtype == wanted.dtype, name
+        np.testing.assert_array_equal(found, wanted, err_msg=name)
+
+
+def assert_true(library, parts=PARTS, numbers=None):
+    """Hold what a library gives as columns against its tracks."""
+    roster, columns = library.columns(parts, numbers)
+    held = list(library.tracks(numbers))
+    captures = [capture for capture, _ in held]
+    assert_same(roster, roster_of(captures), ("number", "frames", "rate", "speed"))
+    for part in parts:
+        wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
+        names = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
+        assert_same(columns[part], wanted, names)
+
+
+def segments(library):
+    """Return how many captures each segment holds."""
+    with sql(library.place) as connection:
+        return [one for (one,) in connection.execute("SELECT captures FROM segment ORDER BY id")]
+
+
+@pytest.fixture
+def library(tmp_path):
+    with Store.open(tmp_path / "some.db", create=True) as library:
+        yield library
+        assert library.notes == []
+
+
+def odd_score(seed: int) -> Score:
+    """Return a score with everything that columns can hold: gaps, passing rows, parts missing."""
+    choice = np.random.default_rng(seed)
+    score = sample_score(seed, length=int(choice.integers(2, 30)))
+    tracks = {}
+    for part in choice.permutation(["r_arm", "l_arm", "head", "torso"])[: choice.integers(1, 5)]:
+        symbols = score.tracks["r_arm"].symbols.copy()
+        symbols["passing"] = choice.random(len(symbols)) < 0.3
+        symbols["margin"] = (choice.integers(0, 1001, len(symbols)) / 1000).astype(np.float32)
+        symbols["runner_level"] = choice.integers(-1, 3, len(symbols))
+        spans = ((Span(0, score.frames),), (), (Span(0, 5), Span(9, score.frames)))
+        tracks[str(part)] = Track(str(part), symbols, spans[choice.integers(3)])
+    meter = Meter(Fraction(int(choice.integers(1, 400)), 7))
+    return Score(score.rate, score.frames, meter, tracks)
+
+
+def test_columns_are_what_the_rows_say(library):
+    for number in range(30):
+        library.add(f"{number}.bvh", odd_score(number), format="bvh", sha256="0")
+    assert_true(library)
+    library.gather()
+    assert segments(library) == [30]
+    assert_true(library)
+    assert_true(library, numbers=[3, 7, 29, 30, 99])
+    assert_true(library, numbers=[])
+
+
+def test_an_empty_library_has_columns(library):
+    assert_true(library)
+    library.gather()
+    assert_true(library)
+    assert segments(library) == []
+
+
+def test_what_is_added_later_is_found_without_a_segment(library):
+    fill(library.place, 3)
+    library.gather()
+    add_sample(library, 3)
+    assert segments(library) == [3]
+    assert_true(library)
+
+
+def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
+    for number in range(12):
+        add_sample(library, number)
+    library.gather()
+    for gathered in (False, True):
+        library.add("4.bvh", odd_score(1 + gathered), format="bvh", sha256="1")
+        library.label(2, f"walk {gathered}")
+        library.move(3, f"/elsewhere/{gathered}.bvh")
+        library.remove(6 + gathered)
+        assert_true(library)
+        if gathered:
+            library.gather()
+            assert_true(library)
+    library.remove("4.bvh")
+    add_sample(library, 4)
+    assert_true(library)
+
+
+def test_segments_are_joined_as_they_grow(library):
+    sizes = []
+    for number in range(16):
+        add_sample(library, number)
+        library.gather()
+        sizes.append(segments(library))
+        assert_true(library)
+    assert sizes[:6] == [[1], [2], [2, 1], [4], [4, 1], [4, 2]]
+    assert sizes[-1] == [16]
+
+
+def test_dead_captures_leave_when_they_are_many(library):
+    for number in range(8):
+        add_sample(library, number)
+    library.gather()
+    library.remove(1, 2)
+    library.gather()
+    assert segments(library) == [8]
+    library.remove(3)
+    library.gather()
+    assert segments(library) == [5]
+    assert_true(library)
+
+
+def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):
+    monkeypatch.setattr(gather, "CHUNK", 40)
+    monkeypatch.setattr(derive, "BATCH", 1)
+    monkeypatch.setattr(gather, "join", lambda connection: False)
+    for number in range(7):
+        add_sample(library, number)
+    library.gather()
+    assert segments(library) == [3, 3, 1]
+    assert_true(library)
+
+
+def test_columns_are_read_once(library):
+    fill(library.place, 3)
+    library.gather()
+    _, first = library.columns(["head"])
+    _, again = library.columns(["head", "r_arm"])
+    assert first["head"] is again["head"]
+    add_sample(library, 3)
+    assert library.columns(["head"])[1]["head"] is not first["head"]
+
+
+def test_the_names_of_the_parts_come_from_wherever_they_are(library):
+    for gathered, parts in ((True, ("head", "r_arm")), (False, ("l_leg",))):
+        score = sample_score(0, parts)
+        library.add(f"{parts}.bvh", score, format="bvh", sha256="0")
+        if gathered:
+            library.gather()
+    assert library.parts(checked=False) == library.parts() == ["r_arm", "l_leg", "head"]
+    library.remove(2)
+    assert library.parts(checked=False) == ["r_arm", "head"]
+    with sql(library.place) as connection:
+        connection.execute("UPDATE state SET stamp = stamp + 1")
+    assert library.parts(checked=False) == ["r_arm", "head"]
+
+
+def test_vast_fractions_have_gather(library):
+    score = Score(Fraction(30), 60, Meter(Fraction(10**30, 3 * 10**27)), sample_score().tracks)
+    library.add("a.bvh", score, format="bvh", sha256="0")
+    score = Score(Fraction(3, 10**30), 60, Meter(), sample_score().tracks)
+    library.add("b.bvh", score, format="bvh", sha256="0")
+    roster, _ = library.columns([])
+    assert roster.speed[0, 0] / roster.speed[0, 1] == pytest.approx(1000 / 3)
+    assert (roster.rate > 0).all()
