@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 HERE = Path(__file__).parent
-ALL = ("startup", "read_speed", "ingest_speed", "memory", "columns", "retrieval", "laws")
+ALL = ("startup", "read_speed", "ingest_speed", "memory", "columns", "retrieval", "laws", "dictionary")
 
 
 def processor() -> str:
