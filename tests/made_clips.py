@@ -48,3 +48,13 @@ def mirrored(clip):
             turned[name][told] = np.array(MIRRORED)[found[name][told]]
         image[mirrored_part(part)] = turned
     return image
+
+
+def dance(steps):
+    """Return rows of one arm that goes from cell to cell, each in half a second of 30 frames/s."""
+    found = blank(len(steps))
+    found["direction"], found["level"] = zip(*steps, strict=True)
+    found["stop"] = 15 * np.arange(len(steps))
+    found["start"] = np.maximum(found["stop"] - 15, 0)
+    found["margin"] = 1
+    return {"r_arm": found}

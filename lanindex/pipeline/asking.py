@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lanindex.errors import UsageError
-from lanindex.library import store
+from lanindex.pipeline.exploring import Exploring
 
 if TYPE_CHECKING:
     from lanindex.library.find import Where
-    from lanindex.pipeline.example import Alike
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
 
 
-class Asking(store.Store):
+class Asking(Exploring):
     """A library that can be asked about patterns."""
 
     if TYPE_CHECKING:
@@ -25,66 +22,6 @@ class Asking(store.Store):
         def _asked(
             self, pattern: str, within: str | None, where: Where | None, strict: bool
         ) -> tuple[Query, list[int] | None]: ...
-
-    def like(
-        self,
-        clip: int | str | os.PathLike[str],
-        *,
-        limit: int = 100,
-        rerank: bool = False,
-        within: str | None = None,
-        where: Where | None = None,
-    ) -> Alike:
-        """Find captures that are like one; that one itself is left out.
-
-        Parameters
-        ----------
-        clip : int, str or path-like
-            A capture of the library (number or path) or a file elsewhere, each also with
-            ``:from-to`` behind it (frames, half-open), or a line of ``search --json``.
-        limit : int
-            How many captures are wanted.
-        rerank : bool
-            Put the best hundred in the order in which their joints move alike, from their files.
-        within : str, optional
-            Only captures whose path matches this glob.
-        where : Mapping of str to str, optional
-            Only captures that fit these globs by label, format, path or a column of their own.
-
-        Returns
-        -------
-        Alike
-            Its `hits`, the likest first: each a whole capture, or, where that is at least twice
-            as long as the example, perhaps a stretch of it. The fit is the likeness, 0 to 1.
-
-        Raises
-        ------
-        UsageError
-            Where there is no such clip, nothing moves in it, or `rerank` finds no joints of it.
-        CaptureError, NotationError
-            Where its file cannot be read.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     for hit in library.like("conductor_three.bvh", limit=1).hits:
-        ...         print(hit.path, hit.span, round(hit.fit, 2))
-        corpus/conductor_four.bvh Span(start=0, stop=1000) 0.79
-        """
-        from lanindex.pipeline.example import alike, example
-
-        if limit < 1:
-            raise UsageError(f"a limit of {limit}", wanted="1 or more")
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        found = alike(self, example(self, clip), chosen, limit)
-        if rerank:
-            from lanindex.pipeline.rerank import reranked
-
-            found = reranked(self, found)
-        return found
 
     def suggest(
         self,

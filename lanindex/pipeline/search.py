@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from lanindex.errors import LibraryError
 from lanindex.library.store import Store
-from lanindex.model import Capture, Track
+from lanindex.model import Capture, Hit, Track
 from lanindex.search.fast import Finder, Found, Watch
 from lanindex.search.language.query import Query
+
+if TYPE_CHECKING:
+    from lanindex.model.columns import Roster
+    from lanindex.search.fast.find import Recordings
+    from lanindex.search.fuzzy import Allowance
 
 
 def search(
@@ -49,6 +55,60 @@ def search(
         Where the library cannot be read.
     """
     roster, columns = library.columns(query.parts, numbers)
+    finder = Finder(query, roster, columns, _recordings(library, roster), tolerance)
+    return finder.find(overlaps, watch)
+
+
+def nearly(
+    library: Store,
+    query: Query,
+    numbers: Sequence[int] | None,
+    allowance: Allowance,
+    *,
+    tolerance: Fraction,
+    overlaps: str,
+    watch: Watch | None = None,
+) -> list[Hit]:
+    """Find what is nearly a pattern in a library.
+
+    Parameters
+    ----------
+    allowance : Allowance
+        How much a match may differ.
+    library, query, numbers, tolerance, overlaps, watch
+        As for `search`.
+
+    Returns
+    -------
+    list of Hit
+
+    Raises
+    ------
+    LibraryError
+        Where the library cannot be read.
+    UsageError
+        Where the pattern says what has no edits.
+    """
+    from lanindex.search import fuzzy
+
+    roster, columns = library.columns(query.parts, numbers)
+    recordings = _recordings(library, roster)
+    return list(
+        fuzzy.find(
+            query,
+            roster,
+            columns,
+            lambda places: recordings(places, query.parts),
+            allowance,
+            tolerance=tolerance,
+            overlaps=overlaps,
+            watch=watch,
+        )
+    )
+
+
+def _recordings(library: Store, roster: Roster) -> Recordings:
+    """Return what fetches captures with some of their tracks, by their places in a roster."""
 
     def recordings(
         places: Sequence[int], parts: Collection[str]
@@ -68,4 +128,4 @@ def search(
             )
         return found
 
-    return Finder(query, roster, columns, recordings, tolerance).find(overlaps, watch)
+    return recordings

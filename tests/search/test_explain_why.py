@@ -119,7 +119,11 @@ STOPS = {
         "without head",
         'r_arm place high [30, 36), but "head" is at [33, 40)',
     ),
-    "r_arm right with r_hand": ("r_arm right", "with r_hand", "r_hand does not move"),
+    "r_arm right with r_hand": (
+        "r_arm right",
+        "with r_hand",
+        "r_arm right mid [5, 12), but r_hand does not move",
+    ),
     "arms low -> high": (
         "arms low",
         "-> high",

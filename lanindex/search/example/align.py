@@ -37,9 +37,9 @@ _CELLS = 1 << 15
 """Cells of a row of the alignment that are worked on at a time: what a processor keeps near."""
 
 
-def likeness(differences: Floats, sizes: Floats) -> Floats:
-    """Return how alike clips are, 0 to 1, from what they do not share and their sizes in all."""
-    alike: Floats = np.clip(1 - differences / (sizes + np.float32(CALM)), 0, 1)
+def likeness(apart: Floats, whole: Floats) -> Floats:
+    """Return how alike clips are, 0 to 1, from what they do not share and their sizes."""
+    alike: Floats = np.clip(1 - apart / (whole + np.float32(CALM)), 0, 1)
     return alike
 
 
@@ -60,92 +60,107 @@ def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
     ndarray
         (B,) float32, 0 to 1. What only one of both has, a part too, is not shared.
     """
-    differences, sizes = aligned(query, clips, windows)
-    return likeness(differences.sum(axis=0), sizes.sum(axis=0) + query.moves.sizes.sum())
+    return paired(query, query.whole().some(np.zeros(len(windows), np.int64)), clips, windows)
 
 
-def aligned(query: Clips, clips: Clips, windows: Windows) -> tuple[Floats, Floats]:
-    """Return the differences of one clip and stretches of others, and the sizes of these.
-
-    Returns
-    -------
-    differences, sizes : ndarray
-        (P, B) float32 each, by part; the sizes are those of the stretches alone.
-    """
-    own = np.array(
-        [query.moves.sizes[low:high].sum() for low, high in query.first], np.float32
-    ).reshape(-1, 1)
-    differences = np.broadcast_to(own, windows.low.shape).copy()
-    sizes = np.zeros(windows.low.shape, np.float32)
-    moving = np.diff(query.first, axis=1)[:, 0]
-    for parts, stretches in _lanes(moving, windows):
-        lanes = _Lanes(query, clips, parts, windows.low[parts, stretches])
-        counts = windows.high[parts, stretches] - windows.low[parts, stretches] - 1
-        differences[parts, stretches], sizes[parts, stretches] = lanes.walked(counts)
-    return differences, sizes
+def paired(one: Clips, ours: Windows, two: Clips, theirs: Windows) -> Floats:
+    """Return how alike stretches of clips are to others, pair by pair: (B,) float32, 0 to 1."""
+    apart = differences(one.moves, ours, two.moves, theirs).sum(axis=0)
+    whole = sizes(one.moves, ours).sum(axis=0) + sizes(two.moves, theirs).sum(axis=0)
+    return likeness(apart, whole)
 
 
-def _lanes(moving: Numbers, windows: Windows) -> Iterator[tuple[Numbers, Numbers]]:
+def sizes(moves: Moves, windows: Windows) -> Floats:
+    """Return what it costs to leave out each part of each stretch: (P, B) float32."""
+    reach = np.concatenate([[0], np.cumsum(moves.sizes, dtype=np.float64)])
+    there = windows.low < windows.high
+    begun = np.append(moves.swings, np.float32(0))[windows.low]
+    inside = reach[windows.high] - reach[np.minimum(windows.low + 1, windows.high)]
+    return np.asarray(np.where(there, inside + begun, 0), np.float32)
+
+
+def differences(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> Floats:
+    """Return what stretches of clips do not share, pair by pair: (P, B) float32, by part."""
+    found = sizes(one, ours) + sizes(two, theirs)
+    counts = ours.high - ours.low
+    for parts, stretches in _lanes(counts, theirs.high - theirs.low):
+        lanes = _Lanes(one, two, ours.low[parts, stretches], theirs.low[parts, stretches])
+        mine, others = counts[parts, stretches], theirs.high - theirs.low
+        found[parts, stretches] = lanes.walked(mine, others[parts, stretches] - 1)
+    return found
+
+
+def _lanes(mine: Numbers, others: Numbers) -> Iterator[tuple[Numbers, Numbers]]:
     """Yield parts and stretches to work on together: of about one length, little is padded.
 
-    Those of whose part the query has most rows go first; a part that a clip lacks is left out.
+    Those with most rows of the one side go first; where one side has none there is no work.
     """
-    counts = windows.high - windows.low
-    scale = np.ceil(np.log2(np.maximum(counts, 1))).astype(np.int64)
-    parts, stretches = np.nonzero(counts)
+    scale = np.ceil(np.log2(np.maximum(others, 1))).astype(np.int64)
+    parts, stretches = np.nonzero((others > 0) & (mine > 0))
     scales = scale[parts, stretches]
-    order = np.lexsort((-moving[parts], scales))
+    order = np.lexsort((-mine[parts, stretches], scales))
     borders = np.flatnonzero(np.diff(scales[order])) + 1
     for alike in np.split(order, borders):
         if len(alike):
-            most = max(1, _CELLS // int(2 ** scales[alike[0]]))
+            most = max(1, _CELLS >> int(scales[alike[0]]))
             for first in range(0, len(alike), most):
                 lanes = alike[first : first + most]
                 yield parts[lanes], stretches[lanes]
 
 
 class _Lanes:
-    """Alignments that go side by side: one a lane, each of one part, all of about one length."""
+    """Alignments that go side by side: one a lane, each of one part of one pair.
 
-    def __init__(self, query: Clips, clips: Clips, parts: Numbers, low: Numbers) -> None:
-        self.query, self.clips, self.low = query.moves, clips.moves, low
-        self.rows = query.first[parts, 0]
-        self.count = query.first[parts, 1] - self.rows
+    Parameters
+    ----------
+    one, two : Moves
+        Both sides' rows.
+    mine, low : ndarray
+        (L,) where each lane begins in these.
+    """
 
-    def walked(self, counts: Numbers) -> tuple[Floats, Floats]:
-        """Return differences and sizes: row by row of the query, all lanes at once."""
-        places = np.minimum(np.arange(counts.max() + 1)[:, None], counts)
-        index = self.low + places
-        self.points = np.moveaxis(self.clips.points[index], -1, 0).copy()
-        self.paces, self.swings = self.clips.paces[index], self.clips.swings[index]
-        gaps = self.clips.sizes[index]
-        gaps[0] = self.swings[0]
+    def __init__(self, one: Moves, two: Moves, mine: Numbers, low: Numbers) -> None:
+        self.one, self.two, self.mine, self.low = one, two, mine, low
+
+    def walked(self, rows: Numbers, counts: Numbers) -> Floats:
+        """Return differences: row by row of one side, all lanes at once.
+
+        Parameters
+        ----------
+        rows : ndarray
+            (L,) rows of the one side, its beginning counted; the most first.
+        counts : ndarray
+            (L,) movements of the other.
+        """
+        index = self.low + np.minimum(np.arange(counts.max() + 1)[:, None], counts)
+        self.points = np.moveaxis(self.two.points[index], -1, 0).copy()
+        self.paces, self.swings = self.two.paces[index], self.two.swings[index]
+        gaps = self.two.sizes[index]
+        gaps[0] = 0
         self.reach = np.cumsum(gaps, axis=0)
         lanes = np.arange(len(counts))
-        sizes = self.reach[counts, lanes]
-        cost, before = self.reach, self.reach  # of a part that the query lacks all is put in
-        differences = sizes.copy()
-        for row in range(int(self.count.max(initial=0))):
-            alive = int(np.searchsorted(-self.count, -row))  # the longest go first
+        found = np.zeros(len(counts), np.float32)
+        cost = before = self.reach
+        for row in range(int(rows[0])):
+            alive = int(np.searchsorted(-rows, -row))
             cost, before = self._row(row, alive, cost[:, :alive], before[:, :alive])
-            differences[:alive] = cost[counts[:alive], lanes[:alive]]
-        return differences, sizes
+            found[:alive] = cost[counts[:alive], lanes[:alive]]
+        return found
 
     def _row(self, row: int, alive: int, cost: Floats, before: Floats) -> tuple[Floats, Floats]:
-        """Return the costs of one more row of the query, and how far it is from each row."""
-        own, query = self.rows[:alive] + row, self.query
-        here = _apart(self.points[:, :, :alive], query.points[own])
-        swings = np.abs(self.swings[:, :alive] - query.swings[own])
+        """Return the costs of one more row of the one side, and how far it is from each row."""
+        own, one = self.mine[:alive] + row, self.one
+        here = _apart(self.points[:, :, :alive], one.points[own])
+        swings = np.abs(self.swings[:, :alive] - one.swings[own])
         reach = self.reach[:, :alive]
         if row == 0:
-            begin = np.float32(POSE) * here[0] + swings[0] - self.swings[0, :alive]
-            return reach + begin, here
+            return reach + np.float32(POSE) * here[0] + swings[0], here
         change = here[1:] + before[:-1]
         change *= np.float32(REPLACED)
-        change += np.float32(PACE) * np.abs(self.paces[1:, :alive] - query.paces[own])
+        change += np.float32(PACE) * np.abs(self.paces[1:, :alive] - one.paces[own])
         change += swings[1:]
         change += cost[:-1]
-        best = cost + query.sizes[own]
+        best = cost + one.sizes[own]
         np.minimum(best[1:], change, out=best[1:])
         # What is put in adds up along the clip: a running minimum of what is left without it.
         best -= reach

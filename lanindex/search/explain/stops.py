@@ -235,11 +235,13 @@ class _Walk:
             reason = f"{_at(hit)}, but {there}{far}"
             return self._beside(lines, beside, hit, other.lines[0][0], reason)
         step, hit = _first(beside.line.items[0]), hits[0]
-        moving = [it for part in step.mover.members for it in self.rows.get(part, [])]
+        rows = [it for part in step.mover.members for it in self.rows.get(part, [])]
+        moving = [it for it in rows if it.start < it.stop or step.manner != "move"]
         meanwhile = [it for it in moving if it.start < hit.span.stop and hit.span.start < it.stop]
         near = nearest(meanwhile or moving, step)
         if near is None:
-            return self._beside(lines, beside, hit, None, f"{step.mover} does not move")
+            reason = f"{_at(hit)}, but {step.mover} does not move"
+            return self._beside(lines, beside, hit, None, reason)
         when = "meanwhile" if meanwhile else "at another time"
         reason = f"{_at(hit)}, but {when} {near}, {_not(step)} ({doubts(near)})"
         return self._beside(lines, beside, hit, near, reason)

@@ -14,6 +14,9 @@ from lanindex.search.language.query import Arrow
 from lanindex.search.language.times import Clock, Length
 from lanindex.search.plain.track import Claim, Event, Origin, Timeline
 
+First = frozenset[tuple[str, int]]
+"""The first symbols of a match: parts and rows. They tell the places where a pattern can start."""
+
 
 @dataclass(eq=False)
 class Match:
@@ -43,6 +46,11 @@ class Match:
     def claims(self) -> frozenset[Claim]:
         """What it uses up."""
         return frozenset().union(*(event.claims for event in self.events))
+
+    @property
+    def first(self) -> First:
+        """Its first symbols."""
+        return frozenset((event.timeline.part, event.first) for event in self.events)
 
     @cached_property
     def fit(self) -> float:

@@ -1,22 +1,12 @@
 """The best stretch of a long clip, and a bounded search through many."""
 
 import numpy as np
+from made_clips import dance
 
-from lanindex.model.symbol import blank
 from lanindex.search.example.moves import clips_of
 from lanindex.search.example.nearest import nearest
 
 RATE = 30.0
-
-
-def dance(steps):
-    """Return rows of one arm that goes from cell to cell, each in half a second."""
-    rows = blank(len(steps))
-    rows["direction"], rows["level"] = zip(*steps, strict=True)
-    rows["stop"] = 15 * np.arange(len(steps))
-    rows["start"] = np.maximum(rows["stop"] - 15, 0)
-    rows["margin"] = 1
-    return {"r_arm": rows}
 
 
 def noise(seed, count):
