@@ -58,12 +58,12 @@ def suggest(
         except (TimeoutError, LanindexError):  # or it fits in too many ways
             return None
 
+    elsewhere = None if numbers is None else count(query, None)
     if not library.captures() or numbers == []:
         fitting = "" if numbers is None else " that fits --in and --where"
         advice = Advice(str(query), remark=f"There is no capture{fitting}.")
     else:
         advice = advise(query, count, reader(library), budget=budget)
-    elsewhere = None if numbers is None else count(query, None)
     if elsewhere and elsewhere[0]:
         advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
     return advice

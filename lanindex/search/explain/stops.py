@@ -130,16 +130,17 @@ class _Walk:
         if not count:
             return self.nowhere(line, item)
         arrow, step = line.arrows[count - 1], _first(item)
-        best: tuple[float, Reached, str, Symbol | None] | None = None
+        worst = max if step.mover.form == "both" else min  # of two together both must fit
+        ways = []
         for symbols in reached:
-            for part in _partners(step, symbols):
-                later = self.after(part, symbols)
-                near = nearest(later if arrow.later else later[:1], step)
-                rank = away(near, step) if near else inf
-                if best is None or rank < best[0]:
-                    best = rank, symbols, part, near
-        assert best is not None
-        _, symbols, part, near = best
+            nearest_of = [
+                (away(near, step) if near else inf, part, near)
+                for part in _partners(step, symbols)
+                for later in [self.after(part, symbols)]
+                for near in [nearest(later if arrow.later else later[:1], step)]
+            ]
+            ways.append((symbols, *worst(nearest_of, key=lambda it: it[0])))
+        symbols, _, part, near = min(ways, key=lambda it: it[1])
         reason = f"after {_last(symbols)} {self.instead(arrow, item, symbols, part, near)}"
         return Stop(str(_beginning(line, count)), symbols, f"{arrow} {item}", near, reason)
 
