@@ -13,6 +13,6 @@ It is correct first, and the oracle of any faster one. Read it in this order:
 9. ``find``: which of them are hits.
 """
 
-from lanindex.search.plain.find import TOLERANCE, find
+from lanindex.search.plain.find import TOLERANCE, Teller, find
 
-__all__ = ["TOLERANCE", "find"]
+__all__ = ["TOLERANCE", "Teller", "find"]
