@@ -47,7 +47,7 @@ def test_only_captures_that_fit_are_searched(library: Library) -> None:
 
 def test_what_would_be_found_is_what_is_found(library: Library) -> None:
     advice = library.suggest("r_arm low -> high | first 2")
-    assert [it.pattern for it in advice.instead][0] == "r_arm low -> mid"
+    assert advice.instead[0].pattern == "r_arm low -> mid"
     for suggestion in advice.instead:
         found = library.search(suggestion.pattern)
         assert (len(found), found.captures) == (suggestion.hits, suggestion.captures)
