@@ -86,6 +86,24 @@ class TestSearch:
         assert done.exit_code == 1
         assert "labelled" not in done.stderr
 
+    def test_a_stranger_may_be_a_label(self, run, place: Path) -> None:
+        with open_library("lanindex.db") as library:
+            library.label(1, "squat deep")
+        done = run("search", "squat")
+        assert done.exit_code == 2
+        assert 'no word "squat" in the dictionary of movement: lanindex words' in done.stderr
+        assert 'lanindex list --where "label=squat deep"' in done.stderr
+
+    @pytest.mark.parametrize("asked", ["walk with raise", "walks", "raise with head"])
+    def test_a_word_in_a_pattern_is_told_how_it_is_written(self, run, asked: str) -> None:
+        assert (
+            f'Did you mean "@{asked.split()[0].removesuffix("s")}"?' in run("search", asked).stderr
+        )
+
+    @pytest.mark.parametrize("asked", ["r_arm", "arms", "head"])
+    def test_a_part_is_no_stranger(self, run, asked: str) -> None:
+        assert "dictionary" not in run("search", asked, "--count").stderr
+
     def test_own_words(self, run) -> None:
         assert run("search", "reach", "--words", "own.toml").exit_code == 0
         assert run("search", "reach", env={"LANINDEX_WORDS": "own.toml"}).exit_code == 0

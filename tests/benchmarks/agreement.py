@@ -1,4 +1,4 @@
-"""Hold the engine against the plain matcher: ``python tests/benchmarks/agreement.py [CASES] [SEED]``.
+"""Hold the engine against the plain matcher: ``agreement.py [CASES] [SEED]``.
 
 Random patterns of the whole grammar, each on a few small random captures, with overlaps and
 without; capture, frames and fit must be the same. Says how many captures the engine left to the

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 from dances import BOW
+from sample import sample_score
 
-from lanindex.errors import PatternError, UsageError
+from lanindex.errors import LibraryError, PatternError, UsageError
 from lanindex.pipeline import Library, open_library
 
 
@@ -26,6 +27,26 @@ def test_a_part_that_is_not_there_is_told_with_those_that_are(library: Library, 
 def test_a_part_that_is_only_not_seen_never_moves(library: Library) -> None:
     assert len(library.search("head high")) == 0
     assert len(library.search("r_arm forward without head")) == 1
+
+
+def test_hits_are_of_the_library_that_was_searched(library: Library) -> None:
+    score, wanted = library.score("bow.lnd"), library.search("r_arm forward")[0].span
+    place = library.capture("bow.lnd").location
+    with open_library(library.place) as other:
+        found = library.search("r_arm forward")
+        other.label("bow.lnd", "bow")
+        assert found[0].span == wanted
+        for change in (
+            lambda: other.add(place, sample_score(), format="lnd", sha256="0"),
+            lambda: other.remove(place),
+        ):
+            found = library.search("r_arm any")
+            change()
+            with pytest.raises(
+                LibraryError, match=r"gone, or others now. Search again: the library"
+            ):
+                list(found)
+            other.add(place, score, format="lnd", sha256="0")
 
 
 def test_only_captures_that_fit_are_searched(library: Library) -> None:

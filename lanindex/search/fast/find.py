@@ -18,7 +18,7 @@ from lanindex.search.fast import overlaps as staying
 from lanindex.search.fast.answers import Answers, best, joined, of_line, roots, table
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import covered
+from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.found import Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
@@ -245,9 +245,7 @@ def with_company(
     NotCovered
         Where only the plain matcher can tell.
     """
-    if not covered(program):
-        raise NotCovered
-    entries, roots_at, low, high = Company(block).leading(program)
+    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
     found = []
     for place, entry in enumerate(program.entries):
         own = entries == place

@@ -134,7 +134,7 @@ class Found(Sequence[Hit]):
 
     def arranged(self, order: Sequence[int]) -> Found:
         """Return the same hits in another order."""
-        return Found(self._maker, self._answers, self._chosen[np.array(order, np.int64)])
+        return Found(self._maker, self._answers, self._chosen[np.array(order, np.int64)], self.left)
 
     def numpy(self) -> Numbers:
         """Return the hits as an array, as `lanindex.search.hits.Hits.numpy`."""

@@ -22,6 +22,10 @@ Sides = tuple[Program, ...]
 """A line that stands beside another, as programs: one a side."""
 
 
+MOST_WAYS = 1_000_000
+"""How many ways to stand beside one end of a line are tried, before it is given up."""
+
+
 class Hull(NamedTuple):
     """A line with what has been found beside it: their hull, what they remember, the paths."""
 
@@ -107,14 +111,8 @@ class Company:
         hulls = [Hull(line.low, max(line.beyond, match.end), memory)]
         for companion in group.companions:
             if companion.relation not in FORBIDDEN:
-                hulls = smallest(
-                    (
-                        hull.joined(path, companion.relation)
-                        for hull in hulls
-                        for path in self._partners(companion, stretch, hull, group in self._wholes)
-                    ),
-                    self._clauses.of_match,
-                )
+                ways = self._with(companion, stretch, hulls, group in self._wholes)
+                hulls = smallest(ways, self._clauses.of_match)
         for companion in group.companions:
             if companion.relation in FORBIDDEN:
                 hulls = [
@@ -124,6 +122,16 @@ class Company:
                     if frozenset() not in owed
                 ]
         return hulls
+
+    def _with(
+        self, companion: Companion, stretch: Stretch, hulls: list[Hull], whole: bool
+    ) -> Iterator[Hull]:
+        """Yield each of some ways with each path that can stand beside it."""
+        if len(hulls) * len(self._paths(companion.programs)) > MOST_WAYS:
+            raise self._recording.too_many(MOST_WAYS)
+        for hull in hulls:
+            for path in self._partners(companion, stretch, hull, whole):
+                yield hull.joined(path, companion.relation)
 
     def _partners(
         self, companion: Companion, stretch: Stretch, hull: Hull, whole: bool

@@ -13,7 +13,6 @@ from functools import cached_property
 from heapq import heappop, heappush
 from math import floor, inf
 
-from lanindex.errors import LanindexError
 from lanindex.search.automaton import Edge, Exit, Program, State
 from lanindex.search.plain.beside import Company, Sides
 from lanindex.search.plain.candidates import First, Match, Recording
@@ -190,11 +189,7 @@ class Walker:
                     else:
                         known.came += new.came
             if len(seen) > MOST_NODES:
-                raise LanindexError(
-                    f"the pattern fits in more than {MOST_NODES} ways",
-                    place=self._recording.capture.path,
-                    remedy='Put fewer "..." into repeats, or name the part after "without"',
-                )
+                raise self._recording.too_many(MOST_NODES)
 
     def _finish(self, root: Node, node: Node, leaving: Exit) -> Iterator[Path]:
         """Yield the paths that end at a node."""
