@@ -61,6 +61,7 @@ def run(
             "--why",
             metavar="CAPTURE",
             help="Say what matched in one capture, or where the walk through it ended.",
+            autocompletion=options.offered("captures"),
         ),
     ] = None,
     db: options.Db = options.DB,
