@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
 from lanindex.pipeline.asking import Asking
+from lanindex.pipeline.exploring import Exploring
 from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
@@ -35,7 +36,7 @@ class _How(TypedDict):
     watch: Watch | None
 
 
-class Library(Asking):
+class Library(Asking, Exploring):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
     Examples

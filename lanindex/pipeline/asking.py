@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lanindex.pipeline.exploring import Exploring
+from lanindex.library import store
 
 if TYPE_CHECKING:
     from lanindex.library.find import Where
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lanindex.search.language.query import Query
 
 
-class Asking(Exploring):
+class Asking(store.Store):
     """A library that can be asked about patterns."""
 
     if TYPE_CHECKING:

@@ -1,16 +1,15 @@
-"""What a library shows to those who do not know yet what to ask: what is alike, what recurs."""
+"""What a library tells before one knows what to ask: what is like what, and what recurs."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from lanindex.errors import UsageError
 from lanindex.library import store
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from lanindex.library.find import Where
     from lanindex.pipeline.example import Alike
     from lanindex.pipeline.motifs import Motifs
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Exploring(store.Store):
-    """A library that can be explored."""
+    """A library that can be explored by example."""
 
     def like(
         self,

@@ -7,6 +7,8 @@ from contextlib import nullcontext
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lanindex.errors import LibraryError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Track
@@ -14,7 +16,7 @@ from lanindex.search.fast import Finder, Found, Watch
 from lanindex.search.language.query import Query
 
 if TYPE_CHECKING:
-    from lanindex.model.columns import Roster
+    from lanindex.model.columns import Columns, Roster
     from lanindex.search.fast.find import Recordings
     from lanindex.search.fuzzy import Allowance
 
@@ -54,8 +56,10 @@ def search(
     LibraryError
         Where the library cannot be read.
     """
+    stamp = library.stamp
     roster, columns = library.columns(query.parts, numbers)
-    finder = Finder(query, roster, columns, _recordings(library, roster), tolerance)
+    recordings = _recordings(library, stamp, roster, columns)
+    finder = Finder(query, roster, columns, recordings, tolerance)
     return finder.find(overlaps, watch)
 
 
@@ -91,8 +95,9 @@ def nearly(
     """
     from lanindex.search import fuzzy
 
+    stamp = library.stamp
     roster, columns = library.columns(query.parts, numbers)
-    recordings = _recordings(library, roster)
+    recordings = _recordings(library, stamp, roster, columns)
     return list(
         fuzzy.find(
             query,
@@ -107,8 +112,14 @@ def nearly(
     )
 
 
-def _recordings(library: Store, roster: Roster) -> Recordings:
-    """Return what fetches captures with some of their tracks, by their places in a roster."""
+def _recordings(
+    library: Store, stamp: int, roster: Roster, columns: Mapping[str, Columns]
+) -> Recordings:
+    """Return what fetches captures with some of their tracks, by their places in a roster.
+
+    Where the library's stamp is another one by now, they are held against the columns: a hit is
+    told by its rows, and these may be others.
+    """
 
     def recordings(
         places: Sequence[int], parts: Collection[str]
@@ -120,12 +131,37 @@ def _recordings(library: Store, roster: Roster) -> Recordings:
             else type(library).open(library.place, readonly=True) as opened
         ):
             found = list(opened.tracks(wanted, parts))
-        if len(found) != len(wanted):
-            raise LibraryError(
-                f"{len(wanted) - len(found)} captures with hits are gone",
-                place=library.place,
-                remedy="Search again: the library has changed since.",
-            )
+            unchanged = opened.stamp == stamp
+        if not unchanged:
+            held = {capture.id: (capture, tracks) for capture, tracks in found}
+            pairs = zip(places, wanted, strict=True)
+            same = [
+                one in held and _same(roster, columns, place, *held[one]) for place, one in pairs
+            ]
+            if not all(same):
+                raise LibraryError(
+                    f"{same.count(False)} captures with hits are gone, or others now",
+                    place=library.place,
+                    remedy="Search again: the library has changed since.",
+                )
         return found
 
     return recordings
+
+
+def _same(
+    roster: Roster,
+    columns: Mapping[str, Columns],
+    place: int,
+    capture: Capture,
+    tracks: Mapping[str, Track],
+) -> bool:
+    """Return whether a capture is as the columns have it."""
+    from lanindex.model.columns import columns_of, roster_of
+
+    own = np.array([place])
+    return roster_of([capture]).same_as(roster.taken(own)) and all(
+        columns_of(part, [capture], [track]).same_as(columns[part].taken(own))
+        for part, track in tracks.items()
+        if part in columns
+    )

@@ -162,6 +162,14 @@ def test_what_another_program_changed_is_seen(path):
     assert found(path) == (by_rows(path), [])
 
 
+def test_a_capture_is_stored_even_where_it_was_said_to_wait(path):
+    with sql(path) as connection:
+        connection.execute("INSERT INTO segment_pending VALUES (8)")
+    with Store.open(path) as library:
+        assert add_sample(library, 7) == 8
+    assert found(path) == (by_rows(path), [])
+
+
 def test_a_library_held_open_sees_what_others_change(path):
     with Store.open(path, readonly=True) as library:
         library.columns(PARTS)

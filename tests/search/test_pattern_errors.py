@@ -19,7 +19,7 @@ ERRORS = [
     ("r_arm low -> «hihg»", 'Did you mean "high"?'),
     ("r_arm low ... high\n  -> «hihg» <1s", 'Did you mean "high"?'),
     ("r_arm high «wiht» l_arm low", 'Did you mean "with"?'),
-    ("r_arm high «and» l_arm low", 'Did you mean "with"?'),
+    ("r_arm high «and» l_arm low", "Did you mean:  r_arm high with l_arm low"),
     ("r_arm «up»", "Did you mean:  r_arm high"),
     ("hand «up»", "Did you mean:  arm high"),
     ("r_arm «down»", "Did you mean:  r_arm low"),

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lanindex.search.example import compiled
 from lanindex.search.example.moves import Clips, Floats, Moves, Numbers, Windows
 
 REPLACED = 0.8
@@ -82,11 +83,20 @@ def sizes(moves: Moves, windows: Windows) -> Floats:
 def differences(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> Floats:
     """Return what stretches of clips do not share, pair by pair: (P, B) float32, by part."""
     found = sizes(one, ours) + sizes(two, theirs)
-    counts = ours.high - ours.low
-    for parts, stretches in _lanes(counts, theirs.high - theirs.low):
+    mine, others = ours.high - ours.low, theirs.high - theirs.low
+    fast = compiled.chosen(int((mine * others).sum()))
+    if fast:
+        both = np.nonzero((mine > 0) & (others > 0))
+        own = (one.points, one.sizes, one.paces, one.swings, ours.low[both], ours.high[both])
+        other = (two.points, two.sizes, two.paces, two.swings, theirs.low[both], theirs.high[both])
+        values = np.empty(len(both[0]), np.float32)
+        fast(*own, *other, values)
+        found[both] = values
+        return found
+    for parts, stretches in _lanes(mine, others):
         lanes = _Lanes(one, two, ours.low[parts, stretches], theirs.low[parts, stretches])
-        mine, others = counts[parts, stretches], theirs.high - theirs.low
-        found[parts, stretches] = lanes.walked(mine, others[parts, stretches] - 1)
+        counts = others[parts, stretches] - 1
+        found[parts, stretches] = lanes.walked(mine[parts, stretches], counts)
     return found
 
 

@@ -3,8 +3,8 @@
 A motif is a pattern of one part, `r_arm place low -> right mid -> place high`, each step a whole
 cell; its count is the number of hits that a search for it has. So its rules are those of the
 language: between its first and its last step a motif may also go through what is only passed, no
-arrow crosses a gap, of the ways from one start the one that ends first counts, and hits that
-overlap are taken from left to right.
+arrow crosses a gap, of the ways from one start the one that ends first counts, of those that end
+together the nearest, and hits that overlap are taken from left to right.
 
 Motifs grow by one step at a time, all at once, from the rows at which they stand. What occurs too
 seldom is not grown: no longer motif that begins with it occurs more often. So time and memory are
@@ -234,11 +234,16 @@ def _counted(
 
 
 def _apart(places: Numbers) -> Numbers:
-    """Return which hits stay when each begins only where the one before it is over."""
-    kept = []
+    """Return which hits stay.
+
+    Of those that end together it is the one that begins last; of the others, from left to right,
+    those that begin when the one before is over.
+    """
+    kept: list[int] = []
+    latest = {(owner, stop): start for owner, start, stop in places.tolist()}
     capture, end = -1, 0
     for index, (owner, start, stop) in enumerate(places.tolist()):
-        if owner != capture or start >= end:
+        if start == latest[owner, stop] and (owner != capture or start >= end):
             kept.append(index)
             capture, end = owner, stop
     return np.array(kept, np.int64)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lanindex.search.fast.ragged import FAR, Mask, Whole, spread, starts_of
+from lanindex.search.fast.ways import Used, smallest, stacked
 
 FORBIDDEN = ("without", "never")
 """Relations of what must not happen."""
@@ -31,6 +32,8 @@ class Stretches:
         (N,) int64.
     alone : ndarray
         (N,) bool: whether it is no more than a starting position.
+    used : tuple of Used
+        What they took that another line could want.
     """
 
     capture: Whole
@@ -39,6 +42,7 @@ class Stretches:
     low: Whole
     high: Whole
     alone: Mask
+    used: tuple[Used, ...] = ()
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -46,7 +50,9 @@ class Stretches:
 
     def at(self, chosen: Whole | Mask) -> Stretches:
         """Return some of them."""
-        return Stretches(*(getattr(self, name)[chosen] for name in _FIELDS))
+        found = Stretches(*(getattr(self, name)[chosen] for name in _FIELDS))
+        found.used = tuple(it.at(chosen) for it in self.used)
+        return found
 
     @property
     def plain(self) -> bool:
@@ -55,6 +61,13 @@ class Stretches:
 
 
 _FIELDS = ("capture", "start", "until", "low", "high", "alone")
+
+
+def gathered(tables: list[Stretches]) -> Stretches:
+    """Return the lines of several tables as one."""
+    found = Stretches(*(np.concatenate([getattr(it, name) for it in tables]) for name in _FIELDS))
+    found.used = stacked([(it.used, len(it)) for it in tables])
+    return found
 
 
 @dataclass(slots=True, eq=False)
@@ -140,6 +153,42 @@ def hulls(
     return smallest(line, others.low[other], others.high[other])
 
 
+def pairs(
+    relation: str, lines: Stretches, others: Stretches, margins: Margins
+) -> tuple[Whole, Whole]:
+    """Return all pairs of a line and another one that stands beside it."""
+    if relation == "ending with":
+        return _ending(lines, others, margins)
+    if relation in ("starting with", "exactly with"):
+        line, other = _starting(lines, others, margins)
+        apart_by = np.abs(others.until[other] - lines.until[line])
+        fits = (relation != "exactly with") | (apart_by <= margins.slack[lines.capture[line]])
+        return line[fits], other[fits]
+    order = np.lexsort((others.start, others.capture))
+    keys = (others.capture * FAR + others.start)[order]
+    base, latest = lines.capture * FAR, np.full(len(lines), FAR - 1)
+    if relation in ("with", "without", "during"):
+        latest = lines.until + np.maximum(margins.most[lines.capture], 0)
+    line, place = spread(np.searchsorted(keys, base), np.searchsorted(keys, base + latest, "right"))
+    other = order[place]
+    start, until = lines.start[line], lines.until[line]
+    begin, end = others.start[other], others.until[other]
+    least, most = (it[lines.capture[line]] for it in (margins.least, margins.most))
+    if relation == "during":
+        fits = (begin <= start) & (until <= end)
+    elif relation == "never":
+        fits = np.ones(len(line), bool)
+    else:
+        between = {"after": start - end, "before": begin - until}.get(
+            relation, np.maximum(begin - until, start - end)
+        )
+        if relation in ("after", "before"):
+            fits = (between >= np.maximum(least, 0)) & (between <= most)
+        else:
+            fits = between <= most
+    return line[fits], other[fits]
+
+
 def _starting(lines: Stretches, others: Stretches, margins: Margins) -> tuple[Whole, Whole]:
     """Return pairs that begin together."""
     order = np.lexsort((others.start, others.capture))
@@ -195,23 +244,7 @@ def _first_after(values: Whole, low: Whole, high: Whole, after: Whole) -> Whole:
     return low
 
 
-def smallest(line: Whole, low: Whole, high: Whole) -> tuple[Whole, Whole, Whole]:
-    """Return the hulls of each line that hold no other one of its own."""
-    order = np.lexsort((-low, high, line))
-    line, low, high = line[order], low[order], high[order]
-    if not len(line):
-        return line, low, high
-    best = np.maximum.accumulate(line * FAR + low)
-    kept = np.ones(len(line), bool)
-    kept[1:] = (line[1:] * FAR + low[1:]) > best[:-1]
-    return line[kept], low[kept], high[kept]
-
-
-def both(
-    own: tuple[Whole, Whole, Whole], other: tuple[Whole, Whole, Whole]
-) -> tuple[Whole, Whole, Whole]:
-    """Return what one way and another make together, for all pairs of ways of the same line."""
-    first = np.searchsorted(other[0], own[0])
-    way, place = spread(first, np.searchsorted(other[0], own[0], "right"))
-    low = np.minimum(own[1][way], other[1][place])
-    return smallest(own[0][way], low, np.maximum(own[2][way], other[2][place]))
+def matched(one: Whole, other: Whole) -> tuple[Whole, Whole]:
+    """Return all pairs of places of equal numbers in two lists, of which the second is in order."""
+    first = np.searchsorted(other, one)
+    return spread(first, np.searchsorted(other, one, "right"))

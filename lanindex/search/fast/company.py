@@ -14,14 +14,13 @@ import numpy as np
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside
 from lanindex.search.fast.arrows import NONE
-from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches
+from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches, gathered
 from lanindex.search.fast.block import Block
+from lanindex.search.fast.claims import Contested, manner_of
 from lanindex.search.fast.lines import Backwards, end_of
 from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
 from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
-
-Ways = tuple[Whole, Whole, Whole]
-"""Ways in which something can be: of which line, low, high."""
+from lanindex.search.fast.ways import Used, Ways, apart, reduced, united
 
 
 class Company:
@@ -31,10 +30,12 @@ class Company:
     ----------
     block : Block
         Where.
+    taken : Contested
+        What the lines have to remember of what they took.
     """
 
-    def __init__(self, block: Block) -> None:
-        self._block = block
+    def __init__(self, block: Block, taken: Contested) -> None:
+        self._block, self._contested = block, taken
         rates = block.clocks()
         slack = np.array([floor(block.tolerance * clock.rate) for clock in rates[0]], np.int64)
         self._slack = slack[rates[1]]
@@ -48,44 +49,45 @@ class Company:
         tuple of ndarray
             By which entry and at which event it begins, its low and high.
         """
-        ends = Walk(self._block, program).ends()
+        ends = Walk(self._block, program, self._contested.get(program, ())).ends()
         lines = self._stretches(program, ends)
         chosen = np.flatnonzero(~lines.alone)
-        ends, lines = _ends_at(ends, chosen), lines.at(chosen)
-        if program.open_ended:
-            line, low, high = self._running_on(program, ends, lines)
-        else:
-            line, low, high = self._closed(program, lines)
-        entry, root = ends.entry[line], ends.root[line]
-        best = best_of_each((entry, root), (high, -low))
-        return entry[best], root[best], low[best], high[best]
+        ends, lines = ends.at(chosen), lines.at(chosen)
+        close = self._running_on if program.open_ended else self._ending_first
+        ways = close(program, ends, lines)
+        entry, root = ends.entry[ways.line], ends.root[ways.line]
+        best = best_of_each((entry, root), (ways.high, -ways.low))
+        return entry[best], root[best], ways.low[best], ways.high[best]
+
+    def _ending_first(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
+        """Return ways of lines, with the best of each beginning among them."""
+        return self._closed(program, lines)
 
     def _running_on(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
         """Return ways of lines that run on as long as they can."""
         groups = outer_groups(program)
-        relations = {it.relation for group in groups for it in group.companions}
-        bounded = any(
-            group.length is not None
-            or any(it.relation == "before" and it.within for it in group.companions)
-            for group in groups
+        companions = [it for group in groups for it in group.companions]
+        relations = {it.relation for it in companions}
+        bounded = any(group.length for group in groups) or any(
+            it.relation == "before" and it.within for it in companions
         )
         if bounded or relations & {"ending with", "exactly with"}:
             raise NotCovered
         if not relations & {"during", "before", "without"}:
             last = self._last_of_all(program, ends)
-            line, low, high = self._closed(program, lines.at(last))
-            return last[line], low, high
+            ways = self._closed(program, lines.at(last))
+            ways.line = last[ways.line]
+            return ways
         if relations & {"with", "starting with"}:
             raise NotCovered
-        line, low, high = self._closed(program, lines)
-        later = self._next_end(program, ends)[line]
+        ways = self._closed(program, lines)
+        later = self._next_end(program, ends)[ways.line]
         on = np.flatnonzero(later < NONE)
-        longer = lines.at(line[on])
+        longer = lines.at(ways.line[on])
         longer.until = longer.high = later[on]
-        still = self._closed(program, longer)[0]
-        ended = np.ones(len(line), bool)
-        ended[on[still]] = False
-        return line[ended], low[ended], high[ended]
+        ended = np.ones(len(ways.line), bool)
+        ended[on[self._closed(program, longer).line]] = False
+        return ways.at(ended)
 
     def _last_of_all(self, program: Program, ends: Ends) -> Whole:
         """Return the places of lines that cannot go on."""
@@ -102,21 +104,22 @@ class Company:
         return found
 
     def lines(self, program: Program, *, longest: bool) -> Stretches:
-        """Return all ways of a line beside another; the longest of one that runs on, if asked."""
+        """Return all ways of a line beside another; or the longest of one that runs on."""
         longest = longest and program.open_ended
         key = (program, longest)
         if key not in self._lines:
-            ends = Walk(self._block, program).ends()
+            ends = Walk(self._block, program, self._contested.get(program, ())).ends()
             lines = self._stretches(program, ends)
             if longest:
                 if outer_groups(program):
                     raise NotCovered
                 lines = lines.at(self._last_of_all(program, ends))
-            line, low, high = self._closed(program, lines)
-            lines = lines.at(line)
-            lines.low, lines.high = low, high
-            keys = tuple(getattr(lines, name) for name in ("capture", "start", "until", "alone"))
-            self._lines[key] = lines.at(best_of_each((*keys, low, high), ()))
+            ways = self._closed(program, lines)
+            lines = lines.at(ways.line)
+            lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+            keys = [getattr(lines, name) for name in ("capture", "start", "until", "alone")]
+            keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
+            self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
         return self._lines[key]
 
     def _stretches(self, program: Program, ends: Ends) -> Stretches:
@@ -136,11 +139,25 @@ class Company:
             until = np.where(events.starting, events.until, events.end)
             columns[2, own] = until[ends.event[own]]
         capture, start, until = columns
-        return Stretches(capture, start, until, start, high, alone)
+        return Stretches(capture, start, until, start, high, alone, self._taken(program, ends))
+
+    def _taken(self, program: Program, ends: Ends) -> tuple[Used, ...]:
+        """Return what lines took at the states where others could want it."""
+        found = []
+        for number, column in zip(self._contested.get(program, ()), ends.used.T, strict=True):
+            state = program.states[number]
+            events = self._block.events(state)
+            some = column >= 0
+            for member, part in enumerate(state.members):
+                first, last = np.zeros(len(column), np.int64), np.full(len(column), -1)
+                first[some] = events.first[member][column[some]]
+                last[some] = events.last[member][column[some]]
+                found.append(Used((manner_of(state), part), first, last))
+        return tuple(found)
 
     def _closed(self, program: Program, lines: Stretches) -> Ways:
         """Return the ways in which a program's outer groups can close."""
-        ways: Ways = (np.arange(len(lines)), lines.low, lines.high)
+        ways = Ways(np.arange(len(lines)), lines.low, lines.high)
         for group in reversed(outer_groups(program)):
             ways = self._group(group, lines, ways)
         return ways
@@ -148,13 +165,13 @@ class Company:
     def _group(self, group: Group, lines: Stretches, ways: Ways) -> Ways:
         if group.length:
             lasts = self._block.meets(lines.capture, lines.high - lines.start, group.length)
-            ways = _chosen(ways, (lasts & ~lines.alone)[ways[0]])
+            ways = ways.at((lasts & ~lines.alone)[ways.line])
         for companion in sorted(group.companions, key=lambda it: it.relation not in NO_FRAMES):
             if companion.relation not in FORBIDDEN:
                 ways = self._joined(companion, lines, ways)
         for companion in group.companions:
             if companion.relation in FORBIDDEN:
-                ways = _chosen(ways, ~self._disturbed(companion, lines, ways))
+                ways = ways.at(~self._disturbed(companion, lines, ways))
         return ways
 
     def _margins(self, companion: Companion) -> Margins:
@@ -167,61 +184,80 @@ class Company:
         return Margins(none, none - 1, self._slack)
 
     def _partners(self, companion: Companion, *, longest: bool) -> list[tuple[bool, Stretches]]:
-        """Return the other lines that those stand beside that are alone, and those that are not."""
+        """Return the other lines that those stand beside that are not alone, and those that are."""
         tables = [self.lines(program, longest=longest) for program in companion.programs]
-        others = Stretches(
-            *(
-                np.concatenate([getattr(it, name) for it in tables])
-                for name in ("capture", "start", "until", "low", "high", "alone")
-            )
-        )
-        moving = others.at(~others.alone)
-        return [(False, moving), (True, others)]
+        others = gathered(tables)
+        return [(False, others.at(~others.alone)), (True, others)]
 
     def _joined(self, companion: Companion, lines: Stretches, ways: Ways) -> Ways:
-        relation, margins = companion.relation, self._margins(companion)
+        """Return the ways to which another line comes that must be there."""
+        relation = companion.relation
         open_ended = any(program.open_ended for program in companion.programs)
         if open_ended and relation in ("after", "ending with", "exactly with"):
             raise NotCovered
         wanted = np.zeros(len(lines), bool)
-        wanted[ways[0]] = True
-        found: list[Ways] = []
+        wanted[ways.line] = True
+        found = []
         for alone, others in self._partners(companion, longest=True):
             own = np.flatnonzero(wanted & (lines.alone == alone))
-            if not len(own) or (alone and relation in ("after", "before")):
-                continue
-            if relation in NO_FRAMES:
-                held = own[beside.holds(relation, lines.at(own), others, margins)]
-                fits = np.zeros(len(lines), bool)
-                fits[held] = True
-                found.append(_chosen(ways, fits[ways[0]]))
-            else:
-                line, low, high = beside.hulls(relation, lines.at(own), others, margins)
-                found.append(beside.both(ways, (own[line], low, high)))
-        return (
-            beside.smallest(*(np.concatenate(it) for it in zip(*found, strict=True)))
-            if found
-            else _chosen(ways, np.zeros(len(ways[0]), bool))
-        )
+            if len(own) and not (alone and relation in ("after", "before")):
+                join = self._with_each if others.used else self._with_best
+                found.append(join(companion, lines, own, others, ways))
+        return united(found) if found else ways.at(np.zeros(0, np.int64))
+
+    def _with_best(
+        self, companion: Companion, lines: Stretches, own: Whole, others: Stretches, ways: Ways
+    ) -> Ways:
+        """Return ways together with the best of the others; none wants what they took."""
+        relation, margins = companion.relation, self._margins(companion)
+        if relation in NO_FRAMES:
+            held = own[beside.holds(relation, lines.at(own), others, margins)]
+            return ways.at(np.isin(ways.line, held))
+        line, low, high = beside.hulls(relation, lines.at(own), others, margins)
+        way, place = beside.matched(ways.line, own[line])
+        low, high = np.minimum(ways.low[way], low[place]), np.maximum(ways.high[way], high[place])
+        return reduced(Ways(ways.line[way], low, high, tuple(it.at(way) for it in ways.used)))
+
+    def _with_each(
+        self, companion: Companion, lines: Stretches, own: Whole, others: Stretches, ways: Ways
+    ) -> Ways:
+        """Return ways together with each of the others that took nothing of theirs."""
+        relation = companion.relation
+        line, other = beside.pairs(relation, lines.at(own), others, self._margins(companion))
+        way, place = beside.matched(ways.line, own[line])
+        line, other = own[line][place], other[place]
+        used = tuple(it.at(line) for it in lines.used) + tuple(it.at(way) for it in ways.used)
+        more = tuple(it.at(other) for it in others.used)
+        if used:
+            fits = apart(used, more)
+            way, line, other = way[fits], line[fits], other[fits]
+        low, high = ways.low[way], ways.high[way]
+        if relation not in NO_FRAMES:
+            low, high = np.minimum(low, others.low[other]), np.maximum(high, others.high[other])
+        used = tuple(it.at(way) for it in ways.used) + tuple(it.at(other) for it in others.used)
+        return reduced(Ways(line, low, high, used))
 
     def _disturbed(self, companion: Companion, lines: Stretches, ways: Ways) -> Mask:
         """Tell in which ways something happens that must not."""
-        line, low, high = ways
-        hulls = Stretches(lines.capture[line], low, high, low, high, lines.alone[line])
-        disturbed: Mask = np.zeros(len(line), bool)
+        hulls = Stretches(
+            *(lines.capture[ways.line], ways.low, ways.high, ways.low, ways.high),
+            lines.alone[ways.line],
+            tuple(it.at(ways.line) for it in lines.used) + ways.used,
+        )
+        disturbed: Mask = np.zeros(len(hulls), bool)
         margins = self._margins(companion)
         for alone, others in self._partners(companion, longest=False):
             own = np.flatnonzero(hulls.alone == alone)
             if companion.relation == "never":
-                disturbed[own] = np.isin(hulls.capture[own], others.capture)
+                fits = np.isin(hulls.capture[own], others.capture)
             else:
-                disturbed[own] = beside.shares(hulls.at(own), others, margins)
+                fits = beside.shares(hulls.at(own), others, margins)
+            own = own[fits]
+            if hulls.used and others.used:
+                here = hulls.at(own)
+                hull, other = beside.pairs(companion.relation, here, others, margins)
+                one = tuple(it.at(hull) for it in here.used)
+                another = tuple(it.at(other) for it in others.used)
+                own = own[np.unique(hull[apart(one, another)])]
+            disturbed[own] = True
         return disturbed
-
-
-def _chosen(ways: Ways, fits: Mask) -> Ways:
-    return ways[0][fits], ways[1][fits], ways[2][fits]
-
-
-def _ends_at(ends: Ends, chosen: Whole) -> Ends:
-    return Ends(ends.entry[chosen], ends.root[chosen], ends.state[chosen], ends.event[chosen])

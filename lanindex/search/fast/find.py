@@ -18,7 +18,7 @@ from lanindex.search.fast import overlaps as staying
 from lanindex.search.fast.answers import Answers, best, joined, of_line, roots, table
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import covered
+from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.found import Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
@@ -95,7 +95,7 @@ class Finder:
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
         answers = joined(pieces)
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
-        return Found(self, answers, self._kept(answers, overlaps))
+        return Found(self, answers, self._kept(answers, overlaps), len(self._told))
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
@@ -245,9 +245,7 @@ def with_company(
     NotCovered
         Where only the plain matcher can tell.
     """
-    if not covered(program):
-        raise NotCovered
-    entries, roots_at, low, high = Company(block).leading(program)
+    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
     found = []
     for place, entry in enumerate(program.entries):
         own = entries == place

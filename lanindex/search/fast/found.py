@@ -44,6 +44,8 @@ class Found(Sequence[Hit]):
     chosen : ndarray
         (H,) int64: which of them are the hits. Of those with the same frames it tells the first,
         second … clearest.
+    left : int
+        In how many captures the engine left the search to the plain matcher.
 
     Attributes
     ----------
@@ -53,7 +55,8 @@ class Found(Sequence[Hit]):
         (H,) int64: frames of the source, half-open.
     """
 
-    def __init__(self, maker: Maker, answers: Answers, chosen: Whole) -> None:
+    def __init__(self, maker: Maker, answers: Answers, chosen: Whole, left: int) -> None:
+        self.left = left
         self._maker, self._answers, self._chosen = maker, answers, chosen
         self.place, self.low, self.high = (
             column[chosen] for column in (answers.capture, answers.low, answers.high)
@@ -73,7 +76,7 @@ class Found(Sequence[Hit]):
     def __getitem__(self, index: int | slice) -> Hit | Found:
         """Return one hit, or some of them."""
         if isinstance(index, slice):
-            return Found(self._maker, self._answers, self._chosen[index])
+            return Found(self._maker, self._answers, self._chosen[index], self.left)
         place = int(self._chosen[range(len(self))[index]])
         first, last = self._those_alike(place)
         if last - first == 1 or (self._answers.cost[first:last] >= 0).all():
@@ -108,7 +111,7 @@ class Found(Sequence[Hit]):
     def by_fit(self) -> Found:
         """Return the same hits, the clearest first."""
         order = np.argsort(-self._fits(), kind="stable")
-        return Found(self._maker, self._answers, self._chosen[order])
+        return Found(self._maker, self._answers, self._chosen[order], self.left)
 
     @property
     def captures(self) -> int:
@@ -131,7 +134,7 @@ class Found(Sequence[Hit]):
 
     def arranged(self, order: Sequence[int]) -> Found:
         """Return the same hits in another order."""
-        return Found(self._maker, self._answers, self._chosen[np.array(order, np.int64)])
+        return Found(self._maker, self._answers, self._chosen[np.array(order, np.int64)], self.left)
 
     def numpy(self) -> Numbers:
         """Return the hits as an array, as `lanindex.search.hits.Hits.numpy`."""

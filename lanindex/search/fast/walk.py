@@ -37,12 +37,25 @@ class Ends:
         (N,) by which entry of the program a way begins, and at which event of its state.
     state, event : ndarray
         (N,) where it ends.
+    used : ndarray
+        (N, K) the events that it took at each of the states asked for; -1: none.
     """
 
     entry: Whole
     root: Whole
     state: Whole
     event: Whole
+    used: Whole
+
+    def at(self, chosen: Whole) -> Ends:
+        """Return some of them."""
+        return Ends(
+            self.entry[chosen],
+            self.root[chosen],
+            self.state[chosen],
+            self.event[chosen],
+            self.used[chosen],
+        )
 
 
 def outer_groups(program: Program) -> tuple[Group, ...]:
@@ -72,13 +85,16 @@ class Walk:
         Where.
     program : Program
         Whose inner brackets have lengths only.
+    used : tuple of int
+        The states of which it shall be told what was taken there.
     """
 
-    def __init__(self, block: Block, program: Program) -> None:
-        self._block, self._program = block, program
+    def __init__(self, block: Block, program: Program, used: tuple[int, ...] = ()) -> None:
+        self._block, self._program, self._used = block, program, used
         self._outer = len(outer_groups(program))
         self._depths = _depths(program, self._outer)
-        self._width = OPENED + max(self._depths)
+        self._taken = OPENED + max(self._depths)
+        self._width = self._taken + len(used)
         self._reaches: dict[int, Reach] = {}
 
     def ends(self) -> Ends:
@@ -92,8 +108,9 @@ class Walk:
             Where there are too many.
         """
         pieces = [self._from(number, entry) for number, entry in enumerate(self._program.entries)]
-        columns = np.concatenate([piece for piece in pieces], axis=1)
-        return Ends(*columns)
+        columns = np.concatenate(pieces, axis=1)
+        entry, root, state, event, *_ = columns
+        return Ends(entry, root, state, event, columns[4:].T)
 
     def _from(self, number: int, entry: Entry) -> Whole:
         """Return entry, root, state and event of the ways that begin by one entry."""
@@ -106,6 +123,7 @@ class Walk:
         rows[ROOT] = rows[EVENT] = chosen
         for level in range(len(entry.opens) - self._outer):
             rows[OPENED + level] = events.start[chosen]
+        self._take(rows, entry.state)
         at: dict[int, list[Whole]] = {state: [] for state in range(len(program.states))}
         at[entry.state].append(rows)
         found = []
@@ -117,8 +135,13 @@ class Walk:
                     ending = self._ending(here, leaving)
                     told = np.empty((4, ending.shape[1]), np.int64)
                     told[0], told[1], told[2], told[3] = number, ending[ROOT], state, ending[EVENT]
-                    found.append(told)
+                    found.append(np.concatenate((told, ending[self._taken :])))
         return np.concatenate(found, axis=1)
+
+    def _take(self, rows: Whole, state: int) -> None:
+        """Note at which event of a state rows stand, if it is asked for."""
+        if state in self._used:
+            rows[self._taken + self._used.index(state)] = rows[EVENT]
 
     def _within(self, states: list[int], at: dict[int, list[Whole]]) -> None:
         """Let the rows at some states that lead to each other go on until there are no new ones."""
@@ -186,6 +209,7 @@ class Walk:
         led[EVENT] = targets
         for level in range(len(edge.entry.opens)):
             led[OPENED + depth + level] = events.start[targets]
+        self._take(led, edge.entry.state)
         return led
 
     def _led(self, edge: Edge, rows: Whole) -> tuple[Whole, Whole]:

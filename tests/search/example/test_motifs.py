@@ -29,21 +29,16 @@ def tracks(draw: st.DrawFn) -> Track:
         rows.append(one)
 
     row("m", 0)
-    passing = False
-    for kind in kinds:
-        if kind == "g" and not passing:
+    passed = 0  # where what is passed on the way to the next movement ends
+    for kind in [*kinds, "m"]:
+        if kind == "g" and not passed:
             time += 5
             begins.append(time)
             row("m", time)
             continue
-        stop = time + draw(st.integers(2, 9))
+        stop = max(time, passed) + draw(st.integers(1, 9))
         row("p" if kind == "p" else "m", stop)
-        passing = kind == "p"
-        # what leads on from a passing symbol begins where that does
-        time = time if passing else stop
-    if passing:
-        row("m", time + 10)
-        time += 10
+        time, passed = (time, stop) if kind == "p" else (stop, 0)
     edges = [*begins, time + 1]
     known = tuple(Span(low, high) for low, high in pairwise(edges))
     return Track("r_arm", np.array(rows), known)
