@@ -172,8 +172,14 @@ def jointly(own: Set, rate: float = 10.0) -> Ranking:
     return lambda one: np.array([warped(poses[one], other) for other in poses])
 
 
-def warping(own: Set) -> Ranking:
-    return lambda one: np.array([warped(own.joints[one], other) for other in own.joints])
+def warping(own: Set, whole: bool = False) -> Ranking:
+    def far(one: int) -> np.ndarray:
+        mine = own.joints[one]
+        return np.array(
+            [warped(mine, other) * (len(mine) + len(other) if whole else 1) for other in own.joints]
+        )
+
+    return far
 
 
 def figures(own: Set, table: np.ndarray) -> list[float]:
@@ -216,7 +222,8 @@ def main() -> None:
             "edit distance of symbols": edited(own),
             "alignment with angles (whole clips)": aligned(own),
             "as `search --like` does (stretches, too)": searched(own),
-            "warped joint positions": warping(own),
+            "warped joint positions, by the frame": warping(own),
+            "warped joint positions, in all": warping(own, whole=True),
         }
         for told_as, far in ways.items():
             told(told_as, own, far)
