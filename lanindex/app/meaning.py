@@ -29,20 +29,30 @@ def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | N
     UsageError
         Where that file is no dictionary.
     """
-    from lanindex.app.formatting import counted
-    from lanindex.pipeline.words import glob_of, meant, said_by
+    from lanindex.pipeline.words import meant, unknown
 
     entry = meant(asked, words)
-    if entry is None:
-        return asked
-    told = f": {entry.sentence}" if entry.sentence else ""
-    out.note(f"{entry.name}{told} (lanindex words {entry.name})")
-    labelled = library.captures(where=[("label", glob_of(entry))])
+    if entry is not None:
+        told = f": {entry.sentence}" if entry.sentence else ""
+        out.note(f"{entry.name}{told} (lanindex words {entry.name})")
+        _labelled(out, library, entry.name)
+        return entry.pattern
+    if name := unknown(asked):
+        out.note(f'no word "{name}" in the dictionary of movement: lanindex words')
+        _labelled(out, library, name)
+    return asked
+
+
+def _labelled(out: Output, library: Library, name: str) -> None:
+    """Say which captures are labelled with a word."""
+    from lanindex.app.formatting import counted
+    from lanindex.pipeline.words import glob_of, said_by
+
+    labelled = library.captures(where=[("label", glob_of(name))])
     if labelled:
-        label = said_by(labelled, glob_of(entry))
+        label = said_by(labelled, glob_of(name))
         verb = "is" if len(labelled) == 1 else "are"
         out.note(
             f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '
             f'lanindex list --where "label={label}"'
         )
-    return entry.pattern

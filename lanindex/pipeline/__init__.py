@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import chain
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
@@ -22,9 +22,18 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.fast import Watch
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
     from lanindex.search.stages import Counts
+
+
+class _How(TypedDict):
+    """How a search is made, whichever engine makes it."""
+
+    tolerance: Fraction
+    overlaps: str
+    watch: Watch | None
 
 
 class Library(Asking, Exploring):
@@ -128,6 +137,7 @@ class Library(Asking, Exploring):
         within: str | None = None,
         where: Where | None = None,
         strict: bool = False,
+        fuzzy: str | float | None = None,
         timeout: float | None = None,
     ) -> Hits | Counts:
         """Find movement by pattern.
@@ -147,6 +157,8 @@ class Library(Asking, Exploring):
             Only captures that fit these globs by label, format, path or a column of their own.
         strict : bool
             Whether the timing of pasted LND counts.
+        fuzzy : str or float, optional
+            How many edits a match may cost, 1.5, or how many for each step but the first two, 15%.
         timeout : float, optional
             Seconds after which to give up.
 
@@ -175,7 +187,7 @@ class Library(Asking, Exploring):
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.pipeline.search import search
+        from lanindex.pipeline.search import nearly, search
         from lanindex.search.fast import Timeout
 
         if not 0 <= tolerance < inf:
@@ -186,7 +198,12 @@ class Library(Asking, Exploring):
         query, numbers = self._asked(text, within, where, strict)
         watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
-        found = search(self, query, numbers, tolerance=span, overlaps=overlaps, watch=watch)
+        how: _How = {"tolerance": span, "overlaps": overlaps, "watch": watch}
+        if fuzzy is None:
+            return piped(query.stages, Hits(search(self, query, numbers, **how), text))
+        from lanindex.search.fuzzy import Allowance
+
+        found = nearly(self, query, numbers, Allowance.read(str(fuzzy)), **how)
         return piped(query.stages, Hits(found, text))
 
     def explain(
@@ -237,6 +254,7 @@ class Library(Asking, Exploring):
         self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.columns import check_columns
         from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
@@ -249,10 +267,8 @@ class Library(Asking, Exploring):
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        return query, chosen
+        check_columns(self, query)
+        return query, self._chosen(within, where)
 
     def export(
         self,

@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+
+import numpy as np
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
-from lanindex.search.explain.advice import SECONDS, Advice, Count, Found, LeftOut, advise
+from lanindex.search.explain.advice import SECONDS, Advice, Found, LeftOut, advise
 from lanindex.search.explain.budget import Budget
+from lanindex.search.explain.tree import places
+from lanindex.search.fast import Finder
 from lanindex.search.language import Query, parse
-from lanindex.search.plain import find
+from lanindex.search.language.query import Arrow, steps_of
 
-_FOR_READING = 0.5
-"""The share of the time in which as much of the library is read as will go."""
-
-_FOR_ADVICE = 0.7
-"""The share until which changes are tried, where other captures are to be looked at as well."""
-
-Recordings = list[tuple[Capture, Mapping[str, Track]]]
+_MOST_WORK = 1e6
+"""How much the plain matcher may be asked for: rows to the power that `_power` tells, summed."""
 
 
 def suggest(
     library: Store,
     query: Query,
-    chosen: Collection[int] | None,
+    numbers: Sequence[int] | None,
     *,
     tolerance: Fraction,
     overlaps: str,
@@ -42,45 +40,70 @@ def suggest(
         Where it was looked for.
     query : Query
         Which finds nothing.
-    chosen : collection of int, optional
+    numbers : sequence of int, optional
         The captures that were looked at; by default all.
     tolerance, overlaps
-        As in `lanindex.search.plain.find.find`.
+        As in `lanindex.pipeline.search.search`.
     budget : Budget, optional
         How long it may take, about.
-
-    Returns
-    -------
-    Advice
-        Of a library that cannot be read in that time, what a part of it tells.
     """
     budget = budget or Budget(SECONDS)
+    query = replace(query, stages=())  # a pipe finds nothing by itself
 
-    def read(captures: Collection[int] | None, share: float) -> tuple[Recordings, bool]:
-        recordings: Recordings = []
-        for recording in library.tracks(captures):
-            recordings.append(recording)
-            if budget.late(share):
-                return recordings, False
-        return recordings, True
+    def count(query: Query, among: Sequence[int] | None = numbers) -> Found | None:
+        if budget.late():
+            return None
+        try:
+            return _counted(library, query, among, tolerance, overlaps, budget)
+        except (TimeoutError, LanindexError):  # or it fits in too many ways
+            return None
 
-    recordings, complete = read(chosen, _FOR_READING)
-    count = counting(recordings, tolerance, overlaps, budget)
-    remark = "" if complete else f"Tried on the first {len(recordings):,} captures only."
-    if not recordings:
-        fitting = "" if chosen is None else " that fits --in and --where"
-        remark = f"There is no capture{fitting}."
-    advice = Advice(str(query))
-    if recordings:
-        share = _FOR_ADVICE if chosen is not None else 1
-        advice = advise(query, count, reader(library), budget=budget, share=share)
-    if chosen is not None:
-        others, _ = read(None, 1)
-        found = counting(others, tolerance, overlaps, Budget(1))(query)
-        if found and found[0]:
-            everywhere = LeftOut("", found[0], len(found[1]))
-            advice = replace(advice, left_out=(everywhere, *advice.left_out))
-    return replace(advice, remark=remark)
+    elsewhere = None if numbers is None else count(query, None)
+    if not library.captures() or numbers == []:
+        fitting = "" if numbers is None else " that fits --in and --where"
+        advice = Advice(str(query), remark=f"There is no capture{fitting}.")
+    else:
+        advice = advise(query, count, reader(library), budget=budget)
+    if elsewhere and elsewhere[0]:
+        advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
+    return advice
+
+
+def _counted(
+    library: Store,
+    query: Query,
+    numbers: Sequence[int] | None,
+    tolerance: Fraction,
+    overlaps: str,
+    budget: Budget,
+) -> Found:
+    """Return how many hits there are, and in how many captures; give up what takes too long."""
+    roster, columns = library.columns(query.parts, numbers)
+    power = _power(query)
+
+    def watch(done: int, captures: int) -> None:
+        if budget.late():
+            raise TimeoutError
+
+    def recordings(
+        captures: Sequence[int], parts: Collection[str]
+    ) -> Iterable[tuple[Capture, Mapping[str, Track]]]:
+        """Return some for the plain matcher, which nobody can break off, if they are small."""
+        chosen = np.array(captures)
+        rows = [np.diff(columns[part].bounds)[chosen] for part in parts if part in columns]
+        most = np.max(rows, axis=0) if rows else np.zeros(0)
+        if float((most.astype(float) ** power).sum()) > _MOST_WORK:
+            raise TimeoutError
+        return list(library.tracks(roster.number[chosen].tolist(), parts))
+
+    found = Finder(query, roster, columns, recordings, tolerance).find(overlaps, watch)
+    return len(found), found.captures
+
+
+def _power(query: Query) -> int:
+    """Return with which power of a track's length the plain matcher's work grows, about."""
+    later = sum(isinstance(it.node, Arrow) and it.node.later for it in places(query))
+    return 2 + any(it.mover.form == "both" for it in steps_of(query.pattern)) + (later > 1)
 
 
 def reader(library: Store) -> Callable[[str], Query | None]:
@@ -94,25 +117,3 @@ def reader(library: Store) -> Callable[[str], Query | None]:
             return None
 
     return read
-
-
-def counting(recordings: Recordings, tolerance: Fraction, overlaps: str, budget: Budget) -> Count:
-    """Return what counts the hits of a query in some recordings, until its time is up."""
-
-    def chosen(among: frozenset[int] | None) -> Iterator[tuple[Capture, Mapping[str, Track]]]:
-        for recording in recordings:
-            if budget.late():
-                raise TimeoutError
-            if among is None or recording[0].id in among:
-                yield recording
-
-    def count(query: Query, among: frozenset[int] | None = None) -> Found | None:
-        hits = Counter[int]()
-        try:
-            for hit in find(query, chosen(among), tolerance=tolerance, overlaps=overlaps):
-                hits[hit.capture.id] += 1
-        except (TimeoutError, LanindexError):  # or it fits in too many ways
-            return None
-        return hits.total(), frozenset(hits)
-
-    return count

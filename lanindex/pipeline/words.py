@@ -5,7 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from lanindex.search.dictionary import load, spelled
+from lanindex.search.dictionary import inside, load, spelled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,12 +60,33 @@ def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]
     """
     if "@" not in text:
         return {}
-    return {name: entry.pattern for name, entry in load(words).items()}
+    return {name: inside(entry.pattern) for name, entry in load(words).items()}
 
 
-def glob_of(entry: Entry) -> str:
-    """Return the glob of labels that say the same: ``jumping?jack*``."""
-    return entry.name.replace("_", "?") + "*"
+def unknown(text: str) -> str:
+    """Return the one word of a query that means nothing, neither alone nor in a pattern.
+
+    Parameters
+    ----------
+    text : str
+        A query that is no word of the dictionary: ``jump``.
+
+    Returns
+    -------
+    str
+        Empty where it has several words, or may be understood.
+    """
+    from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
+
+    name = spelled(text)
+    one = name.isidentifier() and len(text.split()) == 1
+    means = name in LANGUAGE or name in VALUES or Vocabulary().mover(name) is not None
+    return name if one and not means else ""
+
+
+def glob_of(name: str) -> str:
+    """Return the glob of labels that say the same as a word: ``jumping?jack*``."""
+    return name.replace("_", "?") + "*"
 
 
 def said_by(captures: Sequence[Capture], glob: str) -> str:

@@ -65,7 +65,7 @@ def holds(condition: Condition, hit: Hit) -> bool:
     >>> from lanindex.search.language import parse
     >>> (condition,) = parse("torso any where match.length >= 4s").where
     >>> with lanindex.open_library("dance.db") as library:
-    ...     [holds(condition, hit) for hit in library.search("torso high -> hold 1s+")]
+    ...     [holds(condition, hit) for hit in library.search("torso forward high -> hold 1s+")]
     [True]
     """
     if isinstance(condition, Mirrors):

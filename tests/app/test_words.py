@@ -73,7 +73,7 @@ class TestSearch:
         done = run("search", asked, "--json")
         assert done.exit_code == 0
         assert {Path(hit["capture"]).name for hit in records(done)} == {"raise.bvh"}
-        assert records(done)[0]["pattern"].startswith("arm low ...[<3s] high")
+        assert records(done)[0]["pattern"].startswith("(arm low or arm at low) ...[<3s] high")
 
     def test_it_says_what_that_means_and_who_is_labelled_so(self, run) -> None:
         done = run("search", "raise")
@@ -86,11 +86,36 @@ class TestSearch:
         assert done.exit_code == 1
         assert "labelled" not in done.stderr
 
+    def test_a_stranger_may_be_a_label(self, run, place: Path) -> None:
+        with open_library("lanindex.db") as library:
+            library.label(1, "squat deep")
+        done = run("search", "squat")
+        assert done.exit_code == 2
+        assert 'no word "squat" in the dictionary of movement: lanindex words' in done.stderr
+        assert 'lanindex list --where "label=squat deep"' in done.stderr
+
+    @pytest.mark.parametrize("asked", ["walk with raise", "walks", "raise with head"])
+    def test_a_word_in_a_pattern_is_told_how_it_is_written(self, run, asked: str) -> None:
+        assert (
+            f'Did you mean "@{asked.split()[0].removesuffix("s")}"?' in run("search", asked).stderr
+        )
+
+    @pytest.mark.parametrize("asked", ["r_arm", "arms", "head"])
+    def test_a_part_is_no_stranger(self, run, asked: str) -> None:
+        assert "dictionary" not in run("search", asked, "--count").stderr
+
     def test_own_words(self, run) -> None:
         assert run("search", "reach", "--words", "own.toml").exit_code == 0
         assert run("search", "reach", env={"LANINDEX_WORDS": "own.toml"}).exit_code == 0
         refused = run("search", "reach")
         assert refused.exit_code == 2
+
+    def test_a_word_may_stand_in_a_pattern(self, run) -> None:
+        assert run("search", "r_arm during @raise").exit_code == 0
+        assert run("search", "@kick or @reach", "--words", "own.toml").exit_code == 0
+        stranger = run("search", "r_arm during @reach")
+        assert stranger.exit_code == 2
+        assert 'There is no pattern "@reach"' in stranger.stderr
 
     def test_export_and_explain(self, run, place: Path) -> None:
         assert run("export", "raise", "-o", "clips").exit_code == 0

@@ -103,6 +103,10 @@ SAID = {
     "right arm up, later down": "r_arm high ... low",
     "r_arm lowered -> raised": "r_arm low -> high",
     "r_arm up ... down": "r_arm high ... low",
+    "right arm goes from low to high": "r_arm low ... high",
+    "the left arm moves from the side to the front": "l_arm side ... forward",
+    "right arm above the shoulder": "r_arm high",
+    "right knee up": "r_thigh mid/high",
 }
 UNSAID = [
     # Not movements of a limb to a place
@@ -131,6 +135,8 @@ UNSAID = [
     "right hand to the head",
     "hold hands",
     "lower arms to the side",
+    "raise the right arm from the side to the front",
+    "walk from left to right",
     "look left",
     "cross the right leg over the left leg",
     "wave the right arm up",

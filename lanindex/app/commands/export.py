@@ -20,13 +20,23 @@ if TYPE_CHECKING:
 def run(
     what: Annotated[
         str | None,
-        typer.Argument(metavar="PATTERN|-", help="A pattern, or - for hits from search --json."),
+        typer.Argument(
+            metavar="PATTERN|-",
+            help="A pattern, or - for hits from search --json.",
+            autocompletion=options.offered("patterns"),
+        ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to.")] = (
         Path("clips")
     ),
     capture: Annotated[
-        str | None, typer.Option("--capture", metavar="PATH|ID", help="Cut from this capture.")
+        str | None,
+        typer.Option(
+            "--capture",
+            metavar="PATH|ID",
+            help="Cut from this capture.",
+            autocompletion=options.offered("captures"),
+        ),
     ] = None,
     begin: Annotated[
         int | None, typer.Option("--from", metavar="FRAME", min=0, help="First frame.")
@@ -72,6 +82,7 @@ def run(
     from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
+        library.tell = out.note
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":

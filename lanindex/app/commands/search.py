@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,7 +20,12 @@ ON_A_TERMINAL = 20
 
 def run(
     pattern: Annotated[
-        str | None, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")
+        str | None,
+        typer.Argument(
+            metavar="PATTERN",
+            help="r_arm right mid -> high",
+            autocompletion=options.offered("patterns"),
+        ),
     ] = None,
     like: Annotated[
         str | None,
@@ -40,6 +45,7 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    fuzzy: options.Fuzzy = None,
     timeout: options.Timeout = None,
     words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
@@ -73,46 +79,26 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
-    chosen = options.where(where)
     if pattern is None or like is not None or rerank:
         from lanindex.app import alike
 
         asked = alike.Asked(pattern, like, rerank, explain, count, limit)
-        return alike.run(out, asked, db, within=within, where=chosen)
+        return alike.run(out, asked, db, within=within, where=options.where(where))
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
+    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    among: dict[str, Any] = {"within": within, "where": options.where(where)}
     with open_library(db, readonly=True) as library:
-        library.words = words
+        library.tell, library.words = out.note, words
         pattern = meaning.of(out, library, pattern, words)
         if why is not None:
-            seen = library.why(
-                pattern,
-                options.which(why),
-                tolerance=tolerance,
-                overlaps=overlaps,
-                strict=strict,
-            )
-            _trace(out, seen)
-            raise typer.Exit(not seen.hits)
+            raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
-            text = library.explain(pattern, within=within, where=chosen, strict=strict)
-            if json:
-                out.record({"explain": text})
-            else:
-                out.text(text)
-            return
-        found = library.search(
-            pattern,
-            tolerance=tolerance,
-            overlaps=overlaps,
-            within=within,
-            where=chosen,
-            strict=strict,
-            timeout=timeout,
-        )
+            return _explain(out, library.explain(pattern, strict=strict, **among))
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
@@ -121,16 +107,15 @@ def run(
             _show(out, found.by_fit() if sort == "fit" else found, limit)
         if not found:
             if not quiet:
-                advice = library.suggest(
-                    pattern,
-                    tolerance=tolerance,
-                    overlaps=overlaps,
-                    within=within,
-                    where=chosen,
-                    strict=strict,
-                )
-                _advise(out, advice)
+                _advise(out, library.suggest(pattern, **how, **among))
             raise typer.Exit(1)
+
+
+def _explain(out: Output, text: str) -> None:
+    if out.json:
+        out.record({"explain": text})
+    else:
+        out.text(text)
 
 
 def _count(out: Output, found: Hits) -> None:
@@ -176,7 +161,8 @@ def _advise(out: Output, advice: Advice) -> None:
         out.note(line)
 
 
-def _trace(out: Output, seen: Trace) -> None:
+def _trace(out: Output, seen: Trace) -> bool:
+    """Say what a pattern met with in a capture, and return whether it has hits there."""
     from lanindex.app import formatting
     from lanindex.search.explain.trace import records_of
 
@@ -185,6 +171,7 @@ def _trace(out: Output, seen: Trace) -> None:
             out.record(record)
     else:
         formatting.trace(out, seen)
+    return bool(seen.hits)
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:

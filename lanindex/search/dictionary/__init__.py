@@ -23,6 +23,7 @@ FORM = 'name = {pattern = "...", sentence = "...", names = ["other name", ...]}'
 _NEEDED = {"pattern": str}
 _FREE = {"sentence": str, "names": list, "labels": list, "measured": dict}
 _COMMENT = re.compile(r"//[^\n]*")
+_EITHER = "either side"
 _SIDED = re.compile(r"(?<![a-z])(?:right|left|[rl](?=_))(?![a-z])")
 _SWAPPED = {"right": "left", "left": "right", "r": "l", "l": "r"}
 
@@ -148,6 +149,24 @@ def entries(words: Mapping[str, Entry]) -> list[Entry]:
     return [entry for name, entry in words.items() if name == entry.name]
 
 
+def inside(pattern: str) -> str:
+    """Return a pattern as it may stand inside another: ``either side`` is written out.
+
+    Parameters
+    ----------
+    pattern : str
+        One that is understood.
+
+    Examples
+    --------
+    >>> from lanindex.search.dictionary import inside
+    >>> inside("r_leg forward either side")
+    'r_leg forward or mirror (r_leg forward)'
+    """
+    one = pattern.removesuffix(_EITHER)
+    return pattern if one == pattern else f"{one}or mirror ({one.rstrip()})"
+
+
 def mirrored(pattern: str) -> str:
     """Return a pattern's mirror image: right and left are exchanged, of parts and directions.
 
@@ -156,7 +175,7 @@ def mirrored(pattern: str) -> str:
     pattern : str
         One that is understood.
     """
-    if pattern.endswith("either side"):
+    if pattern.endswith(_EITHER):
         return pattern
     return _SIDED.sub(lambda word: _SWAPPED[word[0]], pattern)
 

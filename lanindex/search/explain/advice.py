@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Protocol
 
 from lanindex.search.explain.budget import Budget
 from lanindex.search.explain.conditions import Condition, Limit, conditions
@@ -25,34 +24,18 @@ _LEFT_OUT = 2.5
 _OTHER_NUMBER = 1.05
 """What it costs to leave a condition out, and to ask for the nearest number; see `EDITS`."""
 
-_FOR_EDITS = 0.5
-"""The share of the time that is for patterns alike; the rest is for leaving out."""
+_FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
+"""The shares of the time until which lengths and counts are left out, and until which patterns
+alike are tried; the rest is for the other conditions."""
 
 _COMBINED = 60
 """Changes, and changes of what they led to, that are tried where no single one helps."""
 
-Found = tuple[int, frozenset[int]]
-"""How many hits, and the captures that have them."""
+Found = tuple[int, int]
+"""How many hits, and in how many captures."""
 
-
-class Count(Protocol):
-    """Counts the hits of a query.
-
-    Parameters
-    ----------
-    query : Query
-        What to find.
-    among : frozenset of int, optional
-        Only in these captures.
-
-    Returns
-    -------
-    tuple of int and frozenset of int, or None
-        How many there are, and in which captures; None: there was no time for it.
-    """
-
-    def __call__(self, query: Query, among: frozenset[int] | None = None) -> Found | None:
-        """Count."""
+Count = Callable[[Query], Found | None]
+"""Counts the hits of a query; None: there was no time for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +129,8 @@ class Advice:
             lines.append("The nearest patterns that find something:")
             lines += [f"  {it.pattern.ljust(width)}  {it.counts}" for it in self.instead]
         elif not self.left_out and not self.remark:
-            lines.append("Nor does anything near it find something.")
+            tried = " that could be tried" if self.untried else ""
+            lines.append(f"Nor does anything near it{tried} find something.")
         if self.untried:
             lines.append(f"{_counted(self.untried, 'change')} could not be tried in time.")
         return "\n".join(lines)
@@ -170,7 +154,6 @@ def advise(
     read: Callable[[str], Query | None],
     *,
     budget: Budget | None = None,
-    share: float = 1,
 ) -> Advice:
     """Return why a query finds nothing, and what would be found.
 
@@ -184,15 +167,13 @@ def advise(
         Reads a pattern; returns None where it is not understood.
     budget : Budget, optional
         How long it may take, about; by default `SECONDS` from now.
-    share : float
-        Of the whole budget, that until which changes are tried.
 
     Returns
     -------
     Advice
         Each pattern in it parses to exactly the query that was counted.
     """
-    return _Adviser(query, count, read, budget or Budget(SECONDS), share).advice()
+    return _Adviser(query, count, read, budget or Budget(SECONDS)).advice()
 
 
 class _Adviser:
@@ -204,27 +185,39 @@ class _Adviser:
         count: Count,
         read: Callable[[str], Query | None],
         budget: Budget,
-        share: float,
     ) -> None:
         self.query, self.count, self.read = query, count, read
-        self.budget, self.share = budget, share
+        self.budget = budget
         self.untried = 0
         self.tried: set[Query] = {query}
         self.found: list[tuple[float, Suggestion]] = []
 
     def advice(self) -> Advice:
+        """Try what is likeliest first: limits, then what is alike, then all other conditions."""
+        all_of_them = list(conditions(self.query))
+        often = Counter(condition.said for condition in all_of_them)
+        left_out: dict[int, LeftOut] = {}
+
+        def leave_out(limits: bool, share: float) -> None:
+            for index, condition in enumerate(all_of_them):
+                if (condition.limit is not None) == limits:
+                    told = self.left_out(condition, often[condition.said] > 1, share)
+                    left_out.update({index: told} if told else {})
+
+        leave_out(True, _FOR_LIMITS)
         self.offer(edited(self.query), _FOR_EDITS)
         never = tuple(self.never())
-        left_out = tuple(self.left_out())
+        leave_out(False, 1)
         if all(cost == _LEFT_OUT for cost, _ in self.found) and not self.untried:
             self.offer(self.combined(), 1)
             self.untried = 0
         best = sorted(self.found, key=lambda it: (it[0], -it[1].hits))[:MOST]
         instead = tuple(suggestion for _, suggestion in best)
-        return Advice(str(self.query), never, left_out, instead, self.untried)
+        told = tuple(left_out[index] for index in sorted(left_out))
+        return Advice(str(self.query), never, told, instead, self.untried)
 
     def late(self, share: float = 1) -> bool:
-        return self.budget.late(share * self.share)
+        return self.budget.late(share)
 
     def offer(self, changes: Iterable[tuple[float, Query]], share: float) -> None:
         """Keep what finds something, until there are enough; what costs alike is compared."""
@@ -237,15 +230,15 @@ class _Adviser:
             elif (known := self.known(query)) and known not in self.tried:
                 self.tried.add(known)
                 self.keep(cost, known)
-                if len(self.found) >= MOST:
+                if sum(other != _LEFT_OUT for other, _ in self.found) >= MOST:
                     dearest = min(dearest, cost)
 
-    def keep(self, cost: float, query: Query) -> tuple[int, frozenset[int]] | None:
+    def keep(self, cost: float, query: Query) -> Found | None:
         found = self.count(query)
         if found is None:
             self.untried += 1
         elif found[0]:
-            self.found.append((cost, Suggestion(str(query), found[0], len(found[1]))))
+            self.found.append((cost, Suggestion(str(query), *found)))
         return found
 
     def known(self, query: Query) -> Query | None:
@@ -257,35 +250,33 @@ class _Adviser:
         steps = _alone(self.query)
         for said, alone in steps.items() if len(steps) > 1 else ():
             known = None if self.late() else self.known(alone)
-            if known and self.count(known) == (0, frozenset()):
+            if known and self.count(known) == (0, 0):
                 yield said
 
-    def left_out(self) -> Iterator[LeftOut]:
-        """Yield the conditions without which something is found."""
-        all_of_them = list(conditions(self.query))
-        often = Counter(condition.said for condition in all_of_them)
-        for condition in all_of_them:
-            known = self.known(condition.rest)
-            if known is None:
-                continue
-            if self.late():
-                self.untried += 1
-                continue
-            self.tried.add(known)
-            found = self.keep(_LEFT_OUT, known)
-            if found and found[0]:
-                near = self.nearest(condition, found[1])
-                step = condition.step if often[condition.said] > 1 else ""
-                yield LeftOut(condition.said, found[0], len(found[1]), near, step)
+    def left_out(self, condition: Condition, often: bool, share: float) -> LeftOut | None:
+        """Return what is found without a condition; `often`: others are said alike."""
+        known = self.known(condition.rest)
+        if known is None:
+            return None
+        if self.late(share):
+            self.untried += 1
+            return None
+        self.tried.add(known)
+        found = self.keep(_LEFT_OUT, known)
+        if not found or not found[0]:
+            return None
+        near = self.nearest(condition)
+        step = condition.step if often else ""
+        return LeftOut(condition.said, *found, near, step)
 
-    def nearest(self, condition: Condition, among: frozenset[int]) -> str:
+    def nearest(self, condition: Condition) -> str:
         """Return how near a condition came to be met, and offer what that would find."""
         asking = condition.asking
         if asking is None or condition.limit is None:
             return ""
 
         def met(limit: Limit) -> bool:
-            found = None if self.late() else self.count(asking(limit), among)
+            found = None if self.late() else self.count(asking(limit))
             if found is None:
                 raise _LateError
             return bool(found[0])

@@ -130,16 +130,17 @@ class _Walk:
         if not count:
             return self.nowhere(line, item)
         arrow, step = line.arrows[count - 1], _first(item)
-        best: tuple[float, Reached, str, Symbol | None] | None = None
+        worst = max if step.mover.form == "both" else min  # of two together both must fit
+        ways = []
         for symbols in reached:
-            for part in _partners(step, symbols):
-                later = self.after(part, symbols)
-                near = nearest(later if arrow.later else later[:1], step)
-                rank = away(near, step) if near else inf
-                if best is None or rank < best[0]:
-                    best = rank, symbols, part, near
-        assert best is not None
-        _, symbols, part, near = best
+            nearest_of = [
+                (away(near, step) if near else inf, part, near)
+                for part in _partners(step, symbols)
+                for later in [self.after(part, symbols)]
+                for near in [nearest(later if arrow.later else later[:1], step)]
+            ]
+            ways.append((symbols, *worst(nearest_of, key=lambda it: it[0])))
+        symbols, _, part, near = min(ways, key=lambda it: it[1])
         reason = f"after {_last(symbols)} {self.instead(arrow, item, symbols, part, near)}"
         return Stop(str(_beginning(line, count)), symbols, f"{arrow} {item}", near, reason)
 
@@ -235,11 +236,13 @@ class _Walk:
             reason = f"{_at(hit)}, but {there}{far}"
             return self._beside(lines, beside, hit, other.lines[0][0], reason)
         step, hit = _first(beside.line.items[0]), hits[0]
-        moving = [it for part in step.mover.members for it in self.rows.get(part, [])]
+        rows = [it for part in step.mover.members for it in self.rows.get(part, [])]
+        moving = [it for it in rows if it.start < it.stop or step.manner != "move"]
         meanwhile = [it for it in moving if it.start < hit.span.stop and hit.span.start < it.stop]
         near = nearest(meanwhile or moving, step)
         if near is None:
-            return self._beside(lines, beside, hit, None, f"{step.mover} does not move")
+            reason = f"{_at(hit)}, but {step.mover} does not move"
+            return self._beside(lines, beside, hit, None, reason)
         when = "meanwhile" if meanwhile else "at another time"
         reason = f"{_at(hit)}, but {when} {near}, {_not(step)} ({doubts(near)})"
         return self._beside(lines, beside, hit, near, reason)

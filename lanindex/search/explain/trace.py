@@ -94,6 +94,18 @@ def trace(
     return Trace(query, capture, hits, ends)
 
 
+def obstacle(
+    query: Query,
+    capture: Capture,
+    tracks: Mapping[str, Track],
+    *,
+    tolerance: Fraction = TOLERANCE,
+) -> str:
+    """Return why a query finds nothing in a capture, one reason for each alternative."""
+    seen = trace(query, capture, tracks, tolerance=tolerance)
+    return "; or ".join(stop.reason for stop in seen.stops) or "nothing: it is found"
+
+
 def _steps(hit: Hit, steps: Mapping[str, str]) -> Iterator[Matched]:
     """Yield what matched each step; where a matcher does not tell that, line by line."""
     if not hit.labels:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import overload
 
 import numpy as np
 
@@ -14,14 +13,18 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster
 from lanindex.model.symbol import SYMBOL, listed
 from lanindex.search import plain
-from lanindex.search.automaton import Program, plan
+from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.fast import overlaps as staying
-from lanindex.search.fast.answers import Answers, best, joined, of_line, roots
+from lanindex.search.fast.answers import Answers, best, joined, of_line, roots, table
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
+from lanindex.search.fast.claims import contested
+from lanindex.search.fast.company import Company
+from lanindex.search.fast.found import Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
-from lanindex.search.fast.ragged import Mask, Numbers, Whole, starts_of
-from lanindex.search.fast.trace import trace
+from lanindex.search.fast.ragged import Mask, Whole
+from lanindex.search.fast.trace import labelled, trace
+from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.query import Query
 
 Recordings = Callable[
@@ -32,81 +35,8 @@ Recordings = Callable[
 MOST_ROWS = 1 << 18
 """How many rows of a part, or captures, are gone through at once."""
 
-TOGETHER = 64
-"""How many captures are fetched at once where all hits are made objects."""
-
 Watch = Callable[[int, int], None]
 """Is told, now and then, how many captures are done, of how many; it may raise."""
-
-
-class Found(Sequence[Hit]):
-    """The hits of a search as columns; each is made an object when it is asked for.
-
-    Attributes
-    ----------
-    place : ndarray
-        (H,) int64: which capture of the roster.
-    low, high : ndarray
-        (H,) int64: frames of the source, half-open.
-    """
-
-    def __init__(self, finder: Finder, answers: Answers) -> None:
-        self._finder, self._answers = finder, answers
-        self.place, self.low, self.high = answers.capture, answers.low, answers.high
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self._answers)
-
-    @overload
-    def __getitem__(self, index: int) -> Hit: ...
-    @overload
-    def __getitem__(self, index: slice) -> Found: ...
-    def __getitem__(self, index: int | slice) -> Hit | Found:
-        """Return one hit, or some of them."""
-        if isinstance(index, slice):
-            return self._at(np.arange(len(self))[index])
-        return self._finder.hit(self._answers.at(np.array([range(len(self))[index]])))
-
-    def __iter__(self) -> Iterator[Hit]:
-        """Yield all hits; their captures are fetched many at once."""
-        places = self.place[starts_of(self.place)] if len(self) else self.place
-        for first in range(0, len(places), TOGETHER):
-            some = places[first : first + TOGETHER]
-            self._finder.fetch(some.tolist())
-            for index in np.flatnonzero(np.isin(self.place, some)).tolist():
-                yield self[index]
-
-    def by_fit(self) -> Found:
-        """Return the same hits, the clearest first."""
-        cost = self._answers.cost
-        unknown = np.flatnonzero(cost < 0).tolist()
-        cost[unknown] = [round((1 - self[index].fit) * THOUSANDTHS) for index in unknown]
-        return self._at(np.argsort(cost, kind="stable"))
-
-    @property
-    def captures(self) -> int:
-        """In how many captures they are."""
-        return int(starts_of(np.sort(self.place)).sum()) if len(self) else 0
-
-    def counts(self) -> list[tuple[Capture, int]]:
-        """Return the captures, each with how many hits it has."""
-        places, counts = np.unique(self.place, return_counts=True)
-        captures = self._finder.captures(places.tolist())
-        return list(zip(captures, counts.tolist(), strict=True))
-
-    def numpy(self) -> Numbers:
-        """Return the hits as an array, as `lanindex.search.hits.Hits.numpy`."""
-        fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
-        found = np.empty(len(self), fields)
-        found["capture_id"] = self._finder.numbers(self.place)
-        found["start"], found["stop"] = self.low, self.high
-        self.by_fit()  # which looks up what is not known
-        found["fit"] = (THOUSANDTHS - self._answers.cost) / THOUSANDTHS
-        return found
-
-    def _at(self, chosen: Whole) -> Found:
-        return Found(self._finder, self._answers.at(chosen))
 
 
 class Finder:
@@ -142,6 +72,7 @@ class Finder:
         self._recordings = recordings
         self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
         self._told: dict[int, list[Hit]] = {}
+        self._tellers: dict[int, plain.Teller] = {}
 
     def find(self, overlaps: str = "none", watch: Watch | None = None) -> Found:
         """Return all hits.
@@ -164,7 +95,7 @@ class Finder:
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
         answers = joined(pieces)
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
-        return Found(self, self._kept(answers, overlaps))
+        return Found(self, answers, self._kept(answers, overlaps), len(self._told))
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
@@ -185,6 +116,8 @@ class Finder:
             return self._told[place][int(answer.rows[0, 0])]
         if place not in self._fetched:
             self.fetch([place])
+        if answer.cost[0] < 0:
+            return self._teller(place, answer)
         taken = trace(
             self._block(place, place + 1),
             self._programs[int(answer.program[0])],
@@ -202,7 +135,25 @@ class Finder:
             span,
             min(symbol.margin for symbol in symbols.values()),
             (tuple(symbols.values()),),
+            labelled(taken, symbols),
         )
+
+    def _teller(self, place: int, answer: Answers) -> Hit:
+        """Return a hit of which the engine knows the frames alone."""
+        if place not in self._tellers:
+            self._tellers = {
+                place: plain.Teller(self._query, *self._fetched[place], self._tolerance)
+            }
+        parts = self._parts[int(answer.parts[0])]
+        first = frozenset(zip(parts, answer.rows[0].tolist(), strict=False))
+        hit = self._tellers[place].hit(first)
+        if hit is None or hit.span != Span(int(answer.low[0]), int(answer.high[0])):
+            raise LanindexError(
+                f"the two ways to search differ about frame {int(answer.low[0])}",
+                place=self._fetched[place][0].path,
+                remedy="Please report this pattern.",
+            )
+        return hit
 
     def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
         """Refuse to tell a hit from other symbols than it was found in."""
@@ -237,12 +188,17 @@ class Finder:
         found: list[Answers] = []
         doubtful = np.zeros(len(block), bool)
         for number, program in enumerate(self._programs):
-            if remembers(program) or self._query.rhythm or self._query.where:
+            if self._query.rhythm or self._query.where:
                 doubtful |= possible(block, program)
-            else:
+            elif not remembers(program):
                 answers, doubts = of_line(block, number, program, self._parts)
                 found += answers
                 doubtful |= doubts
+            else:
+                try:
+                    found += with_company(block, number, program, self._parts)
+                except NotCovered:
+                    doubtful |= possible(block, program)
         every = joined(found)
         every = best(every.at(~doubtful[every.capture]))
         return self._from_own_rows(block, every), doubtful
@@ -256,12 +212,15 @@ class Finder:
                 rows[own, member] -= block.rows(part).bounds[answers.capture[own]]
         return replace(answers, rows=rows)
 
-    def _kept(self, answers: Answers, overlaps: str) -> Answers:
+    def _kept(self, answers: Answers, overlaps: str) -> Whole:
+        """Return which answers are hits."""
+        kept = np.arange(len(answers))
         if overlaps == "all":
-            return answers
-        if not staying.counts(self._query):
-            answers = answers.at(staying.nearest(answers.capture, answers.low, answers.high))
-        return answers.at(staying.from_left(answers.capture, answers.low, answers.high))
+            return kept
+        if not counts(self._query.pattern):
+            kept = np.flatnonzero(staying.nearest(answers.capture, answers.low, answers.high))
+        own = answers.at(kept)
+        return kept[staying.from_left(own.capture, own.low, own.high)]
 
     def _told_plainly(self, places: Whole) -> dict[int, list[Hit]]:
         """Return what the plain matcher finds in some captures, overlapping or not."""
@@ -274,6 +233,27 @@ class Finder:
         for hit in hits:
             told[int(own[hit.capture.id])].append(hit)
         return told
+
+
+def with_company(
+    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
+) -> list[Answers]:
+    """Return the answers of a program with lines beside; their fits are not known.
+
+    Raises
+    ------
+    NotCovered
+        Where only the plain matcher can tell.
+    """
+    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
+    found = []
+    for place, entry in enumerate(program.entries):
+        own = entries == place
+        state = program.states[entry.state]
+        events = block.events(state).at(roots_at[own])
+        unknown = np.full(len(events), -1)
+        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
+    return found
 
 
 def possible(block: Block, program: Program) -> Mask:

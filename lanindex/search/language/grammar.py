@@ -138,7 +138,14 @@ class _Parser:
             )
         if self.timed:
             pattern = _opened(pattern)
-        return Endings(cursor, pattern, self.labels).query()
+        query = Endings(cursor, pattern, self.labels).query()
+        if self.names.used and (length := len(str(query))) > _LONGEST:
+            raise cursor.error(
+                f"With all names written out it has {length} characters; {_LONGEST} is the most.",
+                begin,
+                cursor.before,
+            )
+        return query
 
     def let(self, let: Token) -> None:
         """Read ``let NAME = pattern ;``: checked now, read again with each use."""
@@ -150,7 +157,7 @@ class _Parser:
             raise cursor.error(f"An = follows: let {name.text} = mid -> high;", let, name)
         begin = cursor.index
         with self.names.giving(name.text):
-            self.pattern(frozenset((ANYONE,)))
+            self.pattern(frozenset((ANYONE,)), "=")
         if cursor.stands("end"):
             raise cursor.error(
                 'A ";" ends it, and the pattern follows: let up = mid -> high; r_arm low -> @up',
@@ -163,8 +170,8 @@ class _Parser:
         cursor.advance()
         self.labels.clear()
 
-    def pattern(self, carried: frozenset[Mover]) -> Choice:
-        alternatives = [self.lines(carried, "")]
+    def pattern(self, carried: frozenset[Mover], after: str = "") -> Choice:
+        alternatives = [self.lines(carried, after)]
         while self.cursor.take("word", "or"):
             alternatives.append(self.lines(carried, "or"))
         return Choice(tuple(alternatives))

@@ -7,37 +7,29 @@ a step. Whatever is not understood to the last word is not guessed at.
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
-from importlib import resources
 from itertools import pairwise
 from typing import Any
 
 from lanindex.errors import PatternError
+from lanindex.search.language.phrases import SINGLE, Meaning, UnclearError, meanings
 from lanindex.search.language.words import DEFAULT_PARTS, VALUES, Vocabulary
 
 _LONGEST = 200
-_TOKEN = re.compile(r"->|→|\.\.\.|…|[^\W\d]\w*|\S")
 _GUESS = re.compile(
-    r' (Did you mean "[^"]*"\?|(The parts are|It has): .*|A movement has a direction .*)$'
+    r'^Did you mean "[^"]*"\? '
+    r'| (Did you mean "[^"]*"\?|(The parts are|It has): .*|A movement has a direction .*)$'
 )
 """What an error says to mend a word alone."""
 
-_HALF = re.compile(r"\b(right|left|both|the|an?|his|her|their|your|my) (lower|upper) (arm|leg)")
-"""Where 'lower arm' is surely a limb, and 'lower' no verb."""
-
-_SINGLE = ("head", "torso")
 _LEGS = ("leg", "thigh", "shank")
 _HIGH = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/high"}
 _HIGH["thigh"] = _HIGH["leg"]
 """By limb, where it is when it is up; of the others nobody can tell."""
 
 _TILT = "  (a tilt: the head's turns are not written down)"
-
-Meaning = tuple[str, str]
-"""Which table of `natural.toml` knows a phrase, and what it stands for there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +60,8 @@ def reading(text: str) -> Reading | None:
     if len(text) > _LONGEST:
         return None
     try:
-        return _said(list(_clauses(_meanings(_plain(text)))))
-    except _UnclearError:
+        return _said(list(_clauses(meanings(text))))
+    except UnclearError:
         return None
 
 
@@ -90,81 +82,10 @@ def offer_reading(error: PatternError, understood: Callable[[str], Any]) -> None
         understood(read.pattern)
     except PatternError:
         return
-    error.found = f"{_GUESS.sub('', error.found)} Did you mean:  {read.pattern}{read.remark}"
+    found = _GUESS.sub("", error.found)
+    stop = "" if found.endswith((".", "?")) else "."
+    error.found = f"{found}{stop} Did you mean:  {read.pattern}{read.remark}"
     error.args = (error.found,)
-
-
-class _UnclearError(Exception):
-    """It could mean more than one thing, or nothing that the language can say."""
-
-
-# Words.
-
-
-@lru_cache(maxsize=1)
-def _tables() -> Mapping[str, Mapping[str, Sequence[str]]]:
-    text = resources.files("lanindex.search.language").joinpath("natural.toml").read_text("utf-8")
-    return tomllib.loads(text)
-
-
-@lru_cache(maxsize=1)
-def _phrases() -> Mapping[tuple[str, ...], Meaning]:
-    """Return what each phrase stands for, those of the language itself included."""
-    known: dict[tuple[str, ...], Meaning] = {
-        **{(word,): ("phrases", word) for word in VALUES},
-        **{(name,): ("movers", name) for name in Vocabulary().movers},
-    }
-    for table, meanings in _tables().items():
-        for meaning, phrases in meanings.items():
-            for phrase in phrases:
-                known[tuple(phrase.replace(",", " , ").split())] = (table, meaning)
-    for limb, phrases in _tables()["limbs"].items():
-        if limb not in _SINGLE:
-            known |= {tuple(f"{phrase}s".split()): ("limbs", f"{limb}s") for phrase in phrases}
-    return known
-
-
-def _plain(text: str) -> list[str]:
-    """Return the words without articles, hyphens and the stop at the end."""
-    text = re.sub(r"(?<=\w)-(?=\w)", " ", text.lower()).strip()
-    text = _HALF.sub(r"\1 \2_\3", text)
-    words = _TOKEN.findall(text.removesuffix(".") if not text.endswith("..") else text)
-    return [word for word in words if word not in _tables()["fillers"]["articles"]]
-
-
-def _meanings(words: list[str]) -> Iterator[Meaning]:
-    """Yield what the words stand for, the longest phrases first."""
-    known = _phrases()
-    longest = max(map(len, known))
-    index = 0
-    while index < len(words):
-        for count in range(min(longest, len(words) - index), 0, -1):
-            meaning = known.get(tuple(words[index : index + count]))
-            if meaning and not _is_side(words, index + count, meaning):
-                break
-        else:
-            raise _UnclearError
-        if meaning[0] == "unclear":
-            raise _UnclearError
-        if words[index] in ("right", "left") and count == 1:
-            limb = any(_begins_limb(words, index + 1, known))
-            meaning = ("sides", words[index][0]) if limb else ("phrases", words[index])
-        index += count
-        yield meaning
-
-
-def _begins_limb(
-    words: list[str], index: int, known: Mapping[tuple[str, ...], Meaning]
-) -> Iterator[bool]:
-    for count in (1, 2):
-        table, _ = known.get(tuple(words[index : index + count]), ("", ""))
-        yield table in ("limbs", "movers")
-
-
-def _is_side(words: list[str], index: int, meaning: Meaning) -> bool:
-    """Tell whether 'to right' goes on with a limb, whose side it then is."""
-    said = meaning[1] in ("right", "left") and words[index - 2 : index - 1] == ["to"]
-    return said and any(_begins_limb(words, index, _phrases()))
 
 
 # Clauses.
@@ -207,12 +128,12 @@ class _Clause:
             self.name(meaning)
         elif table == "sides":
             if self.side or self.limb:
-                raise _UnclearError
+                raise UnclearError
             self.side = meaning
 
     def name(self, limb: str) -> None:
         if self.limb or (self.side and limb[:2] in ("r_", "l_")):
-            raise _UnclearError
+            raise UnclearError
         self.limb = limb
 
     @property
@@ -229,14 +150,14 @@ class _Clause:
     @property
     def mover(self) -> str:
         """Who moves, in the language."""
-        if self.group in _SINGLE:
+        if self.group in SINGLE:
             name = self.limb if not self.side else ""
         elif self.side in ("r", "l"):
             name = f"{self.side}_{self.group}" if not self.both else ""
         else:
             name = f"{self.group}s" if self.both and self.group != "foot" else self.limb
         if name not in _movers():
-            raise _UnclearError
+            raise UnclearError
         return name
 
 
@@ -263,9 +184,9 @@ def _said(clauses: list[_Clause]) -> Reading:
         clauses[0].limb = "torso"
     links = {clause.link for clause in clauses[1:]}
     if not clauses[0].limb or (len(links) > 1 and links & {"->", "..."} and links - {"->", "..."}):
-        raise _UnclearError
+        raise UnclearError
     if all(clause.values + clause.verbs == [] for clause in clauses):
-        raise _UnclearError
+        raise UnclearError
     pattern, remark = _step(clauses[0], clauses[0].mover), _remark(clauses[0])
     for before, clause in pairwise(clauses):
         name = clause.mover if clause.limb else ""
@@ -285,7 +206,7 @@ def _joined(clauses: list[_Clause]) -> list[_Clause]:
             before.limb, before.side = clause.limb, clause.side
         elif clause.link in ("with", "and") and not clause.limb:
             if clause.verbs or not clause.values:
-                raise _UnclearError
+                raise UnclearError
             before.values += [it for it in clause.values if it not in before.values]
         else:
             clause.link = "with" if clause.link == "and" else clause.link
@@ -304,7 +225,7 @@ def _step(clause: _Clause, name: str) -> str:
     words = _words(clause)
     manner = _MANNERS.get(clause.verbs[0], "") if clause.verbs else ""
     if len(clause.verbs) > 1 or (not words and manner != "hold") or (words and manner == "hold"):
-        raise _UnclearError
+        raise UnclearError
     return " ".join(filter(None, (name, manner, *words)))
 
 
@@ -316,16 +237,16 @@ def _words(clause: _Clause) -> list[str]:
             said = _HIGH.get(clause.group, "") if word == "up" else word
             kind = VALUES[said.split("/")[0]][0] if said else ""
             if not kind or kinds.setdefault(kind, said) != said:
-                raise _UnclearError
+                raise UnclearError
     for verb in clause.verbs:
         _VERBS.get(verb, _anybody)(clause, kinds)
-    if clause.group in _SINGLE:
+    if clause.group in SINGLE:
         if "level" in kinds:
-            raise _UnclearError
+            raise UnclearError
         if kinds.get("direction") == "side":
             kinds["direction"] = "right/left"
     if kinds.get("direction") == "across/across_forward" and not clause.both:
-        raise _UnclearError
+        raise UnclearError
     return [kinds[kind] for kind in ("change", "direction", "level") if kind in kinds]
 
 
@@ -336,7 +257,7 @@ def _anybody(clause: _Clause, kinds: dict[str, str]) -> None:
 def _raise(clause: _Clause, kinds: dict[str, str]) -> None:
     high = _HIGH.get(clause.group)
     if high is None or kinds.get("level") == "low" or "change" in kinds:
-        raise _UnclearError
+        raise UnclearError
     if "direction" not in kinds:
         kinds.setdefault("level", high)
     elif clause.group not in _LEGS:
@@ -344,28 +265,28 @@ def _raise(clause: _Clause, kinds: dict[str, str]) -> None:
 
 
 def _lower(clause: _Clause, kinds: dict[str, str]) -> None:
-    if clause.group in _SINGLE or kinds.setdefault("level", "low") != "low" or len(kinds) > 1:
-        raise _UnclearError
+    if clause.group in SINGLE or kinds.setdefault("level", "low") != "low" or len(kinds) > 1:
+        raise UnclearError
 
 
 def _lean(clause: _Clause, kinds: dict[str, str]) -> None:
-    if clause.group not in _SINGLE or list(kinds) != ["direction"]:
-        raise _UnclearError
+    if clause.group not in SINGLE or list(kinds) != ["direction"]:
+        raise UnclearError
 
 
 def _turn(clause: _Clause, kinds: dict[str, str]) -> None:
     if clause.group != "head" or kinds.get("direction") not in ("right", "left"):
-        raise _UnclearError
+        raise UnclearError
 
 
 def _kick(clause: _Clause, kinds: dict[str, str]) -> None:
     if clause.group != "leg" or "direction" not in kinds:
-        raise _UnclearError
+        raise UnclearError
 
 
 def _put(clause: _Clause, kinds: dict[str, str]) -> None:
     if kinds.get("direction") == "back":  # to the back, or to where it was?
-        raise _UnclearError
+        raise UnclearError
 
 
 _MANNERS = {"stay": "at", "rest": "hold"}

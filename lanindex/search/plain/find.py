@@ -12,7 +12,7 @@ from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Track
 from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.language.query import Query
-from lanindex.search.plain.candidates import Recording
+from lanindex.search.plain.candidates import First, Recording
 from lanindex.search.plain.clauses import Clauses, labels_of
 from lanindex.search.plain.paths import Path
 from lanindex.search.plain.walk import Walker
@@ -96,14 +96,44 @@ def _find(
         yield from (_hit(recording, path) for path in paths)
 
 
-def _starts(walker: Walker, programs: tuple[Program, ...]) -> list[Path]:
+class Teller:
+    """Tells single hits of a capture, from the symbols with which they begin.
+
+    Parameters
+    ----------
+    query : Query
+        What was found.
+    capture : Capture
+        Where.
+    tracks : Mapping of str to Track
+        Its tracks by part.
+    tolerance : Fraction
+        As for `find`.
+    """
+
+    def __init__(
+        self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
+    ) -> None:
+        self._recording, self._programs = Recording(capture, tracks), plan(query)
+        clauses = Clauses(query, self._recording)
+        self._walker = Walker(self._recording, self._programs, tolerance, clauses)
+
+    def hit(self, first: First) -> Hit | None:
+        """Return the best hit that begins with some symbols, None if there is none."""
+        paths = _starts(self._walker, self._programs, first)
+        return _hit(self._recording, paths[0]) if paths else None
+
+
+def _starts(
+    walker: Walker, programs: tuple[Program, ...], first: First | None = None
+) -> list[Path]:
     """Return the best path from each place where the pattern can start, in order of time."""
-    best: dict[frozenset[tuple[str, int]], Path] = {}
+    best: dict[First, Path] = {}
     for program in programs:
-        for path in walker.leading(program):
-            first = frozenset((it.timeline.part, it.first) for it in path.first.events)
-            if first not in best or path.rank < best[first].rank:
-                best[first] = path
+        for path in walker.leading(program, first):
+            here = path.first.first
+            if here not in best or path.rank < best[here].rank:
+                best[here] = path
     return sorted(best.values(), key=lambda path: (path.low, path.high, -path.fit))
 
 

@@ -13,10 +13,9 @@ from functools import cached_property
 from heapq import heappop, heappush
 from math import floor, inf
 
-from lanindex.errors import LanindexError
 from lanindex.search.automaton import Edge, Exit, Program, State
-from lanindex.search.plain.beside import Company
-from lanindex.search.plain.candidates import Match, Recording
+from lanindex.search.plain.beside import Company, Sides
+from lanindex.search.plain.candidates import First, Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, longest, seen_in
 from lanindex.search.plain.track import Claim
@@ -49,7 +48,7 @@ class Walker:
     ) -> None:
         self._recording, self._programs, self._clauses = recording, programs, clauses
         self._timed = frozenset(programs) if clauses.timed else frozenset()
-        self._paths: dict[Program, list[Path]] = {}
+        self._paths: dict[Sides, list[Path]] = {}
         slack = floor(tolerance * recording.capture.rate)
         wholes = frozenset(program.whole for program in programs)
         self._company = Company(recording, self.paths, slack, clauses, wholes)
@@ -57,48 +56,66 @@ class Walker:
     # Which movements more than one line may want.
 
     @cached_property
-    def _wanted(self) -> frozenset[Claim]:
-        wanted: set[Claim] = set()
-        for program in self._programs:
-            if any(group.companions for group in (program.whole, *program.brackets)):
-                tally: Counter[Claim] = Counter()
-                self._tally(program, 1, tally)
-                wanted |= {claim for claim, lines in tally.items() if lines > 1}
-        return frozenset(wanted)
+    def _tallies(self) -> list[Counter[Claim]]:
+        """By leading line: how many lines may want a movement, itself included."""
+        return [
+            self._tally((program,))
+            for program in self._programs
+            if any(group.companions for group in (program.whole, *program.brackets))
+        ]
 
-    def _tally(self, program: Program, lines: int, tally: Counter[Claim]) -> None:
-        """Count how many lines may want a movement; a line in a bracket may come again."""
-        for claim in {
-            claim
-            for state in program.states
-            for events in self._recording.events(state)
-            for event in events
-            for claim in event.claims
-        }:
-            tally[claim] += lines
-        for group in (program.whole, *program.brackets):
-            for companion in group.companions:
-                for inner in companion.programs:
-                    self._tally(inner, lines if group is program.whole else 2, tally)
+    @cached_property
+    def _wanted(self) -> frozenset[Claim]:
+        """What more than one line may want."""
+        return frozenset(it for tally in self._tallies for it, lines in tally.items() if lines > 1)
+
+    def _wanted_outside(self, line: Sides) -> frozenset[Claim]:
+        """Return what others may want than a line that stands beside another."""
+        own = self._tally(line)
+        return frozenset(
+            it for tally in self._tallies for it, lines in tally.items() if lines > own[it]
+        )
+
+    def _tally(self, line: Sides) -> Counter[Claim]:
+        """Count for how many lines a movement may serve; one in a bracket may come again."""
+        most: Counter[Claim] = Counter()
+        for program in line:
+            tally = Counter(
+                {
+                    claim
+                    for state in program.states
+                    for events in self._recording.events(state)
+                    for event in events
+                    for claim in event.claims
+                }
+            )
+            for group in (program.whole, *program.brackets):
+                for companion in group.companions:
+                    for claim, lines in self._tally(companion.programs).items():
+                        tally[claim] += lines if group is program.whole else 2 * lines
+            most |= tally
+        return most
 
     # Walking.
 
-    def leading(self, program: Program) -> Iterator[Path]:
-        """Yield the best path of a leading line from each of its first matches.
+    def leading(self, program: Program, first: First | None = None) -> Iterator[Path]:
+        """Yield the best path of a leading line from each of its first matches, or from one.
 
         "The earliest end is taken, then the latest start, then the greatest fit"; but "a repeat or
         ``?`` that ends a line runs on as long as it can".
         """
         for root in self._roots(program):
+            if first is not None and root.match.first != first:
+                continue
             whole: list[Path] = []
-            first: float = inf
+            soonest: float = inf
             for end, ending in self._from(program, root):
-                if end > first:  # no path ends before the last match of its own line
+                if end > soonest:  # no path ends before the last match of its own line
                     break
                 good = [path for path in ending if self._is_whole(path)]
                 whole += good
                 if not program.open_ended:
-                    first = min([first, *(path.high for path in good)])
+                    soonest = min([soonest, *(path.high for path in good)])
             yield from sorted(longest(whole), key=lambda path: path.rank)[:1]
 
     def _is_whole(self, path: Path) -> bool:
@@ -108,17 +125,25 @@ class Walker:
         """
         return not path.alone and not path.memory.owed and self._clauses.met_by(path)
 
-    def paths(self, program: Program) -> list[Path]:
-        """Return all paths of a line that stands beside another, from wherever it can begin."""
-        if program not in self._paths:
+    def paths(self, line: Sides) -> list[Path]:
+        """Return all paths of a line that stands beside another, from wherever it can begin.
+
+        Of what they have used they remember what others may want.
+        """
+        if line not in self._paths:
             found = [
                 path
+                for program in line
                 for root in self._roots(program)
                 for _, ending in self._from(program, root)
                 for path in ending
             ]
-            self._paths[program] = found if program.open_ended else distinct(found)
-        return self._paths[program]
+            outside = self._wanted_outside(line)
+            for path in found:
+                path.memory = path.memory._replace(used=path.memory.used & outside)
+            runs_on = any(program.open_ended for program in line)
+            self._paths[line] = found if runs_on else distinct(found)
+        return self._paths[line]
 
     def _roots(self, program: Program) -> Iterator[Node]:
         for entry in program.entries:
@@ -164,11 +189,7 @@ class Walker:
                     else:
                         known.came += new.came
             if len(seen) > MOST_NODES:
-                raise LanindexError(
-                    f"the pattern fits in more than {MOST_NODES} ways",
-                    place=self._recording.capture.path,
-                    remedy='Put fewer "..." into repeats, or name the part after "without"',
-                )
+                raise self._recording.too_many(MOST_NODES)
 
     def _finish(self, root: Node, node: Node, leaving: Exit) -> Iterator[Path]:
         """Yield the paths that end at a node."""
