@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lanindex.search.example.align import compared
-from lanindex.search.example.candidates import Promise, promises
-from lanindex.search.example.moves import Clips, Floats, Numbers
+from lanindex.search.example.candidates import promises
+from lanindex.search.example.moves import Clips
+from lanindex.search.example.stretches import reach_of, stretches
 
 LONGER = 2.0
 """From how many times the length of the example on a clip is looked through by stretches, too."""
@@ -20,18 +20,6 @@ MOST = 4096
 
 _BLOCK = 256
 """Clips that are aligned at a time."""
-
-_STEPS = 4
-"""Beginnings of stretches in the length of the example."""
-
-_BEGINNINGS = 2000
-"""Beginnings of stretches in one clip, at the most."""
-
-_FINALISTS = 4
-"""Stretches of one clip whose edges are moved about."""
-
-_LENGTHS = (0.7, 1.0, 1.4)
-"""Lengths of stretches, as parts of the example's."""
 
 
 class Near(NamedTuple):
@@ -99,27 +87,27 @@ def nearest(
         How many are aligned at the most.
     """
     promise = promises(query, clips)
-    lasting, rate = np.array(frames, np.int64), np.array(rates, np.float64)
-    longer = lasting >= LONGER * seconds * rate
+    reach = reach_of(query, clips, promise)
+    lasting = np.array(frames, np.int64)
+    lengths = seconds * np.array(rates, np.float64)
+    longer = lasting >= LONGER * lengths
     hope = np.where(longer, np.maximum(promise.whole, promise.stretch), promise.whole)
     order = np.argsort(-hope, kind="stable")
     near: list[Near] = []
-    done = 0
-    while done < min(most, len(order)):
-        if len(near) == limit and hope[order[done]] <= near[-1].likeness:
-            break
+    done, worst = 0, 0.0
+    while done < min(most, len(order)) and hope[order[done]] > worst:
         block = order[done : done + _BLOCK]
         whole = compared(query, clips, clips.whole().some(block))
-        near += map(Near, block.tolist(), [0] * len(block), lasting[block].tolist(), whole.tolist())
-        near = sorted(near, key=_rank)
-        worst = near[limit - 1].likeness if len(near) >= limit else 0.0
-        for clip in block[longer[block] & (promise.stretch[block] > worst)]:
-            length = seconds * rate[clip]
-            near.append(_stretch(query, clips, promise, int(clip), int(lasting[clip]), length))
+        whole_ones = zip(block.tolist(), lasting[block].tolist(), whole.tolist(), strict=True)
+        near += [Near(clip, 0, last, alike) for clip, last, alike in whole_ones]
         near = _best(near, limit)
+        worst = near[-1].likeness if len(near) == limit else 0.0
+        some = block[longer[block] & (promise.stretch[block] > worst)].tolist()
+        found = stretches(query, clips, reach, some, lasting, lengths, worst)
+        near = _best([*near, *(Near(*one) for one in found)], limit)
+        worst = near[-1].likeness if len(near) == limit else 0.0
         done += len(block)
-    sure = done >= len(order) or (len(near) == limit and hope[order[done]] <= near[-1].likeness)
-    return Found(near, done, sure)
+    return Found(near, done, done >= len(order) or bool(hope[order[done]] <= worst))
 
 
 def _best(near: list[Near], limit: int) -> list[Near]:
@@ -132,45 +120,3 @@ def _best(near: list[Near], limit: int) -> list[Near]:
 
 def _rank(near: Near) -> tuple[float, int, int]:
     return -near.likeness, near.begin - near.end, near.clip
-
-
-def _stretch(
-    query: Clips, clips: Clips, promise: Promise, clip: int, frames: int, length: float
-) -> Near:
-    """Return the stretch of a clip that is most like the example."""
-    step = max(length / _STEPS, frames / _BEGINNINGS)
-    begins = np.arange(0, max(frames - length / 2, 1), step)
-    low, high, likeness = _tried(query, clips, promise, clip, begins, begins + length, 16)
-    finals = np.argsort(-likeness, kind="stable")[:_FINALISTS]
-    middles = (low[finals] + high[finals]) / 2
-    shifts = np.array([-step / 3, 0, step / 3])
-    middle = (middles[:, None, None] + shifts[:, None] + 0 * np.array(_LENGTHS)).ravel()
-    half = np.broadcast_to(length * np.array(_LENGTHS) / 2, (len(finals), 3, 3)).ravel()
-    fine = _tried(query, clips, promise, clip, middle - half, middle + half, len(middle))
-    low, high = np.concatenate([low, fine[0]]), np.concatenate([high, fine[1]])
-    likeness = np.concatenate([likeness, fine[2]])
-    best = int(np.argmax(likeness))
-    return Near(clip, max(0, int(low[best])), min(frames, int(high[best])), float(likeness[best]))
-
-
-def _tried(
-    query: Clips,
-    clips: Clips,
-    promise: Promise,
-    clip: int,
-    begins: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    most: int,
-) -> tuple[Numbers, Numbers, Floats]:
-    """Return the most promising of some stretches, and how alike they are."""
-    low, high = np.round(begins).astype(np.int64), np.round(ends).astype(np.int64)
-    own = query.moves.sizes.sum()
-    windows = clips.windows(clip, low, high)
-    share, sizes = np.zeros(len(low)), np.full(len(low), own)
-    for part, (first, last) in enumerate(clips.first[:, clip : clip + 2]):
-        reach = np.cumsum(np.concatenate([[0], promise.share[first:last]]))
-        share += reach[windows.high[part] - first] - reach[windows.low[part] - first]
-        reach = np.cumsum(np.concatenate([[0], clips.moves.sizes[first:last]]))
-        sizes += reach[windows.high[part] - first] - reach[windows.low[part] - first]
-    order = np.argsort(-(share / (sizes + 1)), kind="stable")[:most]
-    return low[order], high[order], compared(query, clips, windows.some(order))

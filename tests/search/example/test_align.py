@@ -11,6 +11,7 @@ from lanindex.search.example.align import compared, pairs
 from lanindex.search.example.candidates import promises
 from lanindex.search.example.moves import POINTS, clips_of, joined
 from lanindex.search.example.nearest import nearest
+from lanindex.search.example.stretches import reach_of
 
 RATE = 30.0
 
@@ -72,6 +73,15 @@ def test_a_stretch_is_as_like_as_the_clip_cut_from_it(one, two, begin, length) -
     piece = clip.cut(0, begin, begin + length)
     (inside,) = compared(query, clip, window)
     assert inside == pytest.approx(compared(query, piece, piece.whole())[0], abs=1e-5)
+
+
+@settings(max_examples=40)
+@given(clips(), clips(most=12), st.integers(0, 60), st.integers(1, 90))
+def test_no_stretch_is_more_like_than_its_bound(one, two, begin, length) -> None:
+    query, clip = side_by_side([one]), side_by_side([two])
+    window = clip.windows(0, np.array([begin]), np.array([begin + length]))
+    most = reach_of(query, clip, promises(query, clip)).most(window)
+    assert most[0] >= compared(query, clip, window)[0] - 1e-5
 
 
 @settings(max_examples=40)
