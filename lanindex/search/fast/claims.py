@@ -7,7 +7,8 @@ it took at the states where another one could want it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import combinations, product
 
 from lanindex.search.automaton import Companion, Group, Program, State
@@ -15,8 +16,39 @@ from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.lines import components
 from lanindex.search.fast.walk import NotCovered, outer_groups
 
-Contested = dict[Program, tuple[int, ...]]
-"""By program, the states at which another line could want what it takes."""
+Rivals = tuple[Program, Program]
+"""Two lines that could want the same; perhaps one that stands there twice."""
+
+
+@dataclass(slots=True)
+class Contested:
+    """What the lines of a program and those beside it have to remember.
+
+    Attributes
+    ----------
+    states : dict of Program to tuple of int
+        By line, the states at which another one could want what it takes.
+    rivals : list of tuple of Program
+        The lines that could want the same.
+    """
+
+    states: dict[Program, tuple[int, ...]]
+    rivals: list[Rivals]
+
+    def between(self, some: Iterable[Program], others: Iterable[Program] | None = None) -> bool:
+        """Tell whether lines, or what stands beside them, could want what others do; else any."""
+        inside = {line for program in some for line in all_lines(program)}
+        outside = others and {line for program in others for line in all_lines(program)}
+        return any(
+            one is another
+            or (
+                (one in inside) != (another in inside)
+                and (outside is None or one in outside or another in outside)
+            )
+            for one, another in self.rivals
+            if one in inside or another in inside
+        )
+
 
 _MANNERS = {"via": "move"}
 """Manners that use up the same."""
@@ -31,19 +63,22 @@ def contested(program: Program) -> Contested:
         Where only the plain matcher can tell: lines beside a bracket that is not all of its line,
         repeats without end that would have to remember what they took.
     """
-    for line in _all(program):
+    for line in all_lines(program):
         _check(line)
     states: dict[Program, set[int]] = {}
+    rivals: list[Rivals] = []
     for one, other in _rivals(program):
         for first, second in product(one.states, other.states):
             if alike(first, second):
                 states.setdefault(one, set()).add(first.number)
                 states.setdefault(other, set()).add(second.number)
+                rivals.append((one, other))
     for line in states:
         if line.open_ended or any(_circles(line)):
             raise NotCovered
     _check_forbidden(program, [])
-    return {line: tuple(sorted(numbers)) for line, numbers in states.items()}
+    remembered = {line: tuple(sorted(numbers)) for line, numbers in states.items()}
+    return Contested(remembered, list(dict.fromkeys(rivals)))
 
 
 def _check(program: Program) -> None:
@@ -70,13 +105,13 @@ def _companions(group: Group, *, forbidden: bool) -> list[Companion]:
     return [it for it in group.companions if (it.relation in FORBIDDEN) == forbidden]
 
 
-def _all(program: Program) -> Iterator[Program]:
+def all_lines(program: Program) -> Iterator[Program]:
     """Yield all lines of a program, those that must not happen too; the leading one first."""
     yield program
     for group in outer_groups(program):
         for companion in group.companions:
             for inner in companion.programs:
-                yield from _all(inner)
+                yield from all_lines(inner)
 
 
 def _needed(program: Program) -> Iterator[Program]:
@@ -117,7 +152,9 @@ def _check_forbidden(program: Program, outside: list[Program]) -> None:
         ]
         for companion in _companions(group, forbidden=True):
             for inner in companion.programs:
-                if any(_clash(line, one) for line in _all(inner) for one in (*outside, *later)):
+                if any(
+                    _clash(line, one) for line in all_lines(inner) for one in (*outside, *later)
+                ):
                     raise NotCovered
                 # what must not happen beside what must not happen: nothing may be in common at all
                 _check_forbidden(inner, [*outside, *_needed(program), *_needed(inner)])

@@ -49,7 +49,7 @@ class Company:
         tuple of ndarray
             By which entry and at which event it begins, its low and high.
         """
-        ends = Walk(self._block, program, self._contested.get(program, ())).ends()
+        ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
         lines = self._stretches(program, ends)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
@@ -103,12 +103,15 @@ class Company:
             found[own] = np.where(value < NONE, end_of(value), NONE)
         return found
 
-    def lines(self, program: Program, *, longest: bool) -> Stretches:
-        """Return all ways of a line beside another; or the longest of one that runs on."""
-        longest = longest and program.open_ended
-        key = (program, longest)
+    def lines(self, program: Program, *, forbidden: bool) -> Stretches:
+        """Return all ways of a line beside another, as far as they matter.
+
+        Of one that runs on the longest ones; of one that must not happen those that no other one holds.
+        """
+        longest = program.open_ended and not forbidden
+        key = (program, forbidden)
         if key not in self._lines:
-            ends = Walk(self._block, program, self._contested.get(program, ())).ends()
+            ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
             lines = self._stretches(program, ends)
             if longest:
                 if outer_groups(program):
@@ -117,6 +120,10 @@ class Company:
             ways = self._closed(program, lines)
             lines = lines.at(ways.line)
             lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+            if not self._contested.between([program]):
+                lines.used = ()
+                if forbidden:
+                    lines = lines.at(beside.outermost(lines))
             keys = [getattr(lines, name) for name in ("capture", "start", "until", "alone")]
             keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
             self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
@@ -144,7 +151,9 @@ class Company:
     def _taken(self, program: Program, ends: Ends) -> tuple[Used, ...]:
         """Return what lines took at the states where others could want it."""
         found = []
-        for number, column in zip(self._contested.get(program, ()), ends.used.T, strict=True):
+        for number, column in zip(
+            self._contested.states.get(program, ()), ends.used.T, strict=True
+        ):
             state = program.states[number]
             events = self._block.events(state)
             some = column >= 0
@@ -158,21 +167,35 @@ class Company:
     def _closed(self, program: Program, lines: Stretches) -> Ways:
         """Return the ways in which a program's outer groups can close."""
         ways = Ways(np.arange(len(lines)), lines.low, lines.high)
-        for group in reversed(outer_groups(program)):
-            ways = self._group(group, lines, ways)
+        for around, group in enumerate(reversed(outer_groups(program))):
+            if group.length:
+                lasts = self._block.meets(lines.capture, lines.high - lines.start, group.length)
+                ways = ways.at((lasts & ~lines.alone)[ways.line])
+            order = _in_order(group)
+            beyond = [it for out in outer_groups(program)[: -1 - around] for it in out.companions]
+            for place, companion in enumerate(order):
+                if companion.relation in FORBIDDEN:
+                    ways = ways.at(~self._disturbed(companion, lines, ways))
+                else:
+                    ways = self._joined(companion, lines, ways)
+                    self._forget(program, ways, [*order[place + 1 :], *beyond])
+                    ways = reduced(ways)
         return ways
 
-    def _group(self, group: Group, lines: Stretches, ways: Ways) -> Ways:
-        if group.length:
-            lasts = self._block.meets(lines.capture, lines.high - lines.start, group.length)
-            ways = ways.at((lasts & ~lines.alone)[ways.line])
-        for companion in sorted(group.companions, key=lambda it: it.relation not in NO_FRAMES):
-            if companion.relation not in FORBIDDEN:
-                ways = self._joined(companion, lines, ways)
-        for companion in group.companions:
-            if companion.relation in FORBIDDEN:
-                ways = ways.at(~self._disturbed(companion, lines, ways))
-        return ways
+    def _forget(self, program: Program, ways: Ways, later: list[Companion]) -> None:
+        """Let go of what other lines took, if none that comes later could want it."""
+        if not ways.used:
+            return
+        coming = [inner for companion in later for inner in companion.programs]
+        done = [
+            inner
+            for around in outer_groups(program)
+            for companion in around.companions
+            if companion not in later
+            for inner in companion.programs
+        ]
+        if not (self._contested.between([program]) or self._contested.between(done, coming)):
+            ways.used = ()
 
     def _margins(self, companion: Companion) -> Margins:
         none = np.zeros(len(self._block), np.int64)
@@ -183,9 +206,10 @@ class Company:
             return Margins(none, none + (FAR >> 1), self._slack)
         return Margins(none, none - 1, self._slack)
 
-    def _partners(self, companion: Companion, *, longest: bool) -> list[tuple[bool, Stretches]]:
+    def _partners(self, companion: Companion) -> list[tuple[bool, Stretches]]:
         """Return the other lines that those stand beside that are not alone, and those that are."""
-        tables = [self.lines(program, longest=longest) for program in companion.programs]
+        forbidden = companion.relation in FORBIDDEN
+        tables = [self.lines(program, forbidden=forbidden) for program in companion.programs]
         others = gathered(tables)
         return [(False, others.at(~others.alone)), (True, others)]
 
@@ -198,7 +222,7 @@ class Company:
         wanted = np.zeros(len(lines), bool)
         wanted[ways.line] = True
         found = []
-        for alone, others in self._partners(companion, longest=True):
+        for alone, others in self._partners(companion):
             own = np.flatnonzero(wanted & (lines.alone == alone))
             if len(own) and not (alone and relation in ("after", "before")):
                 join = self._with_each if others.used else self._with_best
@@ -246,7 +270,7 @@ class Company:
         )
         disturbed: Mask = np.zeros(len(hulls), bool)
         margins = self._margins(companion)
-        for alone, others in self._partners(companion, longest=False):
+        for alone, others in self._partners(companion):
             own = np.flatnonzero(hulls.alone == alone)
             if companion.relation == "never":
                 fits = np.isin(hulls.capture[own], others.capture)
@@ -261,3 +285,9 @@ class Company:
                 own = own[np.unique(hull[apart(one, another)])]
             disturbed[own] = True
         return disturbed
+
+
+def _in_order(group: Group) -> list[Companion]:
+    """Return the lines beside: what only chooses first, what must not happen last."""
+    ranks = {**dict.fromkeys(NO_FRAMES, 0), **dict.fromkeys(FORBIDDEN, 2)}
+    return sorted(group.companions, key=lambda it: ranks.get(it.relation, 1))
