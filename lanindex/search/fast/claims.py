@@ -16,9 +16,6 @@ from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.lines import components
 from lanindex.search.fast.walk import NotCovered, outer_groups
 
-Rivals = tuple[Program, Program]
-"""Two lines that could want the same; perhaps one that stands there twice."""
-
 
 @dataclass(slots=True)
 class Contested:
@@ -28,26 +25,12 @@ class Contested:
     ----------
     states : dict of Program to tuple of int
         By line, the states at which another one could want what it takes.
-    rivals : list of tuple of Program
-        The lines that could want the same.
+    outside : set of Program
+        The lines that, with what stands beside them, could want what lines further out do.
     """
 
     states: dict[Program, tuple[int, ...]]
-    rivals: list[Rivals]
-
-    def between(self, some: Iterable[Program], others: Iterable[Program] | None = None) -> bool:
-        """Tell whether lines, or what stands beside them, could want what others do; else any."""
-        inside = {line for program in some for line in all_lines(program)}
-        outside = others and {line for program in others for line in all_lines(program)}
-        return any(
-            one is another
-            or (
-                (one in inside) != (another in inside)
-                and (outside is None or one in outside or another in outside)
-            )
-            for one, another in self.rivals
-            if one in inside or another in inside
-        )
+    outside: set[Program]
 
 
 _MANNERS = {"via": "move"}
@@ -66,19 +49,39 @@ def contested(program: Program) -> Contested:
     for line in all_lines(program):
         _check(line)
     states: dict[Program, set[int]] = {}
-    rivals: list[Rivals] = []
     for one, other in _rivals(program):
         for first, second in product(one.states, other.states):
             if alike(first, second):
                 states.setdefault(one, set()).add(first.number)
                 states.setdefault(other, set()).add(second.number)
-                rivals.append((one, other))
     for line in states:
         if line.open_ended or any(_circles(line)):
             raise NotCovered
     _check_forbidden(program, [])
-    remembered = {line: tuple(sorted(numbers)) for line, numbers in states.items()}
-    return Contested(remembered, list(dict.fromkeys(rivals)))
+    outside: set[Program] = set()
+    _look_outside(program, [], outside)
+    return Contested({it: tuple(sorted(numbers)) for it, numbers in states.items()}, outside)
+
+
+def _look_outside(program: Program, around: list[Program], found: set[Program]) -> None:
+    """Add the lines beside a program that could want what others around them do."""
+    companions = [it for group in outer_groups(program) for it in group.companions]
+    for companion in companions:
+        forbidden = companion.relation in FORBIDDEN
+        others = [program, *around]
+        for other in companions:
+            if other is not companion and not (forbidden and other.relation in FORBIDDEN):
+                others += [line for inner in other.programs for line in all_lines(inner)]
+        for inner in companion.programs:
+            if could_want([inner], others):
+                found.add(inner)
+            _look_outside(inner, others, found)
+
+
+def could_want(lines: Iterable[Program], others: Iterable[Program]) -> bool:
+    """Tell whether lines, or what stands beside them, could want what others do."""
+    wanting = [inner for line in lines for inner in all_lines(line)]
+    return any(_clash(one, other) for one, other in product(wanting, others))
 
 
 def _check(program: Program) -> None:

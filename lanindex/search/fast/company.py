@@ -16,9 +16,9 @@ from lanindex.search.fast import beside
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches, gathered
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import Contested, manner_of
+from lanindex.search.fast.claims import Contested, all_lines, could_want, manner_of
 from lanindex.search.fast.lines import Backwards, end_of
-from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, starts_of
 from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
 from lanindex.search.fast.ways import Used, Ways, apart, reduced, united
 
@@ -60,8 +60,37 @@ class Company:
         return entry[best], root[best], ways.low[best], ways.high[best]
 
     def _ending_first(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
-        """Return ways of lines, with the best of each beginning among them."""
-        return self._closed(program, lines)
+        """Return ways of lines, with the best of each beginning among them.
+
+        The lines that end first are tried first: what ends later than the best way is not tried.
+        """
+        return self._tried(program, ends, lines, lines.until)
+
+    def _tried(self, program: Program, ends: Ends, lines: Stretches, ranks: Whole) -> Ways:
+        """Return ways of the lines that rank first, until none is left that could be better.
+
+        Of each beginning some are tried, then twice as many, as long as one ranks no worse than the
+        `high` of the best way found.
+        """
+        order = np.lexsort((ranks, ends.root, ends.entry))
+        new = starts_of(ends.root[order]) | starts_of(ends.entry[order])
+        root = np.cumsum(new) - 1
+        place = np.arange(len(order)) - np.flatnonzero(new)[root] if len(order) else order
+        best = np.full(int(new.sum()), FAR)
+        found: list[Ways] = []
+        done, many = 0, 1
+        while True:
+            left = (place >= done) & (ranks[order] <= best[root])
+            order, root, place = order[left], root[left], place[left]
+            if not len(order):
+                return united(found) if found else Ways(order, order, order)
+            now = place < done + many
+            chosen = order[now]
+            ways = self._closed(program, lines.at(chosen))
+            np.minimum.at(best, root[now][ways.line], ways.high)
+            ways.line = chosen[ways.line]
+            found.append(ways)
+            done, many = done + many, 2 * many
 
     def _running_on(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
         """Return ways of lines that run on as long as they can."""
@@ -106,7 +135,7 @@ class Company:
     def lines(self, program: Program, *, forbidden: bool) -> Stretches:
         """Return all ways of a line beside another, as far as they matter.
 
-        Of one that runs on the longest ones; of one that must not happen those that no other one holds.
+        Of one that runs on the longest; of one that must not happen those that no other holds.
         """
         longest = program.open_ended and not forbidden
         key = (program, forbidden)
@@ -117,13 +146,17 @@ class Company:
                 if outer_groups(program):
                     raise NotCovered
                 lines = lines.at(self._last_of_all(program, ends))
-            ways = self._closed(program, lines)
+            alone = forbidden and program not in self._contested.outside
+            if alone:  # the furthest of each beginning will do; any rank is more than any frame
+                ways = self._tried(program, ends, lines, FAR - lines.until)
+            else:
+                ways = self._closed(program, lines)
             lines = lines.at(ways.line)
             lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
-            if not self._contested.between([program]):
+            if program not in self._contested.outside:
                 lines.used = ()
-                if forbidden:
-                    lines = lines.at(beside.outermost(lines))
+            if alone:
+                lines = lines.at(beside.outermost(lines))
             keys = [getattr(lines, name) for name in ("capture", "start", "until", "alone")]
             keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
             self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
@@ -194,7 +227,8 @@ class Company:
             if companion not in later
             for inner in companion.programs
         ]
-        if not (self._contested.between([program]) or self._contested.between(done, coming)):
+        others = [line for inner in coming for line in all_lines(inner)]
+        if program not in self._contested.outside and not could_want(done, others):
             ways.used = ()
 
     def _margins(self, companion: Companion) -> Margins:
@@ -259,7 +293,7 @@ class Company:
         if relation not in NO_FRAMES:
             low, high = np.minimum(low, others.low[other]), np.maximum(high, others.high[other])
         used = tuple(it.at(way) for it in ways.used) + tuple(it.at(other) for it in others.used)
-        return reduced(Ways(line, low, high, used))
+        return Ways(line, low, high, used)
 
     def _disturbed(self, companion: Companion, lines: Stretches, ways: Ways) -> Mask:
         """Tell in which ways something happens that must not."""
