@@ -57,9 +57,7 @@ def joined(answers: list[Answers]) -> Answers:
     if not answers:
         none = np.empty(0, np.int64)
         return Answers(none, none, none, none, none, none, none.reshape(0, 2))
-    return Answers(
-        *(np.concatenate([getattr(it, name) for it in answers]) for name in _FIELDS)
-    )
+    return Answers(*(np.concatenate([getattr(it, name) for it in answers]) for name in _FIELDS))
 
 
 def firsts(state: State, parts: list[tuple[str, ...]]) -> tuple[int, list[int]]:
@@ -94,9 +92,7 @@ def table(
     for column, member in enumerate(order):
         rows[:, column] = events.first[member]
     many = len(events)
-    return Answers(
-        events.capture, *ends, np.full(many, number), np.full(many, place), rows
-    )
+    return Answers(events.capture, *ends, np.full(many, number), np.full(many, place), rows)
 
 
 def of_line(

@@ -231,4 +231,3 @@ def _columns_of(place: int, hits: list[Hit]) -> Answers:
 def _symbol(track: Track, row: int) -> Symbol:
     (symbol,) = listed(track.part, track.symbols[row : row + 1])
     return replace(symbol, ordinal=row)
-
