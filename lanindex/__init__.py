@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from lanindex.perform import perform as animate
     from lanindex.pipeline import Library as Library
     from lanindex.pipeline import open_library as open_library
+    from lanindex.search.language.builder import part as part
 
     __version__: str
 
@@ -49,6 +50,7 @@ _PUBLIC = {
     "animate": ("lanindex.perform", "perform"),
     "open_library": ("lanindex.pipeline", "open_library"),
     "Library": ("lanindex.pipeline", "Library"),
+    "part": ("lanindex.search.language.builder", "part"),
     "Motion": ("lanindex.model", "Motion"),
     "Score": ("lanindex.model", "Score"),
     "Symbol": ("lanindex.model", "Symbol"),
@@ -69,6 +71,7 @@ __all__ = [
     "encode",
     "load_profile",
     "open_library",
+    "part",
     "read",
     "read_lnd",
     "trace",

@@ -121,7 +121,7 @@ class PatternError(LanindexError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how to make it again: an error may come from another process."""
         made = partial(type(self), text=self.text, start=self.start, stop=self.stop)
-        return made, (self.found,)
+        return made, (self.found,), {"place": self.place}
 
     def line(self) -> tuple[str, int, int]:
         """Return the line of the pattern, or what is near of a long one, and what it is about."""
@@ -137,4 +137,5 @@ class PatternError(LanindexError):
     def __str__(self) -> str:
         """Return the line of the pattern, a caret below it, and the sentence."""
         line, start, stop = self.line()
-        return f"{line}\n{' ' * start}{'^' * max(1, stop - start)}\n{self.found}"
+        place = f"{self.place}:\n" if self.place else ""
+        return f"{place}{line}\n{' ' * start}{'^' * max(1, stop - start)}\n{self.found}"

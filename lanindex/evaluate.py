@@ -6,7 +6,7 @@ A capture counts as found if a pattern has at least one hit in it.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
@@ -22,11 +22,12 @@ from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
-from lanindex.search.plain import find
+from lanindex.search.language.saved import pattern_in
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Hit, Track
+    from lanindex.search.fast import Found
 
 RESAMPLES = 2000
 """Draws of the bootstrap that tells the standard error."""
@@ -171,7 +172,8 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
     Parameters
     ----------
     path : path-like
-        TOML: ``name = {pattern = "...", positives = ["label", ...]}``; a label may be a glob.
+        TOML: ``name = {pattern = "...", positives = ["label", ...]}``; a label may be a glob,
+        and ``@raise.lq`` is a pattern in a file beside it.
 
     Returns
     -------
@@ -190,7 +192,7 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
             case {"pattern": str(text), "positives": [*positives]} if len(entry) == 2 and all(
                 isinstance(label, str) for label in positives
             ):
-                query = _parsed(text, f"{path}: {shown(name)}")
+                query = _parsed(text, Path(path), name)
                 expectations.append(Expectation(name, text, query, frozenset(positives)))
             case _:
                 raise UsageError(
@@ -203,11 +205,16 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
     return expectations
 
 
-def _parsed(text: str, place: str) -> Query:
+def _parsed(text: str, path: Path, name: str) -> Query:
+    place = f"{path}: {shown(name)}"
     try:
-        return parse(text)
+        query = parse(pattern_in(text, path.parent))
     except PatternError as error:
         raise UsageError(f"the pattern is not understood\n{error}", place=place) from error
+    if query.stages:
+        found = f'"| {query.stages[0]}"'
+        raise UsageError(found, place=place, wanted="a pattern without a pipe: its hits count")
+    return query
 
 
 def read_clips(
@@ -254,7 +261,9 @@ def _clip(number: int, outcome: Outcome, label: str, metadata: Mapping[str, str]
     return Clip(capture, score.tracks if score else {}, outcome.error)
 
 
-def evaluate(clips: Sequence[Clip], expectations: Iterable[Expectation]) -> list[Result]:
+def evaluate(
+    clips: Sequence[Clip], expectations: Iterable[Expectation], *, timeout: float | None = None
+) -> list[Result]:
     """Search all clips for each pattern.
 
     Parameters
@@ -263,11 +272,18 @@ def evaluate(clips: Sequence[Clip], expectations: Iterable[Expectation]) -> list
         As from `read_clips`.
     expectations : iterable of Expectation
         As from `read_patterns`.
+    timeout : float, optional
+        Seconds after which to give up.
 
     Returns
     -------
     list of Result
         One a pattern.
+
+    Raises
+    ------
+    LanindexError
+        Where it takes longer than `timeout`.
 
     Examples
     --------
@@ -284,21 +300,44 @@ def evaluate(clips: Sequence[Clip], expectations: Iterable[Expectation]) -> list
     >>> summary([bow])["mean_f1"]
     1.0
     """
-    recordings = [(clip.capture, clip.tracks) for clip in clips]
-    results = []
+    search, results = _searcher(clips, timeout), []
     for expectation in expectations:
-        hits: dict[int, Hit] = {}
-        for hit in find(expectation.query, recordings):
-            hits.setdefault(hit.capture.id, hit)
-        found = tuple(clip.capture.id in hits for clip in clips)
+        hits = search(expectation.query)
+        first = {place: index for index, place in reversed(list(enumerate(hits.place.tolist())))}
+        found = tuple(place in first for place in range(len(clips)))
         wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
         misses = tuple(
-            Miss(clip.capture, hits.get(clip.capture.id), clip.tracks)
-            for clip, got, should in zip(clips, found, wanted, strict=True)
+            Miss(clip.capture, hits[first[place]] if got else None, clip.tracks)
+            for place, (clip, got, should) in enumerate(zip(clips, found, wanted, strict=True))
             if got != should
         )
         results.append(Result(expectation, found, wanted, misses))
     return results
+
+
+def _searcher(clips: Sequence[Clip], timeout: float | None) -> Callable[[Query], Found]:
+    """Return what searches the clips for a query."""
+    from lanindex.model.columns import columns_of, roster_of
+    from lanindex.search.fast import Finder, Timeout
+
+    captures = [clip.capture for clip in clips]
+    parts = {part for clip in clips for part in clip.tracks}
+    columns = {
+        part: columns_of(part, captures, [clip.tracks.get(part) for clip in clips])
+        for part in parts
+    }
+    roster, watch = roster_of(captures), None if timeout is None else Timeout(timeout)
+
+    def recordings(
+        places: Sequence[int], parts: Collection[str]
+    ) -> list[tuple[Capture, Mapping[str, Track]]]:
+        return [(clips[place].capture, clips[place].tracks) for place in places]
+
+    def search(query: Query) -> Found:
+        own = {part: columns[part] for part in query.parts if part in columns}
+        return Finder(query, roster, own, recordings).find(watch=watch)
+
+    return search
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:

@@ -30,7 +30,7 @@ def find_fast(
         query,
         roster_of(captures),
         columns,
-        lambda places: [recordings[place] for place in places],
+        lambda places, _: [recordings[place] for place in places],
         tolerance,
     )
     return finder.find(overlaps)
@@ -46,4 +46,4 @@ def numbered(recordings: Recordings) -> Recordings:
 
 def told(hits) -> list[tuple]:
     """Return what two matchers must agree in: capture, frames and fit."""
-    return [(hit.capture.id, hit.span.start, hit.span.stop) for hit in hits]
+    return [(hit.capture.id, hit.span.start, hit.span.stop, round(hit.fit, 3)) for hit in hits]

@@ -9,21 +9,10 @@ from pathlib import Path
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.symbol import blank
+from lanindex.search.hits import Hits
+from lanindex.search.stages import Counted, Counts
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
-
-_NOT_YET = re.compile(r'\b(let|where|rhythm|direction)\b|@|\||\w:|"')
-"""What shows that a case needs a construct that is not understood yet."""
-
-_NEAREST = "of hits that end together the one that starts last does not stay yet"
-_LONGER = "of ways that tie the shorter one is told"
-NOT_YET_SO = {
-    36: (_NEAREST, "12-60:r_arm.2,r_arm.3"),
-    195: (_NEAREST, "0-60:r_arm.0,r_arm.4"),
-    197: (_NEAREST, "0-70:r_arm.0,r_arm.4,r_arm.5"),
-    198: (_LONGER, "0-60:r_arm.0,r_arm.4"),
-}
-"""By line of the page: cases that are answered otherwise today, why, and how."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +27,10 @@ class Recording:
 
 @dataclass(frozen=True)
 class Expected:
+    """A hit, or, without a span, a line of a table: ``d1 1``."""
+
     name: str
-    span: Span
+    span: Span | None
     symbols: tuple[str, ...]
 
 
@@ -52,12 +43,6 @@ class Case:
     tolerance: Fraction
     hits: tuple[Expected, ...]
     error: str
-    today: tuple[Expected, ...]
-
-    @property
-    def not_yet(self) -> bool:
-        """Whether the case needs a construct that is not understood yet."""
-        return bool(_NOT_YET.search(self.pattern))
 
     def __str__(self) -> str:
         return f"{self.line}: {self.pattern}"
@@ -71,6 +56,20 @@ def cases(page: Path = PAGE) -> Iterator[Case]:
             recordings = tuple(recordings_of(line[2:]))
         elif line and not line.startswith("#"):
             yield _case(number, line, recordings)
+
+
+def told(found: Hits | Counts, names: Mapping[int, str]) -> list[Expected]:
+    """Return what was found as the page writes it; names of captures by number."""
+    return [
+        Expected(f"{it.value} {it.count}", None, ())
+        if isinstance(it, Counted)
+        else Expected(
+            names[it.capture.id],
+            it.span,
+            tuple(sorted(f"{symbol.part}.{symbol.ordinal}" for symbol in it.symbols)),
+        )
+        for it in found
+    ]
 
 
 def track(part: str, text: str, frames: int, known: tuple[Span, ...] = ()) -> Track:
@@ -117,12 +116,8 @@ def _case(number: int, line: str, recordings: tuple[Recording, ...]) -> Case:
         pattern, tolerance = pattern.removesuffix("  --tolerance"), Fraction(1, 2)
     error = expected[1:] if expected.startswith("!") else ""
     found = () if error or expected == "none" else tuple(map(_expected, expected.split(" | ")))
-    today = found
-    if number in NOT_YET_SO:
-        today = tuple(map(_expected, NOT_YET_SO[number][1].split(" | ")))
     return Case(
-        *(number, recordings, pattern.replace("\\n", "\n"), overlaps, tolerance, found, error),
-        today,
+        *(number, recordings, pattern.replace("\\n", "\n"), overlaps, tolerance, found, error)
     )
 
 
@@ -130,6 +125,6 @@ def _expected(text: str) -> Expected:
     *name, place = text.split()
     span, _, symbols = place.partition(":")
     if "-" not in span:
-        return Expected(name[0] if name else "", Span(0, 0), ())
+        return Expected(text, None, ())
     start, stop = map(int, span.split("-"))
-    return Expected(name[0] if name else "", Span(start, stop), tuple(symbols.split(",")))
+    return Expected(name[0] if name else "", Span(start, stop), tuple(sorted(symbols.split(","))))

@@ -210,4 +210,5 @@ def _drawn(error: PatternError) -> str:
     line, start, stop = error.line()
     before, meant = escaped(line[:start]), escaped(line[start:stop])
     caret = " " * width(before) + "^" * max(1, width(meant))
-    return f"{before}{meant}{escaped(line[stop:])}\n{caret}\n{escaped(error.found)}"
+    place = f"{escaped(error.place)}:\n" if error.place else ""
+    return f"{place}{before}{meant}{escaped(line[stop:])}\n{caret}\n{escaped(error.found)}"

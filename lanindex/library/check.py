@@ -9,9 +9,10 @@ from sqlalchemy import Connection, select
 from sqlalchemy.exc import DatabaseError
 
 from lanindex.errors import LibraryError
-from lanindex.library import read, rows, state
+from lanindex.library import columns, derive, gather, read, rows, segments, state
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.schema import capture, profile
+from lanindex.library.segments import Distrust
 from lanindex.library.texts import printable
 from lanindex.model import Capture, Score
 
@@ -33,7 +34,7 @@ def check_connection(connection: Connection) -> list[str]:
         if damage:  # what a damaged file answers to the other questions means nothing
             return damage
         found = _loose(connection)
-    for question in (_unlike_stored, _spare_profiles, _view):
+    for question in (_unlike_stored, _spare_profiles, _view, _columns):
         found += _cut(list(question(connection)))
     return found
 
@@ -96,3 +97,33 @@ def _view(connection: Connection) -> Iterator[str]:
         asked = f"SELECT sql FROM sqlite_master WHERE type = 'view' AND name = '{VIEW}'"
         if connection.exec_driver_sql(asked).all() != [(view_sql(),)]:
             yield "the view symbol does not show what the library holds"
+
+
+def _columns(connection: Connection) -> Iterator[str]:
+    """Yield what of the segments cannot be trusted, or is not what the rows give."""
+    try:
+        gather.verify(connection)
+    except Distrust as fault:
+        yield f"the columns are {fault.found}. The next search or ingest makes them anew"
+        return
+    except LibraryError:  # of the library's state, which was said before
+        return
+    spine = segments.read_spine(connection)
+    for segment in spine.segments:
+        order, roster, held = columns.alive(connection, spine, segment)
+        for first in range(0, len(order), derive.BATCH):
+            some = order[first : first + derive.BATCH]
+            try:
+                found, wanted = derive.derived(connection, roster.number[some].tolist())
+            except LibraryError:  # which was said before
+                continue
+            own = roster.taken(some)
+            same = found.same_as(own)
+            for part, one in held.items():
+                same = same and one.taken(some).same_as(wanted.get(part))
+            if not same or not held.keys() >= wanted.keys():
+                yield (
+                    f"the columns of captures {own.number[0]} to {own.number[-1]} in segment "
+                    f"{segment.id} are not those of their symbols, wanted the same. Have them made "
+                    "anew: UPDATE state SET columns = -1"
+                )

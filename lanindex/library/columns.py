@@ -6,7 +6,7 @@ stamp stays, it is given again. Captures that no segment holds yet are taken fro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,9 +17,6 @@ from sqlalchemy import Connection
 from lanindex.library import derive, segments, state
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, columns_of, enrolled
-
-CHUNK = 1 << 20
-"""About the symbols of the largest segment that is made of rows at once."""
 
 
 @dataclass(slots=True)
@@ -58,7 +55,7 @@ class Whole:
         Distrust
             If they are not what was stored.
         """
-        found = _stored(connection, self.segments, self.extra, part)
+        found = stored(connection, self.segments, self.extra, part)
         return found if self.order is None else found.taken(self.order)
 
 
@@ -81,25 +78,55 @@ def read_whole(connection: Connection, spine: Spine, parts: Sequence[str] | None
     LibraryError
         If a capture that is in no segment is not what was stored.
     """
+    rosters, order = read_rosters(connection, spine)
     extra = derive.derived(connection, spine.pending, parts)
-    _check_pending(extra[0], spine.pending)
-    whole = enrolled([*(_roster(connection, one) for one in spine.segments), extra[0]])
-    order = _order(spine, whole.number)
-    roster = whole if order is None else whole.taken(order)
-    stored, numbers = state.read_state(connection), roster.number
-    if (len(numbers), int(numbers.sum())) != (stored.captures, stored.numbers) or (
-        np.diff(numbers) <= 0
+    check_pending(extra[0], spine.pending)
+    whole = enrolled([*rosters, extra[0]])
+    return Whole(spine.segments, extra, order, whole if order is None else whole.taken(order))
+
+
+def read_rosters(
+    connection: Connection, spine: Spine
+) -> tuple[list[Roster], NDArray[np.int64] | None]:
+    """Return the captures of each segment, and the order as in `Whole`.
+
+    Raises
+    ------
+    Distrust
+        If these and the pending ones are not just the captures that there are.
+    """
+    rosters = [read_roster(connection, one) for one in spine.segments]
+    number = np.concatenate([*(one.number for one in rosters), np.array(spine.pending, np.int64)])
+    order = order_of(spine, number)
+    number = number if order is None else number[order]
+    stored = state.read_state(connection)
+    if (len(number), int(number.sum())) != (stored.captures, stored.numbers) or (
+        np.diff(number) <= 0
     ).any():
         raise Distrust("damaged: they are not those of the captures that there are")
-    return Whole(spine.segments, extra, order, roster)
+    return rosters, order
 
 
-def _check_pending(roster: Roster, pending: Sequence[int]) -> None:
+def check_pending(roster: Roster, pending: Sequence[int]) -> None:
+    """Refuse to wait for captures that there are not.
+
+    Raises
+    ------
+    Distrust
+        If some do.
+    """
     if roster.number.tolist() != list(pending):
         raise Distrust("damaged: they wait for captures that there are not")
 
 
-def _roster(connection: Connection, segment: Segment) -> Roster:
+def read_roster(connection: Connection, segment: Segment) -> Roster:
+    """Return the captures of a segment, dead ones too.
+
+    Raises
+    ------
+    Distrust
+        If they are not what was stored.
+    """
     found = [segments.read_column(connection, segment, "", name) for name in segments.CAPTURES]
     if {len(one) for one in found} != {segment.captures}:
         raise Distrust(f"damaged: the captures of segment {segment.id}")
@@ -111,7 +138,23 @@ def _roster(connection: Connection, segment: Segment) -> Roster:
     )
 
 
-def _order(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None:
+def alive(
+    connection: Connection, spine: Spine, segment: Segment
+) -> tuple[NDArray[np.int64], Roster, dict[str, Columns]]:
+    """Return the places of the captures of a segment that count, and all that it holds.
+
+    Raises
+    ------
+    Distrust
+        If it is not what was stored.
+    """
+    roster, nothing = read_roster(connection, segment), (enrolled([]), dict[str, Columns]())
+    order = order_of(Spine([segment], spine.dead, []), roster.number)
+    held = {part: stored(connection, [segment], nothing, part) for part in segment.parts}
+    return np.arange(len(roster)) if order is None else order, roster, held
+
+
+def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None:
     """Return which captures count, in order of number; None: all, and they are."""
     ages = np.repeat(
         [one.id for one in spine.segments] + [1 << 62],
@@ -128,10 +171,16 @@ def _order(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None
     return order[np.argsort(numbers[order], kind="stable")]
 
 
-def _stored(
+def stored(
     connection: Connection, held: Sequence[Segment], extra: derive.Derived, part: str
 ) -> Columns:
-    """Return the columns of a part in all captures of segments, and in `extra`."""
+    """Return the columns of a part in all captures of segments, dead ones too, then in `extra`.
+
+    Raises
+    ------
+    Distrust
+        If they are not what was stored.
+    """
     added = extra[1].get(part, columns_of(part, [], []))
 
     def column(name: str, last: NDArray[Any]) -> NDArray[Any]:
@@ -244,98 +293,3 @@ def chosen(
     """Return the roster and the columns of those captures that have some of these numbers."""
     order = np.flatnonzero(np.isin(roster.number, np.array(sorted(set(numbers)), np.int64)))
     return roster.taken(order), {part: one.taken(order) for part, one in columns.items()}
-
-
-Step = Callable[[Connection], bool]
-"""Work in a transaction of its own; returns whether there may be more of it."""
-
-
-def is_gathered(connection: Connection) -> bool:
-    """Return whether there is nothing to write for `cover` and `join`."""
-    try:
-        spine = segments.read_spine(connection)
-    except Distrust:
-        return False
-    return not spine.pending and _first_to_join(spine) >= len(spine.segments)
-
-
-def cover(connection: Connection) -> bool:
-    """Write a segment of captures that are in none, and return whether more are left.
-
-    Raises
-    ------
-    Distrust
-        If the segments cannot be trusted.
-    LibraryError
-        If one of those captures is not what was stored.
-    """
-    pending = segments.read_spine(connection).pending
-    pieces: list[derive.Derived] = []
-    symbols = covered = 0
-    for piece in derive.batches(connection, pending):
-        pieces.append(piece)
-        covered += len(piece[0])
-        symbols += sum(map(len, piece[1].values()))
-        if symbols >= CHUNK:
-            break
-    if not covered:
-        return False
-    roster, columns = derive.together(pieces)
-    _check_pending(roster, pending[:covered])
-    segments.put(connection, roster, columns.values())
-    segments.mark_covered(connection, pending[:covered])
-    return covered < len(pending)
-
-
-def join(connection: Connection) -> bool:
-    """Make one segment of the newest ones that are worth it, and return whether there were any.
-
-    A segment is joined with all newer ones once these hold as many symbols, so that each symbol is
-    written again only when what it lies in has doubled; and all are, once a quarter of the
-    captures in them is dead.
-
-    Raises
-    ------
-    Distrust
-        If the segments cannot be trusted.
-    """
-    spine = segments.read_spine(connection)
-    first = _first_to_join(spine)
-    old = spine.segments[first:]
-    if not old:
-        return False
-    ages = {one.id for one in old}
-    dead = {number: last for number, last in spine.dead.items() if last >= min(ages)}
-    rosters = enrolled([_roster(connection, one) for one in old])
-    order = _order(Spine(old, dead, []), rosters.number)
-    roster = rosters if order is None else rosters.taken(order)
-    parts = list(dict.fromkeys(part for one in old for part in one.parts))
-    segments.put(connection, roster, _moved(connection, old, parts, order))
-    segments.drop(connection, old)
-    return True
-
-
-def _moved(
-    connection: Connection,
-    old: list[Segment],
-    parts: Sequence[str],
-    order: NDArray[np.int64] | None,
-) -> Iterator[Columns]:
-    """Yield the columns of segments part by part, each gone from there: its room is used again."""
-    nothing = derive.derived(connection, [])
-    for part in parts:
-        found = _stored(connection, old, nothing, part)
-        segments.drop_part(connection, old, part)
-        if len(found := found if order is None else found.taken(order)) or len(found.gaps):
-            yield found
-
-
-def _first_to_join(spine: Spine) -> int:
-    """Return from which segment on all are to be joined."""
-    sizes = [one.symbols + one.captures for one in spine.segments]
-    if 4 * len(spine.dead) > sum(one.captures for one in spine.segments):
-        return 0
-    for first in range(len(sizes) - 1):
-        if sum(sizes[first + 1 :]) >= sizes[first]:
-            return first
-    return len(sizes)

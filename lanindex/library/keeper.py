@@ -10,10 +10,11 @@ from contextlib import closing
 from typing import Any
 
 from lanindex.errors import LibraryError
-from lanindex.library import columns, segments, state
-from lanindex.library.columns import Held, Step
+from lanindex.library import gather, segments, state
+from lanindex.library.columns import Held
 from lanindex.library.connect import Target, opened, writing
 from lanindex.library.faults import translated
+from lanindex.library.gather import Step
 from lanindex.library.segments import Distrust
 from lanindex.library.session import Session
 from lanindex.model.columns import Columns, Roster
@@ -23,6 +24,9 @@ MOST_PENDING = 256
 
 _PATIENCE = 1.0
 """Seconds that a search waits to write."""
+
+_ANEW = "they are made of its symbols now"
+_BESIDE = "what is not there is read from the symbols, each time"
 
 Found = tuple[Roster, dict[str, Columns]]
 
@@ -34,28 +38,37 @@ class Keeper(Session):
     ----------
     notes : list of str
         What it had to do about its columns that a user should know, a sentence each.
+    tell : callable
+        Is given each of these when it comes up, before the work begins; by default they are kept
+        in `notes`.
     """
 
     def __init__(self, *where: Any, **how: Any) -> None:
         super().__init__(*where, **how)
         self.notes: list[str] = []
+        self.tell: Callable[[str], None] = self.notes.append
         self._held, self._mended_at = Held(), -1
 
     def gather(self) -> None:
         """Put all captures into segments, and join those that are small.
 
         A search reads segments; an ingest ends with this. Whatever it is broken off by, what is
-        there is true.
+        there is true; where it cannot be done, `tell` is told, and searches take longer.
 
-        Raises
-        ------
-        LibraryError
-            If the library cannot be written, or a capture is not what was stored.
+        Examples
+        --------
+        >>> import lanindex
+        >>> from lanindex.library.migrate import status
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.remove("compass.bvh")
+        ...     library.gather()
+        >>> status("dance.db").segments, status("dance.db").pending
+        (1, 0)
         """
         with self._reading() as connection:
-            idle = columns.is_gathered(connection)
+            idle = gather.is_gathered(connection)
         if not idle:
-            self._tell(_gather(self._step), "")
+            self._mend("")
 
     def _step(self, step: Step) -> bool:
         with self._writing() as connection:
@@ -67,7 +80,10 @@ class Keeper(Session):
         if found is None:
             with self._reading() as connection:
                 stamp = int(state.read_state(connection).stamp)
+                pending = segments.count_pending(connection)
             if stamp != self._mended_at:
+                if not fault:
+                    self.tell(f"the library's columns lack {pending} of its captures: {_ANEW}")
                 self._mend(fault)
                 self._mended_at = stamp
             found, _ = self._tried(parts)
@@ -89,47 +105,46 @@ class Keeper(Session):
         return None, ""
 
     def _mend(self, fault: str) -> None:
-        """Make the segments what they should be, if that can be written; say what there is to say.
+        """Make the segments what they should be, if that can be written.
 
         A library that is only to be read is written for a moment, by a connection of its own.
         """
+        if fault:
+            self._tell_fault(fault)
         try:
             if self._readonly:
-                fault = _gather_aside(self._where) or fault
+                _gather_aside(self._where, fault, self._tell_fault)
             else:
-                fault = _gather(self._step) or fault
+                _gather(self._step, fault, self._tell_fault)
         except LibraryError as error:
-            self._tell(fault, error.found)
-        else:
-            self._tell(fault, "")
+            self.tell(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
-    def _tell(self, fault: str, hindrance: str) -> None:
-        if fault:
-            told = f"the library's columns were {fault}: they are made anew of its symbols"
-            self.notes.append(f"{told}, in memory alone ({hindrance})" if hindrance else told)
-        elif hindrance:
-            told = "captures that are not in the library's columns yet are read from their symbols"
-            self.notes.append(f"{told}, which takes longer ({hindrance})")
+    def _tell_fault(self, fault: str) -> None:
+        self.tell(f"the library's columns were {fault}: {_ANEW}")
 
 
-def _gather(run: Callable[[Step], bool]) -> str:
-    """Cover and join what there is to cover and join; return what was wrong, if anything was."""
+def _gather(run: Callable[[Step], bool], fault: str, tell: Callable[[str], None]) -> None:
+    """Cover and join what there is to cover and join, after a fault was found or not.
+
+    One that comes up only now is told.
+    """
+    if fault:
+        run(gather.purge)
     try:
         _settle(run)
-    except Distrust as fault:
-        run(segments.begin_anew)
+    except Distrust as error:
+        tell(error.found)
+        run(gather.purge)
         _settle(run)
-        return fault.found
-    return ""
 
 
 def _settle(run: Callable[[Step], bool]) -> None:
-    for step in (columns.cover, columns.join):
+    for step in (gather.cover, gather.join):
         while run(step):
             pass
 
 
-def _gather_aside(where: Target) -> str:
+def _gather_aside(where: Target, fault: str, tell: Callable[[str], None]) -> None:
     """Do as `_gather` on another connection, which may write."""
     if where.sqlite and where.path is None:
         raise LibraryError("it is kept nowhere else", place=where.place)
@@ -139,4 +154,4 @@ def _gather_aside(where: Target) -> str:
             with translated(where.place), writing(connection):
                 return step(connection)
 
-        return _gather(run)
+        _gather(run, fault, tell)

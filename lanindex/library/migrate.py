@@ -29,6 +29,7 @@ from lanindex.library.connect import (
 )
 from lanindex.library.faults import translated
 from lanindex.library.schema import REVISION
+from lanindex.library.segments import Distrust, read_spine
 
 _PACKAGE = Path(__file__).parents[1]
 _FOLDERS = (_PACKAGE / "_migrations", _PACKAGE.parent / "migrations")
@@ -49,11 +50,21 @@ class Status:
         Its revision.
     newest : str
         That of this program.
+    segments, symbols : int
+        In how many pieces it keeps its columns, and of how many symbols.
+    pending : int
+        Captures that are not in them yet.
+    fault : str
+        Why the columns will be made anew; empty: they will not.
     """
 
     place: str
     found: str
     newest: str
+    segments: int = 0
+    symbols: int = 0
+    pending: int = 0
+    fault: str = ""
 
     @property
     def state(self) -> str:
@@ -94,7 +105,18 @@ def status(named: str | os.PathLike[str] = DEFAULT) -> Status:
         found = found_revision(connection, where.place)
         if found is None:
             refuse_revision(found, where.place)
-        return Status(where.place, str(found), REVISION)
+        if found != REVISION:
+            return Status(where.place, str(found), REVISION)
+        with reading(connection):
+            return Status(where.place, found, REVISION, *_columns(connection))
+
+
+def _columns(connection: Connection) -> tuple[int, int, int, str]:
+    try:
+        held, _, pending = read_spine(connection)
+    except Distrust as fault:
+        return 0, 0, 0, fault.found
+    return len(held), sum(one.symbols for one in held), len(pending), ""
 
 
 def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:

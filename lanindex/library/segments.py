@@ -9,7 +9,8 @@ loading any; whatever does not fit leads to `Distrust`, and the columns are made
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from sqlalchemy import (
     select,
     update,
 )
+from sqlalchemy.exc import DatabaseError
 
 from lanindex.errors import LibraryError
 from lanindex.library import checksums, schema, state
@@ -40,6 +42,9 @@ _WIDTHS = {"rate": 2, "speed": 2, "gaps": 3}
 """Numbers in a row of it, where that is not one."""
 
 _STORED = tuple(np.dtype(name) for name in ("<u1", "<u2", "<u4", "<i8"))
+
+_MOST = 500
+"""Values in one statement: databases take a thousand at least."""
 
 CAPTURES = ("number", "frames", "rate", "speed")
 ROWS = ("counts", "cell", "runner", "margin", "start", "length", "gaps")
@@ -105,6 +110,7 @@ _COUNT = select(func.count()).select_from(schema.segment_pending)
 _CONTENT = select(_STORE.content).where(
     _STORE.segment_id == _ID, _STORE.part == bindparam("part"), _STORE.name == bindparam("name")
 )
+_STORE_COLUMNS = insert(schema.segment_column)
 _LIST = update(schema.segment).where(schema.segment.c.id == _ID)
 _DROP_PART = delete(schema.segment_column).where(
     _STORE.segment_id == _ID, _STORE.part == bindparam("part")
@@ -124,6 +130,7 @@ _COVER = delete(schema.segment_pending).where(schema.segment_pending.c.capture_i
 
 def mark_pending(connection: Connection, number: int) -> None:
     """Note that a capture is not in any segment yet."""
+    connection.execute(_COVER, {"number": number})  # another program may have said so
     connection.execute(_WAIT, {"capture_id": number})
 
 
@@ -149,17 +156,45 @@ def read_spine(connection: Connection) -> Spine:
     now = state.read_state(connection)
     if now.columns != now.stamp:
         raise Distrust("out of date, for another program has changed the library")
-    found = [_segment(row) for row in connection.execute(_SEGMENTS)]
-    dead = {number: last for number, last in connection.execute(_DEAD)}
-    pending = list(connection.scalars(_PENDING))
+    with _readable("the list of the segments"):
+        found = [_segment(row) for row in connection.execute(_SEGMENTS)]
+        dead = {number: last for number, last in connection.execute(_DEAD)}
+        pending = list(connection.scalars(_PENDING))
     if not all(isinstance(one, int) for one in (*dead, *dead.values(), *pending)):
         raise Distrust("damaged: which captures they hold is no number")
     return Spine(found, dead, pending)
 
 
+@contextmanager
+def _readable(what: str) -> Iterator[None]:
+    """Distrust what lies on a damaged page: the rows may lie on others."""
+    try:
+        yield
+    except DatabaseError as error:
+        if not getattr(error.orig, "sqlite_errorname", "").startswith("SQLITE_CORRUPT"):
+            raise
+        raise Distrust(f"damaged: {what} cannot be read") from error
+
+
 def count_pending(connection: Connection) -> int:
     """Return how many captures are in no segment."""
     return int(connection.scalar(_COUNT) or 0)
+
+
+def part_names(connection: Connection) -> list[str]:
+    """Return the names of all parts that any capture has; and had, as long as segments tell."""
+    part, number = schema.track.c.part, schema.track.c.capture_id
+    asked, found = select(part).distinct(), list[str]()
+    try:
+        spine = read_spine(connection)
+    except Distrust:
+        pass  # the tracks tell, which takes longer
+    else:
+        found = [name for one in spine.segments for name in one.parts]
+        if len(spine.pending) <= _MOST:
+            asked = asked.where(number.in_(spine.pending))
+    found += connection.scalars(asked)
+    return [name for name in dict.fromkeys(found) if isinstance(name, str)]
 
 
 def _segment(row: Any) -> Segment:
@@ -183,14 +218,17 @@ def read_column(connection: Connection, segment: Segment, part: str, name: str) 
     entry, width = segment.entries.get((part, name)), _WIDTHS.get(name, 1)
     stored = np.empty(0, np.uint8)
     if entry is not None:
-        content = connection.scalar(_CONTENT, {"segment": segment.id, "part": part, "name": name})
+        what = f"{name} of {part or 'the captures'} in segment {segment.id}"
+        asked = {"segment": segment.id, "part": part, "name": name}
+        with _readable(what):  # straight from the driver: whatever else it is, it becomes no bytes
+            (content,) = connection.execute(_CONTENT, asked).cursor.fetchone() or (None,)
         type = np.dtype(entry.type)
         if (
             not isinstance(content, bytes)
             or checksums.of_bytes(content) != entry.checksum
             or len(content) != entry.values * type.itemsize
         ):
-            raise Distrust(f"damaged: {name} of {part or 'the captures'} in segment {segment.id}")
+            raise Distrust(f"damaged: {what}")
         stored = np.frombuffer(content, type)
     return stored if width == 1 else stored.reshape(-1, width)
 
@@ -210,13 +248,9 @@ def put(connection: Connection, roster: Roster, columns: Iterable[Columns]) -> i
     unlisted = {"captures": len(roster), "symbols": 0, "listing": "", "checksum": 0}
     key = connection.execute(insert(schema.segment), unlisted).inserted_primary_key
     number, symbols = int(key[0]) if key else 0, 0
-    entries = [_put(connection, number, "", name, getattr(roster, name)) for name in CAPTURES]
+    entries = _put(connection, number, "", [(name, getattr(roster, name)) for name in CAPTURES])
     for one in columns:
-        entries += [
-            _put(connection, number, one.part, name, array)
-            for name, array in _arrays(one)
-            if len(array)
-        ]
+        entries += _put(connection, number, one.part, _arrays(one))
         symbols += len(one)
     listing = json.dumps(entries)
     checksum = checksums.of_values(len(roster), symbols, listing)
@@ -225,22 +259,34 @@ def put(connection: Connection, roster: Roster, columns: Iterable[Columns]) -> i
     return number
 
 
-def _arrays(columns: Columns) -> Iterator[tuple[str, NDArray[Any]]]:
-    yield "counts", np.diff(columns.bounds)
-    for name in ("cell", "runner", "margin", "start"):
-        yield name, getattr(columns, name)
-    yield "length", columns.stop - columns.start
-    yield "gaps", columns.gaps
+def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
+    """Return the columns of a part that have anything in them."""
+    found = [("counts", np.diff(columns.bounds))]
+    found += [(name, getattr(columns, name)) for name in ("cell", "runner", "margin", "start")]
+    found += [("length", columns.stop - columns.start), ("gaps", columns.gaps)]
+    return [(name, array) for name, array in found if array.size]
 
 
-def _put(connection: Connection, segment: int, part: str, name: str, array: NDArray[Any]) -> Entry:
+def _put(
+    connection: Connection, segment: int, part: str, arrays: Sequence[tuple[str, NDArray[Any]]]
+) -> list[Entry]:
+    entries, values = [], []
+    for name, array in arrays:
+        stored = array.astype(_smallest(array), order="C", copy=False)
+        content = stored.reshape(-1).view(np.uint8).data
+        row = {"segment_id": segment, "part": part, "name": name, "content": content}
+        values.append(row)
+        checksum = checksums.of_bytes(content)
+        entries.append(Entry(part, name, stored.dtype.str, array.size, checksum))
+    connection.execute(_STORE_COLUMNS, values)
+    return entries
+
+
+def _smallest(array: NDArray[Any]) -> np.dtype[Any]:
+    """Return the smallest type that has room for all numbers of an array."""
     least, most = (int(array.min()), int(array.max())) if array.size else (0, 0)
-    fits = (one for one in _STORED if np.iinfo(one).min <= least and most <= np.iinfo(one).max)
-    type = next(fits)
-    content = np.ascontiguousarray(array, type).reshape(-1).view(np.uint8).data
-    row = {"segment_id": segment, "part": part, "name": name, "content": content}
-    connection.execute(insert(schema.segment_column), row)
-    return Entry(part, name, type.str, array.size, checksums.of_bytes(content))
+    ranges = ((one, np.iinfo(one)) for one in _STORED)
+    return next(one for one, room in ranges if room.min <= least and most <= room.max)
 
 
 def drop_part(connection: Connection, segments: Iterable[Segment], part: str) -> None:
@@ -257,8 +303,8 @@ def drop(connection: Connection, segments: Iterable[Segment]) -> None:
     connection.execute(delete(schema.segment_dead).where(schema.segment_dead.c.segment_id < oldest))
 
 
-def begin_anew(connection: Connection) -> bool:
-    """Delete all segments; return whether there are captures to be put into one."""
+def begin_anew(connection: Connection) -> None:
+    """Delete all segments; every capture is to be put into one."""
     stamp = state.read_state(connection).stamp
     for table in (
         schema.segment_column,
@@ -271,4 +317,3 @@ def begin_anew(connection: Connection) -> bool:
     if numbers:
         connection.execute(_WAIT, [{"capture_id": number} for number in numbers])
     connection.execute(update(schema.state).values(columns=stamp))
-    return bool(numbers)

@@ -94,6 +94,11 @@ class Session:
         """The library as it was named."""
         return self._where.place
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it has not been closed."""
+        return not self._connection.closed
+
     def close(self) -> None:
         """Let go of the database; what is left is one file."""
         if self._connection.closed:

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from sqlalchemy import Connection
 
 from lanindex.alphabet import PARTS
-from lanindex.library import read, rows, state, write
+from lanindex.library import read, rows, segments, state, write
 from lanindex.library.columns import chosen
 from lanindex.library.encoding import Encoding
 from lanindex.library.find import Where, chosen_by, find_capture, is_number, matching, missing
@@ -282,7 +282,7 @@ class Store(Keeper):
             If the tracks are not those that were stored.
         """
         with self._reading() as connection:
-            asked = read.read_parts if checked else read.part_names
+            asked = read.read_parts if checked else segments.part_names
             found = set(asked(connection))
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
 
@@ -292,7 +292,7 @@ class Store(Keeper):
         """Return captures and what some parts do in them, as columns.
 
         They come from the library's segments; where these are missing, damaged or out of date, they
-        are made anew from the rows, and `notes` tells. They are kept while the library is held
+        are made anew from the rows, and `tell` is told. They are kept while the library is held
         open, and read again once it has changed.
 
         Parameters

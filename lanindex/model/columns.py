@@ -66,6 +66,11 @@ class Roster:
         for name in ("number", "frames", "rate", "speed"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
+    def same_as(self, other: Roster) -> bool:
+        """Return whether another roster says the same."""
+        names = ("number", "frames", "rate", "speed")
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
+
     def taken(self, order: NDArray[np.int64]) -> Roster:
         """Return the roster of some of the captures, by their places in this one: (D,) int64."""
         return Roster(self.number[order], self.frames[order], self.rate[order], self.speed[order])
@@ -114,15 +119,29 @@ class Columns:
         """Return how many symbols there are."""
         return len(self.cell)
 
+    def same_as(self, other: Columns | None) -> bool:
+        """Return whether other columns say the same; None: all captures lack the part."""
+        if other is None:
+            return not len(self) and not len(self.gaps)
+        names = ("bounds", *_ROWS, "gaps")
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
+
     def taken(self, order: NDArray[np.int64]) -> Columns:
         """Return the columns of some of the captures, by their places in the roster: (D,) int64."""
-        bounds, rows = ranges(self.bounds, order)
-        firsts = np.searchsorted(self.gaps[:, 0], np.arange(len(self.bounds)))
-        held, places = ranges(firsts, order)
+        bounds, rows = ranges(self.bounds[:-1][order], self.bounds[1:][order])
+        held, places = ranges(*(np.searchsorted(self.gaps[:, 0], order + end) for end in (0, 1)))
         gaps = self.gaps[places]
         gaps[:, 0] = np.repeat(np.arange(len(order)), np.diff(held))
         taken = {name: getattr(self, name)[rows] for name in _ROWS}
         return Columns(self.part, bounds, **taken, gaps=gaps)
+
+    def between(self, first: int, last: int) -> Columns:
+        """Return the columns of the captures from one up to, not including, another."""
+        begin, end = self.bounds[first].item(), self.bounds[last].item()
+        gaps = self.gaps[slice(*np.searchsorted(self.gaps[:, 0], [first, last]))].copy()
+        gaps[:, 0] -= first
+        own = {name: getattr(self, name)[begin:end] for name in _ROWS}
+        return Columns(self.part, self.bounds[first : last + 1] - begin, **own, gaps=gaps)
 
 
 def enrolled(rosters: Sequence[Roster]) -> Roster:
@@ -162,26 +181,23 @@ def joined(part: str, pieces: Sequence[Columns | None], rosters: Sequence[Roster
 
 
 def ranges(
-    bounds: NDArray[np.int64], order: NDArray[np.int64]
+    firsts: NDArray[np.int64], lasts: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return where the rows of some captures begin once they follow each other, and which they are.
+    """Return where stretches of rows begin once they follow each other, and which rows they are.
 
     Parameters
     ----------
-    bounds : ndarray
-        (C + 1,) int64, as of `Columns`.
-    order : ndarray
-        (D,) int64: places of captures.
+    firsts, lasts : ndarray
+        (D,) int64: from, up to and not including.
 
     Returns
     -------
     ndarray, ndarray
-        (D + 1,) int64, and (S,) int64.
+        (D + 1,) int64, as `Columns.bounds`, and (S,) int64.
     """
-    firsts = bounds[:-1][order]
-    taken = np.concatenate([[0], np.cumsum(np.diff(bounds)[order])]).astype(np.int64)
-    rows = np.arange(taken[-1]) + np.repeat(firsts - taken[:-1], np.diff(taken))
-    return taken, rows
+    bounds = np.concatenate([[0], np.cumsum(lasts - firsts)]).astype(np.int64)
+    rows = np.arange(bounds[-1]) + np.repeat(firsts - bounds[:-1], lasts - firsts)
+    return bounds, rows
 
 
 def roster_of(captures: Sequence[Capture]) -> Roster:

@@ -27,6 +27,9 @@ SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suf
 }
 """Endings that a folder is searched for, with the format each stands for."""
 
+GATHER = 4096
+"""Files after which an ingest puts what it has stored into columns; and after the last one."""
+
 
 def discover(
     paths: Iterable[str | os.PathLike[str]], others: list[str] | None = None
@@ -147,12 +150,16 @@ def ingest(
     held = library.known() if library else {}
     moved, told = Moved(held), reading or Reading()
     tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
-    for outcome in prepared(tasks, jobs):
+    for number, outcome in enumerate(prepared(tasks, jobs)):
         place = os.path.abspath(outcome.path)
         before = moved.found.get(place, "")
         outcome = replace(outcome, held=place in held or bool(before), moved=before)
         done = outcome if dry_run else _store(library, outcome, labels or {})
         yield replace(done, score=None)
+        if library and not dry_run and (number + 1) % GATHER == 0:
+            library.gather()
+    if library and not dry_run:
+        library.gather()
 
 
 def _store(

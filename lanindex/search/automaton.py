@@ -16,6 +16,7 @@ from itertools import pairwise
 
 from lanindex.search.language.query import (
     NEXT,
+    ONCE,
     Arrow,
     Bracket,
     Choice,
@@ -164,6 +165,16 @@ def plan(query: Query) -> tuple[Program, ...]:
         for pattern in query.patterns
         for lines in pattern.alternatives
         for program in planner.leading(lines)
+    )
+
+
+def counts(pattern: Choice) -> bool:
+    """Tell whether a pattern counts anywhere, with ``x`` or ``?``."""
+    return any(
+        item.repeat != ONCE or (isinstance(item.unit, Bracket) and counts(item.unit.pattern))
+        for lines in pattern.alternatives
+        for line in (lines.first, *(beside.line for beside in lines.others))
+        for item in line.items
     )
 
 

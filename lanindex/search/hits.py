@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Protocol, overload, runtime_checkable
 
 from lanindex import records
 from lanindex.errors import LanindexError
@@ -14,8 +15,34 @@ from lanindex.model.hit import in_words, readable
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lanindex.model import Capture, Span
+
 FEW = 10
 """Hits that are shown of many."""
+
+
+@runtime_checkable
+class Lazy(Protocol):
+    """Hits that are columns as long as they can be: what can be asked without making objects."""
+
+    @property
+    def captures(self) -> int:
+        """In how many captures they are."""
+
+    def counts(self) -> list[tuple[Capture, int]]:
+        """Return the captures, each with how many hits it has."""
+
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit."""
+
+    def arranged(self, order: Sequence[int]) -> Sequence[Hit]:
+        """Return the same hits in another order."""
+
+    def by_fit(self) -> Sequence[Hit]:
+        """Return the same hits, the clearest first."""
+
+    def numpy(self) -> NDArray[Any]:
+        """Return the hits as an array."""
 
 
 class Hits(Sequence[Hit]):
@@ -37,12 +64,15 @@ class Hits(Sequence[Hit]):
     (1, 'torso forward high -> hold 1s+')
     >>> hits[0].capture.label, hits[0].span
     ('greeting', Span(start=482, stop=602))
+    >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
+    ([482], 2, 1)
     >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
     (True, 482, array([602]))
     """
 
     def __init__(self, found: Iterable[Hit], pattern: str) -> None:
-        self._hits = tuple(found)
+        # what makes its hits one by one is left to do so when they are asked for
+        self._hits: Sequence[Hit] = found if isinstance(found, Sequence) else tuple(found)
         self.pattern = pattern
 
     @overload
@@ -58,6 +88,37 @@ class Hits(Sequence[Hit]):
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self._hits)
+
+    def __iter__(self) -> Iterator[Hit]:
+        """Yield them in order."""
+        return iter(self._hits)
+
+    @property
+    def captures(self) -> int:
+        """In how many captures they are."""
+        if isinstance(self._hits, Lazy):
+            return self._hits.captures
+        return len({hit.capture.id for hit in self._hits})
+
+    def counts(self) -> list[tuple[Capture, int]]:
+        """Return the captures, each with how many hits it has."""
+        if isinstance(self._hits, Lazy):
+            return self._hits.counts()
+        numbers = Counter(hit.capture.id for hit in self)
+        captures = {hit.capture.id: hit.capture for hit in self}
+        return [(captures[number], count) for number, count in numbers.items()]
+
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit, in order."""
+        if isinstance(self._hits, Lazy):
+            return self._hits.spans()
+        return ((hit.capture, hit.span) for hit in self)
+
+    def arranged(self, order: Sequence[int]) -> Hits:
+        """Return the same hits in another order: that of these numbers, counted from 0."""
+        if isinstance(self._hits, Lazy):
+            return Hits(self._hits.arranged(order), self.pattern)
+        return Hits([self[number] for number in order], self.pattern)
 
     def __repr__(self) -> str:
         """Return the first hits, a line each."""
@@ -85,14 +146,18 @@ class Hits(Sequence[Hit]):
         return f"<table><caption>{caption}</caption>{head}{''.join(rows)}</table>{more}"
 
     def _counts(self) -> str:
-        captures = len({hit.capture.id for hit in self._hits})
+        captures = self.captures
         return f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
 
     def _more(self) -> list[str]:
+        if not self._hits:
+            return ["  library.suggest(pattern) tells what is near"]
         return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
 
     def by_fit(self) -> Hits:
         """Return the same hits, the clearest first."""
+        if isinstance(self._hits, Lazy):
+            return Hits(self._hits.by_fit(), self.pattern)
         return Hits(sorted(self._hits, key=lambda hit: -hit.fit), self.pattern)
 
     def dicts(self) -> list[dict[str, Any]]:
@@ -110,6 +175,8 @@ class Hits(Sequence[Hit]):
         """
         import numpy as np
 
+        if isinstance(self._hits, Lazy):
+            return self._hits.numpy()
         fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
         rows = [(hit.capture.id, hit.span.start, hit.span.stop, hit.fit) for hit in self._hits]
         return np.array(rows, dtype=fields)

@@ -143,7 +143,7 @@ def blocks(found: Real, count: int, seed: int, parts: list[str]) -> Iterator[Blo
 
 def varied(source: Columns, sources, slower, turned, random) -> tuple[Columns, Any]:
     """Return the columns of a part in a block of captures, and which rows they were."""
-    bounds, picked = ranges(source.bounds, sources)
+    bounds, picked = ranges(source.bounds[:-1][sources], source.bounds[1:][sources])
     sizes = np.diff(bounds)
     down = np.repeat(random.random(BLOCK)[: len(sources)] < 0.1, sizes)
     turn = np.repeat(turned, sizes)

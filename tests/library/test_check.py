@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 import pytest
-from sample import fill, sample_score, sql
+from sample import add_sample, fill, sample_score, sql
 
 from lanindex.library import rows
 from lanindex.library.migrate import check
@@ -63,6 +63,14 @@ WRONG = {
     "UPDATE capture SET label = 'x' WHERE id = 2": damage(2, SAID),
     "INSERT INTO metadata VALUES (2, 'who', 'x')": damage(2, SAID),
     "UPDATE capture SET path = CAST(x'2fff' AS TEXT) WHERE id = 2": damage(2, FILE),
+    "UPDATE state SET columns = 7": (
+        "the columns are out of date, for another program has changed the library. The next search "
+        "or ingest makes them anew"
+    ),
+    "UPDATE segment_column SET content = x'00' WHERE part = 'head' AND name = 'cell'": (
+        "the columns are damaged: cell of head in segment 1. The next search or ingest"
+    ),
+    "DELETE FROM segment_pending": "the columns are damaged: they are not those of the captures",
     "DROP VIEW symbol": "the view symbol does not show what the library holds",
 }
 
@@ -75,11 +83,40 @@ def test_nothing_is_wrong_with_a_new_library(tmp_path):
 @pytest.mark.parametrize("change", WRONG)
 def test_what_is_wrong_is_named(tmp_path, change, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    fill(tmp_path / "some.db", 2)
+    fill(tmp_path / "some.db", 1)
+    with Store.open("some.db") as library:
+        library.gather()
+        add_sample(library, 1)
     with sql(tmp_path / "some.db") as connection:
         connection.execute(change)
     wanted = WRONG[change].replace("FOLDER", str(tmp_path))
     assert [line for line in check(tmp_path / "some.db") if wanted in line]
+
+
+def test_columns_of_other_symbols_are_found(tmp_path):
+    path = tmp_path / "some.db"
+    for number in (0, 1):  # the second time with other rows, and the columns of the first
+        with Store.open(tmp_path / f"{number}.db", create=True) as library:
+            for place in range(3):
+                score = sample_score(number * (place == 1))
+                library.add(f"{place}.bvh", score, format="bvh", sha256="0")
+            library.gather()
+    (tmp_path / "1.db").rename(path)
+    with sql(path) as connection:
+        connection.execute("ATTACH ? AS other", (str(tmp_path / "0.db"),))
+        for table in ("segment", "segment_column"):
+            connection.execute(f"DELETE FROM {table}")
+            connection.execute(f"INSERT INTO {table} SELECT * FROM other.{table}")
+    (found,) = check(path)
+    assert found == (
+        "the columns of captures 1 to 3 in segment 1 are not those of their symbols, wanted the "
+        "same. Have them made anew: UPDATE state SET columns = -1"
+    )
+    with sql(path) as connection:
+        connection.execute("UPDATE state SET columns = -1")
+    with Store.open(path) as library:
+        library.gather()
+    assert check(path) == []
 
 
 def test_many_of_a_kind_are_cut_short(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sample import add_sample, fill, sample_score, sql
 
-from lanindex.library import columns as room
+from lanindex.library import derive, gather
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import columns_of, roster_of
@@ -131,10 +131,26 @@ def test_dead_captures_leave_when_they_are_many(library):
     assert_true(library)
 
 
+def test_a_large_segment_is_left_alone(library, monkeypatch):
+    for number in range(6):
+        add_sample(library, number)
+        library.gather()
+        monkeypatch.setattr(gather, "LARGEST", 4 * (3 * 6 + 1))
+    assert segments(library) == [4, 2]
+    for number in range(6, 10):
+        add_sample(library, number)
+        library.gather()
+    assert segments(library) == [4, 4, 2]
+    library.remove(1, 2, 3, 5)
+    library.gather()
+    assert segments(library) == [4, 4, 2]
+    assert_true(library)
+
+
 def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):
-    monkeypatch.setattr(room, "CHUNK", 40)
-    monkeypatch.setattr(room.derive, "BATCH", 1)
-    monkeypatch.setattr(room, "join", lambda connection: False)
+    monkeypatch.setattr(gather, "CHUNK", 40)
+    monkeypatch.setattr(derive, "BATCH", 1)
+    monkeypatch.setattr(gather, "join", lambda connection: False)
     for number in range(7):
         add_sample(library, number)
     library.gather()
@@ -152,7 +168,21 @@ def test_columns_are_read_once(library):
     assert library.columns(["head"])[1]["head"] is not first["head"]
 
 
-def test_vast_fractions_have_room(library):
+def test_the_names_of_the_parts_come_from_wherever_they_are(library):
+    for gathered, parts in ((True, ("head", "r_arm")), (False, ("l_leg",))):
+        score = sample_score(0, parts)
+        library.add(f"{parts}.bvh", score, format="bvh", sha256="0")
+        if gathered:
+            library.gather()
+    assert library.parts(checked=False) == library.parts() == ["r_arm", "l_leg", "head"]
+    library.remove(2)
+    assert library.parts(checked=False) == ["r_arm", "head"]
+    with sql(library.place) as connection:
+        connection.execute("UPDATE state SET stamp = stamp + 1")
+    assert library.parts(checked=False) == ["r_arm", "head"]
+
+
+def test_vast_fractions_have_gather(library):
     score = Score(Fraction(30), 60, Meter(Fraction(10**30, 3 * 10**27)), sample_score().tracks)
     library.add("a.bvh", score, format="bvh", sha256="0")
     score = Score(Fraction(3, 10**30), 60, Meter(), sample_score().tracks)

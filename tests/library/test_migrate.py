@@ -169,6 +169,20 @@ def test_an_upgrade_says_nothing_by_itself(tmp_path, request, capfd, caplog):
     assert not caplog.records
 
 
+def test_the_status_tells_of_the_columns(tmp_path):
+    path = tmp_path / "a.db"
+    fill(path, 2)
+    found = migrate.status(path)
+    assert (found.segments, found.symbols, found.pending, found.fault) == (0, 0, 2, "")
+    with Store.open(path) as library:
+        library.gather()
+    found = migrate.status(path)
+    assert (found.segments, found.symbols, found.pending, found.fault) == (1, 36, 0, "")
+    with sql(path) as connection:
+        connection.execute("UPDATE segment SET listing = '[]'")
+    assert migrate.status(path).fault == "damaged: the listing of segment 1"
+
+
 def test_a_revision_unknown_to_all_is_refused(tmp_path):
     path = tmp_path / "a.db"
     fill(path, 1)

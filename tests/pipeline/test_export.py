@@ -127,7 +127,7 @@ def test_hits_of_another_library_are_refused(tmp_path: Path, library: Library) -
 
 
 def test_a_number_given_anew_is_refused(tmp_path: Path, library: Library) -> None:
-    hits = library.search("r_arm place high", within="raise.bvh")
+    hits = list(library.search("r_arm place high", within="raise.bvh"))
     dance(tmp_path / "raise.bvh", BOW)
     library.ingest(tmp_path / "raise.bvh")
     with pytest.raises(ExportError, match="is not what this library holds"):

@@ -32,7 +32,13 @@ def test_it_reads_in_a_terminal():
     assert not re.search(r"</|&\w+;|\]\(", PAGE)
 
 
-@pytest.mark.parametrize("text", [*patterns("In five minutes"), *patterns("Examples")])
+SHOWING = [
+    *("In five minutes", "Labels and conditions", "Rhythm", "Names for patterns"),
+    *("What becomes of the hits", "Scores", "Examples"),
+]
+
+
+@pytest.mark.parametrize("text", [text for title in SHOWING for text in patterns(title)])
 def test_what_it_shows_is_understood(text: str):
     assert str(parse(str(parse(text)))) == str(parse(text))
 
@@ -57,6 +63,11 @@ def test_it_names_every_word():
     assert set(VALUES) - spellings <= words
     assert {VALUES[word][1] for word in spellings} <= words
     assert set(LANGUAGE) <= words
+
+
+def test_every_block_is_looked_at():
+    others = {"The words", "The grammar", "When it cannot be read"}
+    assert {title for title in SECTIONS if blocks(title)} == {*SHOWING, *others}
 
 
 def test_the_words_of_the_grammar_are_those_of_the_language():

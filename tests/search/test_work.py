@@ -5,7 +5,7 @@ from query_cases import recordings_of
 
 from lanindex.errors import LanindexError
 from lanindex.search.language import parse
-from lanindex.search.plain import find, walk
+from lanindex.search.plain import beside, find, walk
 
 
 def found(tracks: str, pattern: str, **options) -> list[tuple[int, int]]:
@@ -37,10 +37,22 @@ def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
     assert found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern)
 
 
-def test_what_cannot_be_tried_is_said(monkeypatch):
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "(r_arm any ... any) x3+ without arm high",
+        "a: r_arm any ... b: any ... c: any ... d: any ... e: any where a.start > e.end "
+        "and b.start > c.end and d.start > e.end",
+        "r_arm any ... any with b: l_arm any ... c: any with d: head any ... e: any "
+        "where b.end > e.end and c.end > d.end",
+    ],
+)
+def test_what_cannot_be_tried_is_said(pattern, monkeypatch):
     monkeypatch.setattr(walk, "MOST_NODES", 20_000)
+    monkeypatch.setattr(beside, "MOST_WAYS", 20_000)
+    wave = WAVE.replace("low", "high")
     with pytest.raises(LanindexError, match=r"1\.lnd: the pattern fits in more than 20000 ways"):
-        found(WAVE.replace("low", "high"), "(r_arm any ... any) x3+ without arm high")
+        found(f"{wave}; {wave.replace('r_arm', 'l_arm')}; {wave.replace('r_arm', 'head')}", pattern)
 
 
 @pytest.mark.parametrize(
@@ -53,13 +65,13 @@ def test_what_cannot_be_tried_is_said(monkeypatch):
 )
 def test_a_line_stops_at_the_first_end_that_nothing_can_beat(pattern, monkeypatch):
     ends = []
-    hulls = walk.Walker._hulls
+    hulls = beside.Company._hulls
 
     def counted(*arguments):
         ends.append(arguments)
         return hulls(*arguments)
 
-    monkeypatch.setattr(walk.Walker, "_hulls", counted)
+    monkeypatch.setattr(beside.Company, "_hulls", counted)
     starts = found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern, overlaps="all")
     assert len(starts) > 20
     assert len(ends) <= 3 * len(starts)

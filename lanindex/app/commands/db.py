@@ -75,7 +75,23 @@ def _say(out: Output, found: Status) -> None:
                 "revision": found.found,
                 "newest": found.newest,
                 "state": found.state,
+                "segments": found.segments,
+                "symbols": found.symbols,
+                "pending": found.pending,
+                "fault": found.fault,
             }
         )
-    else:
-        out.line(f"{found.place}: revision {found.found}, {found.state}")
+        return
+    out.line(f"{found.place}: revision {found.found}, {found.state}")
+    if found.state == "current":
+        out.line(f"columns: {_columns(found)}")
+
+
+def _columns(found: Status) -> str:
+    from lanindex.app.formatting import counted
+
+    if found.fault:
+        return f"{found.fault}; the next search or ingest makes them anew"
+    held = f"{counted(found.symbols, 'symbol')} in {counted(found.segments, 'segment')}"
+    waiting = f"; {counted(found.pending, 'capture')} not in them yet" if found.pending else ""
+    return held + waiting

@@ -38,6 +38,7 @@ def run(
     out = Output(color=color)
     from lanindex.app import formatting
     from lanindex.pipeline import open_library
+    from lanindex.search.stages import hits_in
 
     begun = time.monotonic()
     place = folder or Path(tempfile.mkdtemp(prefix="lanindex-demo-"))
@@ -53,7 +54,9 @@ def run(
         for pattern, meaning in SEARCHES:
             _search(out, library, pattern, meaning)
         pattern = SEARCHES[0][0]
-        clips = library.export(library.search(pattern), place / "clips", pad="0.5s", force=True)
+        clips = library.export(
+            hits_in(library.search(pattern)), place / "clips", pad="0.5s", force=True
+        )
     out.line()
     out.line(
         f'Exported {formatting.counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:'
@@ -69,8 +72,9 @@ def run(
 def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
     from lanindex.app import formatting
     from lanindex.app.formatting import counted
+    from lanindex.search.stages import hits_in
 
-    found = library.search(pattern)
+    found = hits_in(library.search(pattern))
     captures = len({hit.capture.id for hit in found})
     out.line()
     out.line(out.paint(f'$ lanindex search "{pattern}"', "match"))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
@@ -20,13 +20,23 @@ if TYPE_CHECKING:
 def run(
     what: Annotated[
         str | None,
-        typer.Argument(metavar="PATTERN|-", help="A pattern, or - for hits from search --json."),
+        typer.Argument(
+            metavar="PATTERN|-",
+            help="A pattern, or - for hits from search --json.",
+            autocompletion=options.offered("patterns"),
+        ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to.")] = (
         Path("clips")
     ),
     capture: Annotated[
-        str | None, typer.Option("--capture", metavar="PATH|ID", help="Cut from this capture.")
+        str | None,
+        typer.Option(
+            "--capture",
+            metavar="PATH|ID",
+            help="Cut from this capture.",
+            autocompletion=options.offered("captures"),
+        ),
     ] = None,
     begin: Annotated[
         int | None, typer.Option("--from", metavar="FRAME", min=0, help="First frame.")
@@ -43,7 +53,9 @@ def run(
     within: options.In = None,
     where: options.Where = None,
     overlaps: options.Overlaps = "none",
+    strict: options.Strict = False,
     tolerance: options.Tolerance = 0.1,
+    words: options.Words = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     db: options.Db = options.DB,
     json: options.Json = False,
@@ -57,11 +69,7 @@ def run(
     score (.lnd), and a manifest lists them all.
     """
     out = Output(json, quiet, verbose, color)
-    if (what is None) == (capture is None):
-        raise UsageError(
-            "nothing to export" if what is None else "two things to export",
-            wanted="a pattern, - or --capture",
-        )
+    _one_thing(what, capture)
     if capture is None and not (begin is None and end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
     if (where or within is not None) and (capture is not None or what == "-"):
@@ -70,22 +78,27 @@ def run(
     from lanindex.pipeline import open_library
     from lanindex.pipeline.export import export
     from lanindex.pipeline.requests import from_hits, from_lines, from_range
+    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
+        library.tell = out.note
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
             wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
-            pattern = str(what)
+            library.words = words
+            pattern = meaning.of(out, library, pattern_in(str(what)), words)
             found = library.search(
                 pattern,
                 tolerance=tolerance,
                 overlaps=overlaps,
                 within=within,
                 where=options.where(where),
+                strict=strict,
             )
-            wanted = from_hits(found, pattern)
+            wanted = from_hits(hits_in(found), found.pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
     for row in manifest:
         if json:
@@ -95,3 +108,11 @@ def run(
     out.note(f"{counted(len(manifest), 'clip')} in {output}")
     if not manifest:
         raise typer.Exit(1)
+
+
+def _one_thing(what: str | None, capture: str | None) -> None:
+    if (what is None) == (capture is None):
+        raise UsageError(
+            "nothing to export" if what is None else "two things to export",
+            wanted="a pattern, - or --capture",
+        )

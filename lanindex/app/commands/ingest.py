@@ -72,6 +72,8 @@ def run(
     tally, begun = Counter[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
+        if library:
+            library.tell = out.note
         done = ingest(
             library,
             files,

@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
+    from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
+    from lanindex.search.stages import Counts
 
 ON_A_TERMINAL = 20
 """Hits that a terminal shows where no limit is set."""
 
 
 def run(
-    pattern: Annotated[str, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")],
+    pattern: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="PATTERN",
+            help="r_arm right mid -> high",
+            autocompletion=options.offered("patterns"),
+        ),
+    ] = None,
+    like: Annotated[
+        str | None,
+        typer.Option("--like", metavar="CLIP[:FROM-TO]", help="What is like a capture or file."),
+    ] = None,
+    rerank: Annotated[
+        bool, typer.Option("--rerank", help="Order what is like it by its joints, too.")
+    ] = False,
     limit: Annotated[
         int | None,
         typer.Option("--limit", "-n", min=1, help="Hits to show: 20 on a terminal, else all."),
@@ -30,12 +45,24 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    fuzzy: options.Fuzzy = None,
+    timeout: options.Timeout = None,
+    words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
+    strict: options.Strict = False,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how the pattern is understood.")
     ] = False,
+    why: Annotated[
+        str | None,
+        typer.Option(
+            "--why",
+            metavar="CAPTURE",
+            help="Say what matched in one capture, or where the walk through it ended.",
+        ),
+    ] = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -45,43 +72,79 @@ def run(
     """Find movement by pattern.
 
     Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
-    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex words.
+    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex language.
+    Or a word of the dictionary of movement, such as walk: lanindex words.
     Exits with 1 if nothing is found.
     """
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
-    from lanindex.pipeline import open_library
+    if pattern is None or like is not None or rerank:
+        from lanindex.app import alike
 
-    chosen = options.where(where)
+        asked = alike.Asked(pattern, like, rerank, explain, count, limit)
+        return alike.run(out, asked, db, within=within, where=options.where(where))
+    from lanindex.pipeline import open_library
+    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.stages import Counts
+
+    pattern = pattern_in(pattern)
+    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    among: dict[str, Any] = {"within": within, "where": options.where(where)}
     with open_library(db, readonly=True) as library:
+        library.tell, library.words = out.note, words
+        pattern = meaning.of(out, library, pattern, words)
+        if why is not None:
+            raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
-            text = library.explain(pattern, within=within, where=chosen)
-            if json:
-                out.record({"explain": text})
-            else:
-                out.text(text)
-            return
-        found = library.search(
-            pattern, tolerance=tolerance, overlaps=overlaps, within=within, where=chosen
-        )
-    if count:
-        _count(out, found)
+            return _explain(out, library.explain(pattern, strict=strict, **among))
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
+        if isinstance(found, Counts):
+            _counted(out, found, limit)
+        elif count:
+            _count(out, found)
+        else:
+            _show(out, found.by_fit() if sort == "fit" else found, limit)
+        if not found:
+            if not quiet:
+                _advise(out, library.suggest(pattern, **how, **among))
+            raise typer.Exit(1)
+
+
+def _explain(out: Output, text: str) -> None:
+    if out.json:
+        out.record({"explain": text})
     else:
-        _show(out, found.by_fit() if sort == "fit" else found, limit)
-    if not found:
-        raise typer.Exit(1)
+        out.text(text)
 
 
 def _count(out: Output, found: Hits) -> None:
-    counts = Counter(hit.capture.id for hit in found)
-    for capture in {hit.capture.id: hit.capture for hit in found}.values():
-        number = counts[capture.id]
+    for capture, number in found.counts():
         if out.json:
             out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
         else:
             out.row([capture.path, number])
     _summary(out, found, len(found))
+
+
+def _counted(out: Output, found: Counts, limit: int | None) -> None:
+    from lanindex.app.formatting import counted
+
+    rows = found.dicts()[:limit]
+    for row in rows if out.json else ():
+        out.record(row)
+    if not out.json and found.by is None:
+        out.row([found.total])
+    elif not out.json:
+        head = (str(found.by), "hits")
+        out.table(head, [(_said(row["value"]), row["count"]) for row in rows])
+    cut = f"; {len(rows)} are shown, --limit shows more" if len(rows) < len(found) else ""
+    values = f" by {counted(len(found), 'value')}" if found.by else ""
+    out.note(f"{counted(found.total, 'hit')}{values}{cut}")
+
+
+def _said(value: str | float | None) -> str:
+    return "-" if value is None else str(value)
 
 
 def _show(out: Output, found: Hits, limit: int | None) -> None:
@@ -92,9 +155,27 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
     _summary(out, found, min(most, len(found)))
 
 
+def _advise(out: Output, advice: Advice) -> None:
+    """Say why nothing is found, and what is near: in lines, or in one beside JSON."""
+    for line in [advice.brief] if out.json else str(advice).split("\n"):
+        out.note(line)
+
+
+def _trace(out: Output, seen: Trace) -> bool:
+    """Say what a pattern met with in a capture, and return whether it has hits there."""
+    from lanindex.app import formatting
+    from lanindex.search.explain.trace import records_of
+
+    if out.json:
+        for record in records_of(seen):
+            out.record(record)
+    else:
+        formatting.trace(out, seen)
+    return bool(seen.hits)
+
+
 def _summary(out: Output, found: Hits, shown: int) -> None:
     from lanindex.app.formatting import counted
 
-    captures = len({hit.capture.id for hit in found})
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    out.note(f"{counted(len(found), 'hit')} in {counted(captures, 'capture')}{cut}")
+    out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")

@@ -6,6 +6,8 @@ the hits that are asked for. What it does not cover goes to the plain matcher, o
 alone in which the lines can match at all.
 """
 
-from lanindex.search.fast.find import Finder, Found
+from lanindex.search.fast.find import Finder, Watch
+from lanindex.search.fast.found import Found
+from lanindex.search.fast.timeout import Timeout
 
-__all__ = ["Finder", "Found"]
+__all__ = ["Finder", "Found", "Timeout", "Watch"]

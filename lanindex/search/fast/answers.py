@@ -116,12 +116,13 @@ def of_line(
 
 
 def best(answers: Answers) -> Answers:
-    """Return the best answer from each place, in order of capture, start and end.
+    """Return the best answer from each place, in order of capture, start, end and fit.
 
-    The best one ends first; of these the one begins last that shows more clearly.
+    The best one ends first; of these it begins last, and of those it shows most clearly.
     """
     keys = (answers.parts, answers.rows[:, 0], answers.rows[:, 1])
     chosen = best_of_each(keys, (answers.high, -answers.low, answers.cost))
     first = best_of_each(keys, (np.arange(len(answers)),))
-    order = np.lexsort((first, answers.high[chosen], answers.low[chosen], answers.capture[chosen]))
+    found = answers.at(chosen)
+    order = np.lexsort((first, found.cost, found.high, found.low, found.capture))
     return answers.at(chosen[order])

@@ -161,6 +161,14 @@ class Reach:
             fits &= self._timely(sources, targets)
         return sources[fits], targets[fits]
 
+    def listed(self) -> tuple[Whole, Whole, Whole | None]:
+        """Return the ranges of what follows each event: of events, or of places in a list."""
+        if self._exact:
+            return self.low, np.maximum(self.high, self.low), None
+        sources, targets = self.pairs()
+        bounds = np.searchsorted(sources, np.arange(len(self._before) + 1))
+        return bounds[:-1], bounds[1:], targets
+
     def _timely(self, sources: Whole, targets: Whole) -> Mask:
         between = self._events.start[targets] - self._before.end[sources]
         between = np.maximum(between, 0)

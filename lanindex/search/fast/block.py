@@ -10,7 +10,7 @@ import numpy as np
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import State
 from lanindex.search.fast.events import Events, events_of, paired
-from lanindex.search.fast.ragged import FAR, Whole
+from lanindex.search.fast.ragged import FAR, Mask, Whole
 from lanindex.search.fast.rows import Rows
 from lanindex.search.language.times import Clock, Length
 
@@ -98,10 +98,10 @@ class Block:
             self._bounds[length] = least[own], most[own]
         return self._bounds[length]
 
-    def meets(self, capture: Whole, frames: Whole, length: Length) -> Whole:
+    def meets(self, capture: Whole, frames: Whole, length: Length) -> Mask:
         """Tell which numbers of frames meet a condition on length, (N,) bool."""
         least, most = self.bounds(length)
-        meets: Whole = (least[capture] <= frames) & (frames <= most[capture])
+        meets: Mask = (least[capture] <= frames) & (frames <= most[capture])
         return meets
 
 

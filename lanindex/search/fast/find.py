@@ -2,61 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
 
 import numpy as np
 
+from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster
-from lanindex.model.symbol import listed
+from lanindex.model.symbol import SYMBOL, listed
 from lanindex.search import plain
-from lanindex.search.automaton import Program, plan
+from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.fast import overlaps as staying
-from lanindex.search.fast.answers import Answers, best, joined, of_line, roots
+from lanindex.search.fast.answers import Answers, best, joined, of_line, roots, table
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
+from lanindex.search.fast.claims import contested
+from lanindex.search.fast.company import Company
+from lanindex.search.fast.found import Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
 from lanindex.search.fast.ragged import Mask, Whole
-from lanindex.search.fast.trace import trace
+from lanindex.search.fast.trace import labelled, trace
+from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.query import Query
 
-Recordings = Callable[[Sequence[int]], Iterable[tuple[Capture, Mapping[str, Track]]]]
-"""Captures with their tracks, by their places in the roster."""
+Recordings = Callable[
+    [Sequence[int], Collection[str]], Iterable[tuple[Capture, Mapping[str, Track]]]
+]
+"""Captures with the tracks of some parts, by their places in the roster."""
 
 MOST_ROWS = 1 << 18
 """How many rows of a part, or captures, are gone through at once."""
 
 Watch = Callable[[int, int], None]
 """Is told, now and then, how many captures are done, of how many; it may raise."""
-
-
-class Found:
-    """The hits of a search as columns; each is made an object when it is asked for.
-
-    Attributes
-    ----------
-    capture, low, high : ndarray
-        (H,) int64: the place in the roster, and frames of the source, half-open.
-    """
-
-    def __init__(self, finder: Finder, answers: Answers, known: dict[int, list[Hit]]) -> None:
-        self._finder, self._answers, self._known = finder, answers, known
-        self.capture, self.low, self.high = answers.capture, answers.low, answers.high
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self._answers)
-
-    def __getitem__(self, index: int) -> Hit:
-        """Return one hit."""
-        place = range(len(self))[index]
-        capture = int(self.capture[place])
-        if capture in self._known:
-            return self._known[capture][int(self._answers.rows[place, 0])]
-        return self._finder.hit(self._answers.at(np.array([place])))
 
 
 class Finder:
@@ -89,8 +69,10 @@ class Finder:
         self._tolerance = tolerance
         self._programs = plan(query)
         self._parts: list[tuple[str, ...]] = []
-        self._recording = lru_cache(maxsize=2)(lambda place: next(iter(recordings([place]))))
         self._recordings = recordings
+        self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
+        self._told: dict[int, list[Hit]] = {}
+        self._tellers: dict[int, plain.Teller] = {}
 
     def find(self, overlaps: str = "none", watch: Watch | None = None) -> Found:
         """Return all hits.
@@ -103,22 +85,39 @@ class Finder:
             Is told how far the search is.
         """
         pieces: list[Answers] = []
-        known: dict[int, list[Hit]] = {}
         for first, last in self._blocks():
             if watch:
                 watch(first, len(self._roster))
             answers, doubtful = self._in_block(self._block(first, last))
             pieces.append(replace(answers, capture=answers.capture + first))
             told = self._told_plainly(np.flatnonzero(doubtful) + first)
-            known.update(told)
+            self._told.update(told)
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
         answers = joined(pieces)
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
-        return Found(self, self._kept(answers, overlaps), known)
+        return Found(self, answers, self._kept(answers, overlaps), len(self._told))
+
+    def fetch(self, places: Sequence[int]) -> None:
+        """Fetch captures of which hits will be made objects; forget the others."""
+        self._fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
+
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        """Return captures by their places in the roster."""
+        return [capture for capture, _ in self._recordings(places, ())]
+
+    def numbers(self, places: Whole) -> Whole:
+        """Return the numbers of captures by their places in the roster."""
+        return self._roster.number[places]
 
     def hit(self, answer: Answers) -> Hit:
         """Return the one answer of a table as an object."""
         place = int(answer.capture[0])
+        if place in self._told:
+            return self._told[place][int(answer.rows[0, 0])]
+        if place not in self._fetched:
+            self.fetch([place])
+        if answer.cost[0] < 0:
+            return self._teller(place, answer)
         taken = trace(
             self._block(place, place + 1),
             self._programs[int(answer.program[0])],
@@ -126,7 +125,8 @@ class Finder:
             tuple(answer.rows[0].tolist()),
             int(value_of(answer.high, answer.cost)[0]),
         )
-        capture, tracks = self._recording(place)
+        capture, tracks = self._fetched[place]
+        self._check(place, capture, tracks)
         span = Span(int(answer.low[0]), int(answer.high[0]))
         rows = dict.fromkeys(row for it in taken for row in it.rows)
         symbols = {(part, row): _symbol(tracks[part], row) for part, row in rows}
@@ -135,7 +135,37 @@ class Finder:
             span,
             min(symbol.margin for symbol in symbols.values()),
             (tuple(symbols.values()),),
+            labelled(taken, symbols),
         )
+
+    def _teller(self, place: int, answer: Answers) -> Hit:
+        """Return a hit of which the engine knows the frames alone."""
+        if place not in self._tellers:
+            self._tellers = {
+                place: plain.Teller(self._query, *self._fetched[place], self._tolerance)
+            }
+        parts = self._parts[int(answer.parts[0])]
+        first = frozenset(zip(parts, answer.rows[0].tolist(), strict=False))
+        hit = self._tellers[place].hit(first)
+        if hit is None or hit.span != Span(int(answer.low[0]), int(answer.high[0])):
+            raise LanindexError(
+                f"the two ways to search differ about frame {int(answer.low[0])}",
+                place=self._fetched[place][0].path,
+                remedy="Please report this pattern.",
+            )
+        return hit
+
+    def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
+        """Refuse to tell a hit from other symbols than it was found in."""
+        for part, columns in self._columns.items():
+            own = slice(*columns.bounds[place : place + 2].tolist())
+            rows = tracks[part].symbols if part in tracks else np.empty(0, SYMBOL)
+            if not np.array_equal(rows["stop"], columns.stop[own]):
+                raise LanindexError(
+                    f"the symbols of {part} are others than when it was searched",
+                    place=capture.path,
+                    remedy="Search again.",
+                )
 
     def _block(self, first: int, last: int) -> Block:
         return Block(self._roster, self._columns, first, last, self._tolerance)
@@ -158,15 +188,20 @@ class Finder:
         found: list[Answers] = []
         doubtful = np.zeros(len(block), bool)
         for number, program in enumerate(self._programs):
-            if remembers(program) or self._query.rhythm or self._query.where:
+            if self._query.rhythm or self._query.where:
                 doubtful |= possible(block, program)
-            else:
+            elif not remembers(program):
                 answers, doubts = of_line(block, number, program, self._parts)
                 found += answers
                 doubtful |= doubts
-        answers = joined(found)
-        answers = best(answers.at(~doubtful[answers.capture]))
-        return self._from_own_rows(block, answers), doubtful
+            else:
+                try:
+                    found += with_company(block, number, program, self._parts)
+                except NotCovered:
+                    doubtful |= possible(block, program)
+        every = joined(found)
+        every = best(every.at(~doubtful[every.capture]))
+        return self._from_own_rows(block, every), doubtful
 
     def _from_own_rows(self, block: Block, answers: Answers) -> Answers:
         """Return answers whose rows are counted in their own captures."""
@@ -177,24 +212,48 @@ class Finder:
                 rows[own, member] -= block.rows(part).bounds[answers.capture[own]]
         return replace(answers, rows=rows)
 
-    def _kept(self, answers: Answers, overlaps: str) -> Answers:
+    def _kept(self, answers: Answers, overlaps: str) -> Whole:
+        """Return which answers are hits."""
+        kept = np.arange(len(answers))
         if overlaps == "all":
-            return answers
-        if not staying.counts(self._query):
-            answers = answers.at(staying.nearest(answers.capture, answers.low, answers.high))
-        return answers.at(staying.from_left(answers.capture, answers.low, answers.high))
+            return kept
+        if not counts(self._query.pattern):
+            kept = np.flatnonzero(staying.nearest(answers.capture, answers.low, answers.high))
+        own = answers.at(kept)
+        return kept[staying.from_left(own.capture, own.low, own.high)]
 
     def _told_plainly(self, places: Whole) -> dict[int, list[Hit]]:
         """Return what the plain matcher finds in some captures, overlapping or not."""
         if not len(places):
             return {}
-        recordings = list(self._recordings(places.tolist()))
+        recordings = list(self._recordings(places.tolist(), self._query.parts))
         hits = plain.find(self._query, recordings, tolerance=self._tolerance, overlaps="all")
         own = {capture.id: place for place, (capture, _) in zip(places, recordings, strict=True)}
         told: dict[int, list[Hit]] = {int(place): [] for place in places}
         for hit in hits:
             told[int(own[hit.capture.id])].append(hit)
         return told
+
+
+def with_company(
+    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
+) -> list[Answers]:
+    """Return the answers of a program with lines beside; their fits are not known.
+
+    Raises
+    ------
+    NotCovered
+        Where only the plain matcher can tell.
+    """
+    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
+    found = []
+    for place, entry in enumerate(program.entries):
+        own = entries == place
+        state = program.states[entry.state]
+        events = block.events(state).at(roots_at[own])
+        unknown = np.full(len(events), -1)
+        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
+    return found
 
 
 def possible(block: Block, program: Program) -> Mask:

@@ -1,4 +1,4 @@
-"""A line alone, for all captures at once: where does a match end that begins here?
+"""A line alone, for all captures at once: where a match that begins here ends.
 
 The program is run backwards. Each event of each state gets a value: the first frame at which a
 line can end that goes on from there and, of the ways that end there, the greatest fit. A line that
@@ -46,6 +46,11 @@ def with_cost(value: Whole, cost: Whole) -> Whole:
     return np.where(value < NONE, (value & ~_COST) | np.maximum(value & _COST, cost), NONE)
 
 
+def chosen(beyond: Whole, own: Whole, runs_on: bool) -> Whole:
+    """Return the values of going on, or of ending where one stands."""
+    return np.where(beyond < NONE, beyond, own) if runs_on else np.minimum(beyond, own)
+
+
 def remembers(program: Program) -> bool:
     """Tell whether a line has groups: brackets with a length, or with lines beside them."""
     return any(
@@ -82,17 +87,22 @@ class Backwards:
     block : Block
         Where.
     program : Program
-        One that remembers nothing.
+        What it remembers is left out.
+    runs_on : bool
+        Whether a line that can go on where it could end does so.
 
     Attributes
     ----------
     values : list of ndarray
         By state: (N,) int64, as from `value_of`, or `NONE`.
+    beyond : list of ndarray
+        By state: (N,) the value of going on from there, or `NONE`.
     """
 
-    def __init__(self, block: Block, program: Program) -> None:
-        self._block, self._program = block, program
+    def __init__(self, block: Block, program: Program, *, runs_on: bool = True) -> None:
+        self._block, self._program, self._runs_on = block, program, runs_on
         self.values: list[Whole] = [np.empty(0, np.int64)] * len(program.states)
+        self.beyond: list[Whole] = list(self.values)
         for states in reversed(components(program)):
             if len(states) == 1 and not any(
                 edge.entry.state == states[0] for edge in program.edges[states[0]]
@@ -136,8 +146,8 @@ class Backwards:
 
     def _once(self, state: int) -> None:
         cost = self._block.events(self._program.states[state]).cost
-        beyond = self._beyond(state)
-        self.values[state] = np.where(beyond < NONE, with_cost(beyond, cost), self.own(state))
+        self.beyond[state] = with_cost(self._beyond(state), cost)
+        self.values[state] = chosen(self.beyond[state], self.own(state), self._runs_on)
 
     def _again(self, states: list[int]) -> None:
         """Work out the values of states that lead to each other."""
@@ -155,10 +165,10 @@ class Backwards:
                         leaves = may_leave(self._block, self._program, edge.exit)
                     entered = self._entered(edge, np.zeros(len(graph.costs[edge.entry.state]), int))
                     graph.join(edge, self.reach(edge, events), leaves, entered < NONE)
-        values = graph.solve()
+        values, beyond = graph.solve(self._runs_on)
         for state in states:
-            first = graph.first[state]
-            self.values[state] = values[first : first + len(graph.costs[state])]
+            own = slice(graph.first[state], graph.first[state] + len(graph.costs[state]))
+            self.values[state], self.beyond[state] = values[own], beyond[own]
 
 
 class _Graph:
@@ -201,8 +211,11 @@ class _Graph:
         before = np.flatnonzero((reach.low < reach.high) & leaves)
         self._pairs.append((before + source, reach.low[before] + waiting))
 
-    def solve(self) -> Whole:
-        """Return the values of all nodes; what leads nowhere is worked out first."""
+    def solve(self, runs_on: bool) -> tuple[Whole, Whole]:
+        """Return the values of all nodes, and those of going on from there.
+
+        What leads nowhere is worked out first.
+        """
         best, own = np.full(self._count, NONE), np.full(self._count, NONE)
         cost = np.zeros(self._count, np.int64)
         for first, beyond, ends_here in self._base:
@@ -216,16 +229,15 @@ class _Graph:
         before, after = before[order], after[order]
         bounds = np.searchsorted(after, np.arange(self._count + 1))
         left = np.bincount(before, minlength=self._count)
-        ready = np.flatnonzero(left == 0)
+        last = np.flatnonzero(left == 0)
         values = np.full(self._count, NONE)
-        for ready in _rounds(ready, bounds, before, left):
-            values[ready] = np.where(
-                best[ready] < NONE, with_cost(best[ready], cost[ready]), own[ready]
-            )
+        for ready in _rounds(last, bounds, before, left):
+            best[ready] = with_cost(best[ready], cost[ready])
+            values[ready] = chosen(best[ready], own[ready], runs_on)
             low, counts = bounds[ready], bounds[ready + 1] - bounds[ready]
             leading = before[_places(low, counts)]
             np.minimum.at(best, leading, np.repeat(values[ready], counts))
-        return values
+        return values, best
 
 
 def _places(low: Whole, counts: Whole) -> Whole:

@@ -5,25 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
-from lanindex.search.language.query import Bracket, Choice, Query
-
-
-def counts(query: Query) -> bool:
-    """Tell whether a pattern counts, with ``x`` or ``?``: then the longest hits are wanted."""
-    return any(_counts(pattern) for pattern in query.patterns)
-
-
-def _counts(pattern: Choice) -> bool:
-    items = [
-        item
-        for lines in pattern.alternatives
-        for line in (lines.first, *(beside.line for beside in lines.others))
-        for item in line.items
-    ]
-    return any(
-        str(item.repeat) or (isinstance(item.unit, Bracket) and _counts(item.unit.pattern))
-        for item in items
-    )
 
 
 def nearest(capture: Whole, low: Whole, high: Whole) -> Mask:

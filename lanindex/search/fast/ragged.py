@@ -65,7 +65,8 @@ def smallest_from_here(values: Whole, groups: Whole) -> Whole:
     """
     # Going backwards each group lies below the one behind it, so that the minimum begins anew.
     lifted = values + (groups << 43)
-    return np.minimum.accumulate(lifted[::-1])[::-1] - (groups << 43)
+    smallest: Whole = np.minimum.accumulate(lifted[::-1])[::-1] - (groups << 43)
+    return smallest
 
 
 def smallest_in(values: Whole, low: Whole, high: Whole, nothing: int) -> Whole:

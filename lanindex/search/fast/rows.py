@@ -85,8 +85,9 @@ class Rows:
             return
         gaps[:, 0] -= first
         gappy = np.isin(capture, gaps[:, 0])
+        gaps = gaps[gaps[:, 1] < gaps[:, 2]]  # a part that was never seen has one without frames
         places = np.searchsorted(gaps[:, 0] * FAR + gaps[:, 1], capture * FAR + begin, "right") - 1
-        found = gaps[np.maximum(places, 0)]
+        found = np.append(gaps, [[-1, 0, 0]], axis=0)[places]
         inside = gappy & (places >= 0) & (found[:, 0] == capture) & (begin <= found[:, 2])
         self.stretch_begin[gappy] = begin[gappy]
         self.stretch_begin[inside] = found[inside, 1]
@@ -115,13 +116,15 @@ class Rows:
     @cached_property
     def arrival(self) -> Whole:
         """The frame in which each row is achieved, (S,)."""
-        return np.where(self.starting, self.start, self.stop - 1)
+        arrival: Whole = np.where(self.starting, self.start, self.stop - 1)
+        return arrival
 
     def row_of(self, rank: Whole) -> Whole:
         """Return the first row before which at least so many rows are shown."""
         behind = np.append(self.shown + 1, len(self))
         found = behind[np.clip(rank - 1, 0, len(behind) - 1)]
-        return np.where(rank > 0, found, 0)
+        row: Whole = np.where(rank > 0, found, 0)
+        return row
 
     def beginnings(self, manner: str) -> tuple[Whole, Whole]:
         """Return the shown rows that begin something, and when: a movement, stay or rest."""
@@ -137,7 +140,8 @@ class Rows:
     @cached_property
     def stretch_keys(self) -> Whole:
         """Capture and first frame of each stretch as one number, growing."""
-        return self.capture[self.stretch_rows[:-1]] * FAR + self.stretch_begin
+        keys: Whole = self.capture[self.stretch_rows[:-1]] * FAR + self.stretch_begin
+        return keys
 
     def stretch_at(self, capture: Whole, frame: Whole) -> Whole:
         """Return the stretch of a capture that a frame lies in, -1: in none."""

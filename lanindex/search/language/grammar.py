@@ -11,6 +11,7 @@ from lanindex.search.language.lexer import Token
 from lanindex.search.language.measures import arrow_at, length_at, repeat_at, within_at
 from lanindex.search.language.mistakes import stray
 from lanindex.search.language.names import ANYONE, Names, label_at, name_at, within
+from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -26,6 +27,7 @@ from lanindex.search.language.query import (
     mirrored_unit,
     steps_taken,
 )
+from lanindex.search.language.saved import Saved
 from lanindex.search.language.score import is_lnd, score_at
 from lanindex.search.language.steps import step_at
 from lanindex.search.language.times import Length
@@ -54,7 +56,7 @@ def parse(
     Parameters
     ----------
     text : str
-        In the pattern language.
+        In the pattern language; one from `saved.pattern_in` names its file in errors.
     parts : collection of str, optional
         The parts that the library holds; by default those of the alphabet and the supports.
     known : collection of str
@@ -89,14 +91,25 @@ def parse(
           ^^^^^
     I don't know "rihgt". Did you mean "right"?
     """
-    if len(text) > _LONGEST:
-        raise PatternError(
-            f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
-            text=f"{text[:60]}…",
-            start=60,
-            stop=61,
-        )
-    return _Parser(Cursor(text, Vocabulary(parts, known)), Names(names or {}), strict).query()
+    vocabulary = Vocabulary(parts, known)
+
+    def read(text: str) -> Query:
+        return _Parser(Cursor(text, vocabulary), Names(names or {}), strict).query()
+
+    try:
+        if len(text) > _LONGEST:
+            raise PatternError(
+                f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
+                text=f"{text[:60]}…",
+                start=60,
+                stop=61,
+            )
+        return read(str(text))
+    except PatternError as error:
+        offer_reading(error, read)
+        if isinstance(text, Saved):
+            error.place = text.place(error.start)
+        raise
 
 
 class _Parser:
@@ -125,7 +138,14 @@ class _Parser:
             )
         if self.timed:
             pattern = _opened(pattern)
-        return Endings(cursor, pattern, self.labels).query()
+        query = Endings(cursor, pattern, self.labels).query()
+        if self.names.used and (length := len(str(query))) > _LONGEST:
+            raise cursor.error(
+                f"With all names written out it has {length} characters; {_LONGEST} is the most.",
+                begin,
+                cursor.before,
+            )
+        return query
 
     def let(self, let: Token) -> None:
         """Read ``let NAME = pattern ;``: checked now, read again with each use."""
@@ -137,7 +157,7 @@ class _Parser:
             raise cursor.error(f"An = follows: let {name.text} = mid -> high;", let, name)
         begin = cursor.index
         with self.names.giving(name.text):
-            self.pattern(frozenset((ANYONE,)))
+            self.pattern(frozenset((ANYONE,)), "=")
         if cursor.stands("end"):
             raise cursor.error(
                 'A ";" ends it, and the pattern follows: let up = mid -> high; r_arm low -> @up',
@@ -150,8 +170,8 @@ class _Parser:
         cursor.advance()
         self.labels.clear()
 
-    def pattern(self, carried: frozenset[Mover]) -> Choice:
-        alternatives = [self.lines(carried, "")]
+    def pattern(self, carried: frozenset[Mover], after: str = "") -> Choice:
+        alternatives = [self.lines(carried, after)]
         while self.cursor.take("word", "or"):
             alternatives.append(self.lines(carried, "or"))
         return Choice(tuple(alternatives))

@@ -4,6 +4,6 @@ It is correct first, and the oracle of any faster one. A track becomes events, e
 candidates for a state, candidates joined by arrows become paths.
 """
 
-from lanindex.search.plain.find import TOLERANCE, find
+from lanindex.search.plain.find import TOLERANCE, Teller, find
 
-__all__ = ["TOLERANCE", "find"]
+__all__ = ["TOLERANCE", "Teller", "find"]

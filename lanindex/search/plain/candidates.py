@@ -8,11 +8,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
-from lanindex.model import Capture, Track
+from lanindex.errors import LanindexError
+from lanindex.model import Capture, Symbol, Track
 from lanindex.search.automaton import State
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.times import Clock, Length
 from lanindex.search.plain.track import Claim, Event, Origin, Timeline
+
+First = frozenset[tuple[str, int]]
+"""The first symbols of a match: parts and rows. They tell the places where a pattern can start."""
 
 
 @dataclass(eq=False)
@@ -21,6 +25,8 @@ class Match:
 
     Attributes
     ----------
+    manner : str
+        Of the state: a movement, a passage, a stay or a rest.
     events : tuple of Event
         One a member of the state.
     start, end, until : int
@@ -29,6 +35,7 @@ class Match:
         Whether one of them is on the way only, or a starting position.
     """
 
+    manner: str
     events: tuple[Event, ...]
     start: int
     end: int
@@ -41,6 +48,21 @@ class Match:
         """What it uses up."""
         return frozenset().union(*(event.claims for event in self.events))
 
+    @property
+    def first(self) -> First:
+        """Its first symbols."""
+        return frozenset((event.timeline.part, event.first) for event in self.events)
+
+    @cached_property
+    def fit(self) -> float:
+        """The smallest margin of its symbols."""
+        return min(event.fit for event in self.events)
+
+    @property
+    def may_border(self) -> bool:
+        """Whether a line may begin or end with it: only ``via`` knows what the score leaves out."""
+        return not self.passing or self.manner == "via"
+
 
 def _matched(manner: str, events: tuple[Event, ...]) -> Match | None:
     """Return one event as a match, or two if they share a frame.
@@ -50,13 +72,15 @@ def _matched(manner: str, events: tuple[Event, ...]) -> Match | None:
     begin, end = max(it.start for it in events), min(it.until for it in events)
     if len(events) > 1 and begin >= end:
         return None
-    if manner == "move":
+    moving = manner in ("move", "via")
+    if moving:
         begin, end = min(it.start for it in events), max(it.end for it in events)
     return Match(
+        manner,
         events,
         begin,
         end,
-        end if manner != "move" else max(it.until for it in events),
+        max(it.until for it in events) if moving else end,
         any(it.passing for it in events),
         any(it.starting for it in events),
     )
@@ -77,9 +101,19 @@ class Recording:
         self.capture, self._tracks = capture, tracks
         self._clock = Clock(capture.rate, capture.meter.speed / 60)
         self._timelines: dict[str, Timeline | None] = {}
+        self._symbols: dict[str, list[Symbol]] = {}
         self._events: dict[State, tuple[list[Event], ...]] = {}
         self._matches: dict[tuple[State, tuple[Event, ...]], Match | None] = {}
         self._bounds: dict[Length, tuple[int, int | None]] = {}
+
+    def too_many(self, ways: int) -> LanindexError:
+        """Return what is said where a pattern fits in more ways than can be tried."""
+        return LanindexError(
+            f"the pattern fits in more than {ways} ways",
+            place=self.capture.path,
+            remedy='Put fewer "..." into repeats, name the part after "without", or ask less of '
+            'labels in "where"',
+        )
 
     def timeline(self, part: str) -> Timeline | None:
         """Return a part's timeline, None if the capture lacks the part."""
@@ -88,6 +122,12 @@ class Recording:
             frames = self.capture.frames
             self._timelines[part] = Timeline(track, frames) if track and len(track) else None
         return self._timelines[part]
+
+    def symbols(self, part: str) -> list[Symbol]:
+        """Return a part's symbols as objects."""
+        if part not in self._symbols:
+            self._symbols[part] = self._tracks[part].listed()
+        return self._symbols[part]
 
     def events(self, state: State) -> tuple[list[Event], ...]:
         """Return, for each member of a state, the events that fit, in order of their rows."""
@@ -108,13 +148,13 @@ class Recording:
         return least <= frames and (most is None or frames <= most)
 
     def anywhere(self, state: State) -> Iterator[Match]:
-        """Yield what matches a state that begins a line: only what the score shows."""
+        """Yield what matches a state that begins a line."""
         for events in product(*self.events(state)):
             match = self._match(state, events)
-            if match and not match.passing:
+            if match and match.may_border:
                 yield match
 
-    def origins(self, state: State, before: Match, same: bool) -> tuple[Origin, ...] | None:
+    def _origins(self, state: State, before: Match, same: bool) -> tuple[Origin, ...] | None:
         """Return from where an arrow looks for each member of a state, None if it cannot.
 
         Parameters
@@ -140,14 +180,15 @@ class Recording:
             origins.append(origin)
         return tuple(origins)
 
-    def following(
-        self, state: State, origins: tuple[Origin, ...], before: Match, arrow: Arrow
-    ) -> Iterator[Match]:
+    def following(self, state: State, before: Match, arrow: Arrow, same: bool) -> Iterator[Match]:
         """Yield what matches a state over an arrow from the match before.
 
-        Between a passing symbol and the next no time passes.
+        Between a passing symbol and the one that it leads to no time passes.
         """
-        moving = before.passing and not arrow.later
+        origins = self._origins(state, before, same)
+        if origins is None:
+            return
+        moving = before.passing and same and not arrow.later
         choices = (
             _within(events, origin, arrow)
             for events, origin in zip(self.events(state), origins, strict=True)
@@ -165,7 +206,7 @@ class Recording:
             origin = event.timeline.from_start(event.manner)
             if origin is None or not _allows(arrow, event.timeline.count(origin, event)):
                 return False
-        return not match.passing and self.meets(match.start, arrow.length)
+        return match.may_border and self.meets(match.start, arrow.length)
 
     def ends(self, match: Match, arrow: Arrow) -> bool:
         """Tell whether an arrow leads from a match to the clip's end."""

@@ -9,10 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from lanindex.errors import UsageError
-from lanindex.model import Capture, Hit, Span, Symbol, Track
-from lanindex.search.automaton import Program, plan
+from lanindex.model import Capture, Hit, Span, Track
+from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.language.query import Query
-from lanindex.search.plain.candidates import Recording
+from lanindex.search.plain.candidates import First, Recording
+from lanindex.search.plain.clauses import Clauses, labels_of
 from lanindex.search.plain.paths import Path
 from lanindex.search.plain.walk import Walker
 
@@ -83,36 +84,79 @@ def _find(
     overlaps: str,
 ) -> Iterator[Hit]:
     programs = plan(query)
+    counted = counts(query.pattern)
     for capture, tracks in recordings:
         recording = Recording(capture, tracks)
-        symbols: dict[str, list[Symbol]] = {}
-        end = 0
-        for path in _starts(Walker(recording, programs, tolerance), programs):
-            if overlaps == "all" or path.low >= end:
-                end = path.high
-                yield _hit(capture, tracks, path, symbols)
+        clauses = Clauses(query, recording)
+        if not clauses.may_hold(()):
+            continue
+        paths = _starts(Walker(recording, programs, tolerance, clauses), programs)
+        if overlaps == "none":
+            paths = list(_apart(paths if counted else _nearest(paths)))
+        yield from (_hit(recording, path) for path in paths)
 
 
-def _starts(walker: Walker, programs: tuple[Program, ...]) -> list[Path]:
+class Teller:
+    """Tells single hits of a capture, from the symbols with which they begin.
+
+    Parameters
+    ----------
+    query : Query
+        What was found.
+    capture : Capture
+        Where.
+    tracks : Mapping of str to Track
+        Its tracks by part.
+    tolerance : Fraction
+        As for `find`.
+    """
+
+    def __init__(
+        self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
+    ) -> None:
+        self._recording, self._programs = Recording(capture, tracks), plan(query)
+        clauses = Clauses(query, self._recording)
+        self._walker = Walker(self._recording, self._programs, tolerance, clauses)
+
+    def hit(self, first: First) -> Hit | None:
+        """Return the best hit that begins with some symbols, None if there is none."""
+        paths = _starts(self._walker, self._programs, first)
+        return _hit(self._recording, paths[0]) if paths else None
+
+
+def _starts(
+    walker: Walker, programs: tuple[Program, ...], first: First | None = None
+) -> list[Path]:
     """Return the best path from each place where the pattern can start, in order of time."""
-    best: dict[frozenset[tuple[str, int]], Path] = {}
+    best: dict[First, Path] = {}
     for program in programs:
-        for path in walker.leading(program):
-            first = frozenset((it.timeline.part, it.first) for it in path.first.events)
-            other = best.get(first)
-            if other is None or (path.high, -path.low) < (other.high, -other.low):
-                best[first] = path
-    return sorted(best.values(), key=lambda path: (path.low, path.high))
+        for path in walker.leading(program, first):
+            here = path.first.first
+            if here not in best or path.rank < best[here].rank:
+                best[here] = path
+    return sorted(best.values(), key=lambda path: (path.low, path.high, -path.fit))
 
 
-def _hit(
-    capture: Capture, tracks: Mapping[str, Track], path: Path, symbols: dict[str, list[Symbol]]
-) -> Hit:
-    lines = path.lines()
-    for line in lines:
-        for part, _ in line:
-            if part not in symbols:
-                symbols[part] = tracks[part].listed()
-    matched = tuple(tuple(symbols[part][row] for part, row in line) for line in lines)
-    fit = min(symbol.margin for line in matched for symbol in line)
-    return Hit(capture, Span(path.low, path.high), fit, matched)
+def _nearest(paths: list[Path]) -> list[Path]:
+    """Return, of paths that end together, those that start last."""
+    latest: dict[int, int] = {}
+    for path in paths:
+        latest[path.high] = max(path.low, latest.get(path.high, path.low))
+    return [path for path in paths if path.low == latest[path.high]]
+
+
+def _apart(paths: list[Path]) -> Iterator[Path]:
+    """Yield, from left to right, those that begin at or after the end of the one before."""
+    end = 0
+    for path in paths:
+        if path.low >= end:
+            end = path.high
+            yield path
+
+
+def _hit(recording: Recording, path: Path) -> Hit:
+    lines = tuple(
+        tuple(recording.symbols(part)[row] for part, row in line) for line in path.lines()
+    )
+    labels = labels_of(recording, path.labelled())
+    return Hit(recording.capture, Span(path.low, path.high), path.fit, lines, labels)

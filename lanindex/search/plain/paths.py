@@ -1,11 +1,12 @@
-"""What a walk through a capture leaves behind: nodes, paths, and how paths lie to each other."""
+"""What a walk through a capture leaves behind: memories, nodes and whole paths."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from lanindex.search.automaton import State
 from lanindex.search.plain.candidates import Match
 from lanindex.search.plain.track import Claim
 
@@ -32,8 +33,6 @@ class Open(NamedTuple):
 
     def moved(self, start: int, end: int) -> Open:
         """Return it with one more match of its own line inside."""
-        if not self.alone and self.low <= start and (not self.beyond or self.beyond > end):
-            return self
         beyond = self.beyond if self.beyond > end else 0
         return Open(self.start, min(self.low, start), beyond, False)
 
@@ -41,6 +40,16 @@ class Open(NamedTuple):
         """Return it with a hull inside, where its own line has come to an end."""
         beyond = max(self.beyond, high if high > end else 0)
         return Open(self.start, min(self.low, low), beyond, self.alone)
+
+
+class Seen(NamedTuple):
+    """A symbol under a label, with the frames of the step that it matched."""
+
+    label: str
+    part: str
+    row: int
+    start: int
+    end: int
 
 
 class Memory(NamedTuple):
@@ -52,10 +61,32 @@ class Memory(NamedTuple):
         The whole line, and the groups it is in, the innermost last.
     used : frozenset of Claim
         What it has used of that which another line might want.
+    owed : frozenset of frozenset of Claim
+        Of each match of a line that must not happen what it uses: none of them counts that uses a
+        symbol of the hit, so one of each has still to be used.
+    seen : tuple of Seen
+        What has matched under the labels that conditions speak of.
+    beats : tuple of int
+        How many frames each of the steps has lasted whose rhythm is asked for.
     """
 
     groups: tuple[Open, ...]
     used: frozenset[Claim]
+    owed: frozenset[frozenset[Claim]] = frozenset()
+    seen: tuple[Seen, ...] = ()
+    beats: tuple[int, ...] = ()
+
+    def using(
+        self,
+        claims: frozenset[Claim],
+        seen: tuple[Seen, ...],
+        owed: frozenset[frozenset[Claim]] = frozenset(),
+    ) -> Memory:
+        """Return it with more that is used, seen and owed."""
+        used, owed = self.used | claims, self.owed | owed
+        if owed:
+            owed = frozenset(it for it in owed if not it & used)
+        return Memory(self.groups, used, owed, self.seen + seen, self.beats)
 
 
 @dataclass(slots=True, eq=False)
@@ -64,23 +95,58 @@ class Node:
 
     Attributes
     ----------
-    state : int
+    state : State
         Of the program.
     match : Match
         What matches it.
     memory : Memory
         What it remembers.
-    before : list of Node
-        Where it may have come from; the first is the way that is told.
-    beside : tuple of Path
-        What matched beside the groups that closed on that way.
+    came : list of tuple of Node and tuple of Path
+        From where it may have come, each with what matched beside the groups that closed on the
+        way; none: it is the first.
+    fit : float
+        Of the clearest way to it.
+    steps : int
+        How many nodes that way has, itself included.
     """
 
-    state: int
+    state: State
     match: Match
     memory: Memory
-    before: list[Node] = field(default_factory=list)
-    beside: tuple[Path, ...] = ()
+    came: list[tuple[Node, tuple[Path, ...]]] = field(default_factory=list)
+    fit: float = 1.0
+    steps: int = 1
+
+    def settle(self) -> None:
+        """Put the clearest way first, of those the one of most steps; all before it are settled."""
+        self.came.sort(key=lambda way: (_fit_of_way(way), way[0].steps), reverse=True)
+        self.fit = min([self.match.fit, *map(_fit_of_way, self.came[:1])])
+        self.steps = 1 + sum(node.steps for node, _ in self.came[:1])
+
+    def told(self) -> list[Node]:
+        """Return the nodes of the clearest way to it, in order."""
+        nodes = [self]
+        while nodes[-1].came:
+            nodes.append(nodes[-1].came[0][0])
+        return nodes[::-1]
+
+    def labelled(self) -> Iterator[Seen]:
+        """Yield what its match has under each label of its state."""
+        for label in self.state.labels:
+            yield from seen_in(self.match, label)
+
+
+def _fit_of_way(way: tuple[Node, tuple[Path, ...]]) -> float:
+    node, beside = way
+    return min([node.fit, *(path.fit for path in beside)])
+
+
+def seen_in(match: Match, label: str) -> Iterator[Seen]:
+    """Yield the symbols of a match; one stayed at or rested in lasts as long as that."""
+    for event in match.events:
+        whole = match if match.manner in ("at", "hold") else event
+        for row in event.rows:
+            yield Seen(label, event.timeline.part, row, whole.start, whole.end)
 
 
 @dataclass(slots=True, eq=False)
@@ -89,92 +155,95 @@ class Path:
 
     Attributes
     ----------
-    first, node : Match, Node
-        Where it begins and where it ends.
-    start, until : int
-        Its frames for comparing lines.
-    low, high : int
-        The hull of the line and all beside it.
-    alone : bool
-        Whether it is no more than a starting position.
-    used : frozenset of Claim
-        What it has used of that which another line might want.
+    first : Match
+        Where it begins.
+    node : Node
+        Where it ends.
+    memory : Memory
+        What it remembers there, all groups closed.
+    until, high : int
+        Its end for comparing lines, and that of the hull of the line and all beside it.
     beside : tuple of Path
         What matched beside the groups that closed last.
+    fit : float
+        The smallest margin of all that matched, on the clearest way.
     """
 
     first: Match
     node: Node
-    start: int
+    memory: Memory
     until: int
-    low: int
     high: int
-    alone: bool
-    used: frozenset[Claim]
     beside: tuple[Path, ...]
+    fit: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Work out the fit, once and for all."""
+        self.fit = _fit_of_way((self.node, self.beside))
+
+    @property
+    def start(self) -> int:
+        """Its first frame, for comparing lines."""
+        return self.memory.groups[0].start
+
+    @property
+    def low(self) -> int:
+        """The first frame of the hull of the line and all beside it."""
+        return self.memory.groups[0].low
+
+    @property
+    def alone(self) -> bool:
+        """Whether it is no more than a starting position."""
+        return self.memory.groups[0].alone
+
+    @property
+    def rank(self) -> tuple[int, int, float, int]:
+        """What decides: the earliest end, then the latest start, then the greatest fit.
+
+        Of ways that tie in all this the one of most steps is told.
+        """
+        return self.high, -self.low, -self.fit, -self.node.steps
 
     def lines(self) -> list[list[tuple[str, int]]]:
         """Return part and row of all that matched: this line's first, then each one beside."""
-        nodes = [self.node]
-        while nodes[-1].before:
-            nodes.append(nodes[-1].before[0])
-        nodes.reverse()
+        nodes = self.node.told()
         own = [
             (event.timeline.part, row)
             for node in nodes
             for event in node.match.events
             for row in event.rows
         ]
-        beside = [path for node in nodes for path in node.beside] + list(self.beside)
-        return [list(dict.fromkeys(own)), *(line for path in beside for line in path.lines())]
+        beside = [line for path in self._beside(nodes) for line in path.lines()]
+        return [list(dict.fromkeys(own)), *beside]
 
+    def labelled(self) -> list[Seen]:
+        """Return what has matched under a label, of this line and of each one beside."""
+        nodes = self.node.told()
+        own = [seen for node in nodes for seen in node.labelled()]
+        return own + [seen for path in self._beside(nodes) for seen in path.labelled()]
 
-class Hull(NamedTuple):
-    """A line with what has been found beside it: their hull, what they use, the paths."""
-
-    low: int
-    high: int
-    used: frozenset[Claim]
-    paths: tuple[Path, ...] = ()
-
-    def joined(self, path: Path, relation: str) -> Hull:
-        """Return it with another path; what it lies inside adds no frames."""
-        low, high = (path.low, path.high) if relation != "during" else (self.low, self.high)
-        return Hull(
-            min(self.low, low), max(self.high, high), self.used | path.used, (*self.paths, path)
-        )
-
-
-RELATIONS: dict[str, Callable[[int, int, Path, int], bool]] = {
-    "with": lambda start, until, path, slack: start < path.until and path.start < until,
-    "during": lambda start, until, path, slack: path.start <= start and until <= path.until,
-    "starting with": lambda start, until, path, slack: abs(path.start - start) <= slack,
-    "ending with": lambda start, until, path, slack: abs(path.until - until) <= slack,
-    "exactly with": lambda start, until, path, slack: (
-        abs(path.start - start) <= slack and abs(path.until - until) <= slack
-    ),
-}
-"""How the leading line's start and end must lie to another line; slack in frames."""
-
-
-def smallest(ways: Iterable[Hull]) -> list[Hull]:
-    """Return the ways whose hull holds no other one's, among those that use the same."""
-    kept: list[Hull] = []
-    best: dict[frozenset[Claim], int] = {}
-    for way in sorted(ways, key=lambda way: (way.high, -way.low)):
-        if way.low > best.get(way.used, -1):
-            best[way.used] = way.low
-            kept.append(way)
-    return kept
+    def _beside(self, nodes: list[Node]) -> list[Path]:
+        inner = [path for node in nodes for _, beside in node.came[:1] for path in beside]
+        return [*inner, *self.beside]
 
 
 def longest(paths: list[Path]) -> list[Path]:
     """Return the paths that do not go on in another one of them."""
     behind: set[Node] = set()
-    todo = [node for path in paths for node in path.node.before]
+    todo = [node for path in paths for node, _ in path.node.came]
     while todo:
         node = todo.pop()
         if node not in behind:
             behind.add(node)
-            todo += node.before
+            todo += [before for before, _ in node.came]
     return [path for path in paths if path.node not in behind]
+
+
+def distinct(paths: Iterable[Path]) -> list[Path]:
+    """Return one of those paths that look alike from outside, the clearest."""
+    kept: dict[tuple[Memory, int, int], Path] = {}
+    for path in paths:
+        key = (path.memory, path.until, path.high)
+        if key not in kept or path.fit > kept[key].fit:
+            kept[key] = path
+    return list(kept.values())

@@ -61,6 +61,11 @@ class Event:
         """What it uses up: no other line may use it too."""
         return frozenset((self.manner, self.timeline.part, row) for row in self.rows)
 
+    @cached_property
+    def fit(self) -> float:
+        """The smallest margin of its symbols."""
+        return min(self.timeline.margin[row] for row in self.rows)
+
 
 class Origin(NamedTuple):
     """From where an arrow looks: what comes next has count 0, what comes after that 1, and so on.
@@ -97,6 +102,7 @@ class Timeline:
         self.start: list[int] = rows["start"].tolist()
         self.stop: list[int] = rows["stop"].tolist()
         self.passing: list[bool] = rows["passing"].tolist()
+        self.margin: list[float] = rows["margin"].tolist()
         self._columns: dict[str, list[int]] = {}
         self.starting = [a == b for a, b in zip(self.start, self.stop, strict=True)]
         self.shown = [row for row, passing in enumerate(self.passing) if not passing]

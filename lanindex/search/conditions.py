@@ -1,0 +1,135 @@
+"""Whether the conditions of a ``where`` hold of a hit.
+
+Times are exact. What is missing (a label on a step that was left out, a column that a capture does
+not have, a direction that a symbol lacks) makes every condition on it false.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from typing import Any
+
+from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, mirrored_part
+from lanindex.model import Hit, Symbol
+from lanindex.search.fields import Value, value_of
+from lanindex.search.language.clauses import (
+    Comparison,
+    Condition,
+    Mirrors,
+    Number,
+    Reference,
+    Sum,
+    Term,
+    Text,
+)
+from lanindex.search.language.times import Clock, Time
+
+_COMPARE: dict[str, Callable[[Any, Any], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.eq,
+    "!=": operator.ne,
+}
+
+
+def names_in(conditions: Iterable[Condition]) -> frozenset[str]:
+    """Return the names that conditions speak of: labels, ``clip`` and ``match``."""
+    names: set[str] = set()
+    for condition in conditions:
+        if isinstance(condition, Mirrors):
+            names |= {condition.first, condition.second}
+        else:
+            terms = [*condition.left.terms, *condition.right.terms]
+            names |= {term.name for _, term in terms if isinstance(term, Reference)}
+    return frozenset(names)
+
+
+def holds(condition: Condition, hit: Hit) -> bool:
+    """Tell whether a condition is true of a hit.
+
+    Parameters
+    ----------
+    condition : Comparison or Mirrors
+        Of a ``where``.
+    hit : Hit
+        With its labels.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.search.conditions import holds
+    >>> from lanindex.search.language import parse
+    >>> (condition,) = parse("torso any where match.length >= 4s").where
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     [holds(condition, hit) for hit in library.search("torso forward high -> hold 1s+")]
+    [True]
+    """
+    if isinstance(condition, Mirrors):
+        return _mirrors(hit.labels.get(condition.first, ()), hit.labels.get(condition.second, ()))
+    return _compares(condition, hit)
+
+
+def _compares(condition: Comparison, hit: Hit) -> bool:
+    left, right = _sum(condition.left, hit), _sum(condition.right, hit)
+    if left is None or right is None:
+        return False
+    if isinstance(left, Fraction) != isinstance(right, Fraction):
+        left, right = _number(left), _number(right)
+        if left is None or right is None:  # a word is no number
+            return condition.compare == "!="
+    if left in LEVELS and right in LEVELS:  # by height, not by letter
+        left, right = (Fraction(LEVELS.index(str(side))) for side in (left, right))
+    return _COMPARE[condition.compare](left, right)
+
+
+def _sum(said: Sum, hit: Hit) -> Value:
+    values = [_term(term, hit) for _, term in said.terms]
+    if len(values) == 1:
+        return values[0]
+    total = Fraction(0)
+    for (sign, _), value in zip(said.terms, map(_number, values), strict=True):
+        if value is None:
+            return None
+        total += sign * value
+    return total
+
+
+def _term(term: Term, hit: Hit) -> Value:
+    match term:
+        case Reference():
+            return value_of(term, hit)
+        case Time():
+            rate = hit.capture.rate
+            return term.frames(Clock(rate, hit.capture.meter.speed / 60)) / rate
+        case Text():
+            return term.text
+        case Number():
+            return term.value
+    return term.value
+
+
+def _number(value: Value) -> Fraction | None:
+    """Return a number, also where it is written as text."""
+    try:
+        return None if value is None else Fraction(value)
+    except (ValueError, ZeroDivisionError):
+        return None
+
+
+def _mirrors(first: tuple[Symbol, ...], second: tuple[Symbol, ...]) -> bool:
+    """Tell whether symbols are the mirror image of others, one by one."""
+    pairs = zip(first, second, strict=False)
+    return 0 < len(first) == len(second) and all(
+        _in_the_mirror(it) == (other.part, other.direction, other.level) for it, other in pairs
+    )
+
+
+def _in_the_mirror(symbol: Symbol) -> tuple[str, str | None, str | None]:
+    direction = symbol.direction
+    if direction is not None:
+        direction = DIRECTIONS[MIRRORED[DIRECTION_CODES[direction]]]
+    return mirrored_part(symbol.part), direction, symbol.level

@@ -1,0 +1,155 @@
+"""Which movements several lines side by side could want, and what of a program is covered.
+
+One movement, stay or rest serves one line only. Where lines can want none in common, because they
+speak of other parts, manners or cells, nothing has to be remembered. Else each line remembers what
+it took at the states where another one could want it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations, product
+
+from lanindex.search.automaton import Companion, Group, Program, State
+from lanindex.search.fast.beside import FORBIDDEN
+from lanindex.search.fast.lines import components
+from lanindex.search.fast.walk import NotCovered, outer_groups
+
+Contested = dict[Program, tuple[int, ...]]
+"""By program, the states at which another line could want what it takes."""
+
+_MANNERS = {"via": "move"}
+"""Manners that use up the same."""
+
+
+def contested(program: Program) -> Contested:
+    """Return what the lines of a program and those beside it have to remember.
+
+    Raises
+    ------
+    NotCovered
+        Where only the plain matcher can tell: lines beside a bracket that is not all of its line,
+        repeats without end that would have to remember what they took.
+    """
+    for line in _all(program):
+        _check(line)
+    states: dict[Program, set[int]] = {}
+    for one, other in _rivals(program):
+        for first, second in product(one.states, other.states):
+            if alike(first, second):
+                states.setdefault(one, set()).add(first.number)
+                states.setdefault(other, set()).add(second.number)
+    for line in states:
+        if line.open_ended or any(_circles(line)):
+            raise NotCovered
+    _check_forbidden(program, [])
+    return {line: tuple(sorted(numbers)) for line, numbers in states.items()}
+
+
+def _check(program: Program) -> None:
+    outer = outer_groups(program)
+    inner = [
+        group
+        for edges in program.edges
+        for edge in edges
+        for group in (*edge.entry.opens, *edge.exit.closes)
+    ]
+    inner += [group for entry in program.entries for group in entry.opens if group not in outer]
+    if any(group.companions for group in inner) or (inner and program.open_ended):
+        raise NotCovered
+
+
+def _circles(program: Program) -> Iterator[bool]:
+    for states in components(program):
+        yield len(states) > 1 or any(
+            edge.entry.state == states[0] for edge in program.edges[states[0]]
+        )
+
+
+def _companions(group: Group, *, forbidden: bool) -> list[Companion]:
+    return [it for it in group.companions if (it.relation in FORBIDDEN) == forbidden]
+
+
+def _all(program: Program) -> Iterator[Program]:
+    """Yield all lines of a program, those that must not happen too; the leading one first."""
+    yield program
+    for group in outer_groups(program):
+        for companion in group.companions:
+            for inner in companion.programs:
+                yield from _all(inner)
+
+
+def _needed(program: Program) -> Iterator[Program]:
+    """Yield the lines that must be there, the leading one first."""
+    yield program
+    for group in outer_groups(program):
+        for companion in _companions(group, forbidden=False):
+            for inner in companion.programs:
+                yield from _needed(inner)
+
+
+def _rivals(program: Program) -> Iterator[tuple[Program, Program]]:
+    """Yield the pairs of lines that must not take the same."""
+    together = list(_needed(program))
+    yield from combinations(together, 2)
+    for line in together:
+        for group in outer_groups(line):
+            for companion in _companions(group, forbidden=True):
+                for inner in companion.programs:
+                    yield from product(together, _needed(inner))
+                    yield from _rivals(inner)
+
+
+def _check_forbidden(program: Program, outside: list[Program]) -> None:
+    """Refuse what must not happen in a bracket if a line outside could forgive it.
+
+    A match that uses a symbol of the hit does not count, of the hit as a whole; but what is outside
+    is found only once the bracket is.
+    """
+    groups = outer_groups(program)
+    for place, group in enumerate(groups):
+        later = [
+            line
+            for around in groups[:place]
+            for companion in _companions(around, forbidden=False)
+            for inner in companion.programs
+            for line in _needed(inner)
+        ]
+        for companion in _companions(group, forbidden=True):
+            for inner in companion.programs:
+                if any(_clash(line, one) for line in _all(inner) for one in (*outside, *later)):
+                    raise NotCovered
+                # what must not happen beside what must not happen: nothing may be in common at all
+                _check_forbidden(inner, [*outside, *_needed(program), *_needed(inner)])
+        beside = _companions(group, forbidden=False)
+        for companion in beside:
+            others = [
+                line
+                for other in beside
+                if other is not companion
+                for inner in other.programs
+                for line in _needed(inner)
+            ]
+            for inner in companion.programs:
+                _check_forbidden(inner, [*outside, *later, *others, program])
+
+
+def _clash(one: Program, other: Program) -> bool:
+    return any(alike(*states) for states in product(one.states, other.states))
+
+
+def manner_of(state: State) -> str:
+    """Return as what a state uses up what it takes."""
+    return _MANNERS.get(state.manner, state.manner)
+
+
+def alike(one: State, other: State) -> bool:
+    """Tell whether two states can take the same."""
+    if manner_of(one) != manner_of(other):
+        return False
+    return any(
+        part == another and all(said[kind] & told[kind] for kind in said.keys() & told.keys())
+        for (part, said), (another, told) in product(
+            zip(one.members, one.fits, strict=True), zip(other.members, other.fits, strict=True)
+        )
+    )

@@ -1,0 +1,263 @@
+"""A program with all that stands beside its line: from each beginning, what can be at best.
+
+The first line leads: each other line is compared with it. The lines that must be there make the
+hull of the hit; then those that must not be there are looked for. Which ways there are is worked
+out for the frames alone: the plain matcher tells the symbols of those hits that are shown.
+"""
+
+from __future__ import annotations
+
+from math import floor
+
+import numpy as np
+
+from lanindex.search.automaton import Companion, Group, Program
+from lanindex.search.fast import beside
+from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches, gathered
+from lanindex.search.fast.block import Block
+from lanindex.search.fast.claims import Contested, manner_of
+from lanindex.search.fast.lines import Backwards, end_of
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
+from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
+from lanindex.search.fast.ways import Used, Ways, apart, reduced, united
+
+
+class Company:
+    """Programs of a query in a block.
+
+    Parameters
+    ----------
+    block : Block
+        Where.
+    taken : Contested
+        What the lines have to remember of what they took.
+    """
+
+    def __init__(self, block: Block, taken: Contested) -> None:
+        self._block, self._contested = block, taken
+        rates = block.clocks()
+        slack = np.array([floor(block.tolerance * clock.rate) for clock in rates[0]], np.int64)
+        self._slack = slack[rates[1]]
+        self._lines: dict[tuple[Program, bool], Stretches] = {}
+
+    def leading(self, program: Program) -> tuple[Whole, Whole, Whole, Whole]:
+        """Return the best way of a program from each beginning.
+
+        Returns
+        -------
+        tuple of ndarray
+            By which entry and at which event it begins, its low and high.
+        """
+        ends = Walk(self._block, program, self._contested.get(program, ())).ends()
+        lines = self._stretches(program, ends)
+        chosen = np.flatnonzero(~lines.alone)
+        ends, lines = ends.at(chosen), lines.at(chosen)
+        close = self._running_on if program.open_ended else self._ending_first
+        ways = close(program, ends, lines)
+        entry, root = ends.entry[ways.line], ends.root[ways.line]
+        best = best_of_each((entry, root), (ways.high, -ways.low))
+        return entry[best], root[best], ways.low[best], ways.high[best]
+
+    def _ending_first(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
+        """Return ways of lines, with the best of each beginning among them."""
+        return self._closed(program, lines)
+
+    def _running_on(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
+        """Return ways of lines that run on as long as they can."""
+        groups = outer_groups(program)
+        companions = [it for group in groups for it in group.companions]
+        relations = {it.relation for it in companions}
+        bounded = any(group.length for group in groups) or any(
+            it.relation == "before" and it.within for it in companions
+        )
+        if bounded or relations & {"ending with", "exactly with"}:
+            raise NotCovered
+        if not relations & {"during", "before", "without"}:
+            last = self._last_of_all(program, ends)
+            ways = self._closed(program, lines.at(last))
+            ways.line = last[ways.line]
+            return ways
+        if relations & {"with", "starting with"}:
+            raise NotCovered
+        ways = self._closed(program, lines)
+        later = self._next_end(program, ends)[ways.line]
+        on = np.flatnonzero(later < NONE)
+        longer = lines.at(ways.line[on])
+        longer.until = longer.high = later[on]
+        ended = np.ones(len(ways.line), bool)
+        ended[on[self._closed(program, longer).line]] = False
+        return ways.at(ended)
+
+    def _last_of_all(self, program: Program, ends: Ends) -> Whole:
+        """Return the places of lines that cannot go on."""
+        return np.flatnonzero(self._next_end(program, ends) >= NONE)
+
+    def _next_end(self, program: Program, ends: Ends) -> Whole:
+        """Return where each line ends next if it goes on, `NONE` if it cannot."""
+        backwards = Backwards(self._block, program, runs_on=False)
+        found = np.full(len(ends.state), NONE)
+        for state, beyond in enumerate(backwards.beyond):
+            own = ends.state == state
+            value = beyond[ends.event[own]]
+            found[own] = np.where(value < NONE, end_of(value), NONE)
+        return found
+
+    def lines(self, program: Program, *, longest: bool) -> Stretches:
+        """Return all ways of a line beside another; or the longest of one that runs on."""
+        longest = longest and program.open_ended
+        key = (program, longest)
+        if key not in self._lines:
+            ends = Walk(self._block, program, self._contested.get(program, ())).ends()
+            lines = self._stretches(program, ends)
+            if longest:
+                if outer_groups(program):
+                    raise NotCovered
+                lines = lines.at(self._last_of_all(program, ends))
+            ways = self._closed(program, lines)
+            lines = lines.at(ways.line)
+            lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+            keys = [getattr(lines, name) for name in ("capture", "start", "until", "alone")]
+            keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
+            self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
+        return self._lines[key]
+
+    def _stretches(self, program: Program, ends: Ends) -> Stretches:
+        """Return the frames of lines."""
+        columns = np.empty((3, len(ends.root)), np.int64)
+        for number, entry in enumerate(program.entries):
+            own = ends.entry == number
+            events = self._block.events(program.states[entry.state])
+            columns[0, own] = events.capture[ends.root[own]]
+            columns[1, own] = events.start[ends.root[own]]
+        high, alone = np.empty(len(ends.root), np.int64), np.zeros(len(ends.root), bool)
+        for state in range(len(program.states)):
+            own = ends.state == state
+            events = self._block.events(program.states[state])
+            alone[own] = events.starting[ends.event[own]]
+            high[own] = events.end[ends.event[own]]
+            until = np.where(events.starting, events.until, events.end)
+            columns[2, own] = until[ends.event[own]]
+        capture, start, until = columns
+        return Stretches(capture, start, until, start, high, alone, self._taken(program, ends))
+
+    def _taken(self, program: Program, ends: Ends) -> tuple[Used, ...]:
+        """Return what lines took at the states where others could want it."""
+        found = []
+        for number, column in zip(self._contested.get(program, ()), ends.used.T, strict=True):
+            state = program.states[number]
+            events = self._block.events(state)
+            some = column >= 0
+            for member, part in enumerate(state.members):
+                first, last = np.zeros(len(column), np.int64), np.full(len(column), -1)
+                first[some] = events.first[member][column[some]]
+                last[some] = events.last[member][column[some]]
+                found.append(Used((manner_of(state), part), first, last))
+        return tuple(found)
+
+    def _closed(self, program: Program, lines: Stretches) -> Ways:
+        """Return the ways in which a program's outer groups can close."""
+        ways = Ways(np.arange(len(lines)), lines.low, lines.high)
+        for group in reversed(outer_groups(program)):
+            ways = self._group(group, lines, ways)
+        return ways
+
+    def _group(self, group: Group, lines: Stretches, ways: Ways) -> Ways:
+        if group.length:
+            lasts = self._block.meets(lines.capture, lines.high - lines.start, group.length)
+            ways = ways.at((lasts & ~lines.alone)[ways.line])
+        for companion in sorted(group.companions, key=lambda it: it.relation not in NO_FRAMES):
+            if companion.relation not in FORBIDDEN:
+                ways = self._joined(companion, lines, ways)
+        for companion in group.companions:
+            if companion.relation in FORBIDDEN:
+                ways = ways.at(~self._disturbed(companion, lines, ways))
+        return ways
+
+    def _margins(self, companion: Companion) -> Margins:
+        none = np.zeros(len(self._block), np.int64)
+        if companion.within:
+            least, most = self._block.bounds(companion.within)
+            return Margins(least, most, self._slack)
+        if companion.relation in ("after", "before"):
+            return Margins(none, none + (FAR >> 1), self._slack)
+        return Margins(none, none - 1, self._slack)
+
+    def _partners(self, companion: Companion, *, longest: bool) -> list[tuple[bool, Stretches]]:
+        """Return the other lines that those stand beside that are not alone, and those that are."""
+        tables = [self.lines(program, longest=longest) for program in companion.programs]
+        others = gathered(tables)
+        return [(False, others.at(~others.alone)), (True, others)]
+
+    def _joined(self, companion: Companion, lines: Stretches, ways: Ways) -> Ways:
+        """Return the ways to which another line comes that must be there."""
+        relation = companion.relation
+        open_ended = any(program.open_ended for program in companion.programs)
+        if open_ended and relation in ("after", "ending with", "exactly with"):
+            raise NotCovered
+        wanted = np.zeros(len(lines), bool)
+        wanted[ways.line] = True
+        found = []
+        for alone, others in self._partners(companion, longest=True):
+            own = np.flatnonzero(wanted & (lines.alone == alone))
+            if len(own) and not (alone and relation in ("after", "before")):
+                join = self._with_each if others.used else self._with_best
+                found.append(join(companion, lines, own, others, ways))
+        return united(found) if found else ways.at(np.zeros(0, np.int64))
+
+    def _with_best(
+        self, companion: Companion, lines: Stretches, own: Whole, others: Stretches, ways: Ways
+    ) -> Ways:
+        """Return ways together with the best of the others; none wants what they took."""
+        relation, margins = companion.relation, self._margins(companion)
+        if relation in NO_FRAMES:
+            held = own[beside.holds(relation, lines.at(own), others, margins)]
+            return ways.at(np.isin(ways.line, held))
+        line, low, high = beside.hulls(relation, lines.at(own), others, margins)
+        way, place = beside.matched(ways.line, own[line])
+        low, high = np.minimum(ways.low[way], low[place]), np.maximum(ways.high[way], high[place])
+        return reduced(Ways(ways.line[way], low, high, tuple(it.at(way) for it in ways.used)))
+
+    def _with_each(
+        self, companion: Companion, lines: Stretches, own: Whole, others: Stretches, ways: Ways
+    ) -> Ways:
+        """Return ways together with each of the others that took nothing of theirs."""
+        relation = companion.relation
+        line, other = beside.pairs(relation, lines.at(own), others, self._margins(companion))
+        way, place = beside.matched(ways.line, own[line])
+        line, other = own[line][place], other[place]
+        used = tuple(it.at(line) for it in lines.used) + tuple(it.at(way) for it in ways.used)
+        more = tuple(it.at(other) for it in others.used)
+        if used:
+            fits = apart(used, more)
+            way, line, other = way[fits], line[fits], other[fits]
+        low, high = ways.low[way], ways.high[way]
+        if relation not in NO_FRAMES:
+            low, high = np.minimum(low, others.low[other]), np.maximum(high, others.high[other])
+        used = tuple(it.at(way) for it in ways.used) + tuple(it.at(other) for it in others.used)
+        return reduced(Ways(line, low, high, used))
+
+    def _disturbed(self, companion: Companion, lines: Stretches, ways: Ways) -> Mask:
+        """Tell in which ways something happens that must not."""
+        hulls = Stretches(
+            *(lines.capture[ways.line], ways.low, ways.high, ways.low, ways.high),
+            lines.alone[ways.line],
+            tuple(it.at(ways.line) for it in lines.used) + ways.used,
+        )
+        disturbed: Mask = np.zeros(len(hulls), bool)
+        margins = self._margins(companion)
+        for alone, others in self._partners(companion, longest=False):
+            own = np.flatnonzero(hulls.alone == alone)
+            if companion.relation == "never":
+                fits = np.isin(hulls.capture[own], others.capture)
+            else:
+                fits = beside.shares(hulls.at(own), others, margins)
+            own = own[fits]
+            if hulls.used and others.used:
+                here = hulls.at(own)
+                hull, other = beside.pairs(companion.relation, here, others, margins)
+                one = tuple(it.at(hull) for it in here.used)
+                another = tuple(it.at(other) for it in others.used)
+                own = own[np.unique(hull[apart(one, another)])]
+            disturbed[own] = True
+        return disturbed

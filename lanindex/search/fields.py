@@ -1,0 +1,103 @@
+"""What a hit answers when a field is asked for: ``a.start``, ``match.length``, ``clip.label``."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from lanindex.alphabet import LEVEL_CODES
+from lanindex.model import Capture, Hit, Span, Symbol
+from lanindex.search.language.clauses import CLIP, MATCH, Reference
+
+Value = str | Fraction | None
+"""A text, a number (times in seconds), or nothing."""
+
+CLIP_FIELDS = ("path", "label", "format", "sha256", "fps", "frames", "seconds", "tempo")
+"""What every capture can be asked for; its other columns have the names that the user gave."""
+
+_TIMES = ("start", "end", "length")
+
+
+def value_of(reference: Reference, hit: Hit) -> Value:
+    """Return what a field of a hit is.
+
+    Parameters
+    ----------
+    reference : Reference
+        The field of a label, of all that matched, or of the capture.
+    hit : Hit
+        Any.
+
+    Returns
+    -------
+    str, Fraction or None
+        A part, direction, level or text; a number; seconds from the clip's first frame; None where
+        it is missing. Of several symbols: where the first begins, where the last ends, and what
+        the last one is; of all that matched, the frames of the hit and what its first line ends
+        with.
+    """
+    if told_by_span(reference):
+        return value_of_span(reference, hit.capture, hit.span)
+    symbols = hit.lines[0] if reference.name == MATCH else hit.labels.get(reference.name, ())
+    if not symbols:
+        return None
+    if reference.field not in _TIMES:
+        return _told(symbols[-1], reference.field)
+    span = Span(min(it.start for it in symbols), max(it.stop for it in symbols))
+    return value_of_span(Reference(MATCH, reference.field), hit.capture, span)
+
+
+def told_by_span(reference: Reference) -> bool:
+    """Tell whether capture and frames of a hit are all that a field needs."""
+    return reference.name == CLIP or (reference.name == MATCH and reference.field in _TIMES)
+
+
+def value_of_span(reference: Reference, capture: Capture, span: Span) -> Value:
+    """Return a field that capture and frames of a hit tell, as `told_by_span` says."""
+    if reference.name == CLIP:
+        return _of_clip(capture, reference.field)
+    frames = {"start": span.start, "end": span.stop, "length": span.stop - span.start}
+    return frames[reference.field] / capture.rate
+
+
+def _told(symbol: Symbol, field: str) -> Value:
+    said = getattr(symbol, field)
+    return Fraction(round(said * 1000), 1000) if isinstance(said, float | int) else said
+
+
+def _of_clip(capture: Capture, field: str) -> Value:
+    """Return a column of a capture; None where it is empty."""
+    known: dict[str, str | Fraction] = {
+        "path": capture.path,
+        "label": capture.label,
+        "format": capture.format,
+        "sha256": capture.sha256,
+        "fps": capture.rate,
+        "frames": Fraction(capture.frames),
+        "seconds": capture.frames / capture.rate,
+        "tempo": capture.meter.speed,
+    }
+    if field in known:
+        return None if known[field] == "" else known[field]
+    # people write the name of a column of theirs in small letters or capitals
+    return next((it for name, it in capture.metadata.items() if name.lower() == field), "") or None
+
+
+def _number(text: str) -> Fraction | None:
+    digits = text.strip().removeprefix("-").replace(".", "", 1)
+    if not (digits.isascii() and digits.isdecimal() and len(digits) < 100):
+        return None
+    return Fraction(text.strip())
+
+
+def order(reference: Reference, value: Value) -> tuple[bool, bool, str | Fraction | int]:
+    """Return what to sort values of a field by: the smallest first, what is missing last.
+
+    Numbers, and texts that are numbers, stand before texts; those go by letter, levels from low to
+    high.
+    """
+    if isinstance(value, str):
+        if reference.name != CLIP and reference.field == "level":
+            return False, False, LEVEL_CODES[value]
+        number = _number(value)
+        return (False, True, value) if number is None else (False, False, number)
+    return value is None, False, value or 0

@@ -1,0 +1,300 @@
+"""Patterns built in Python: ``part("r_arm").to("right", "mid").then(level="high")``.
+
+What is built is read by the parser at each step, so that it is a pattern like any other: it prints
+as text, and what cannot be said in the language cannot be built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from lanindex.errors import UsageError
+from lanindex.search.language.grammar import parse
+from lanindex.search.language.query import Bracket, Choice, Item, Line, Query, Step
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Pattern:
+    """A pattern; each method returns another one. Made by `part`.
+
+    What speaks of a step (`lasting`, `times`, `labelled`) speaks of the last one. After lines side
+    by side, `group` or ``|`` all that is there is one step, in brackets.
+
+    Attributes
+    ----------
+    query : Query
+        As the parser builds it.
+
+    Examples
+    --------
+    >>> from lanindex import part
+    >>> wave = part("r_arm").to("left").then("right").group().times("3+")
+    >>> print(wave.with_(part("l_arm").hold("low")).either_side())
+    (r_arm left -> right) x3+ with l_arm hold low either side
+    >>> open_arms = part("r_arm").to(direction="right") | part("l_arm").to(direction="left")
+    >>> print(open_arms.then(level="high").lasting("<0.5s"))
+    Traceback (most recent call last):
+    ...
+    lanindex.errors.PatternError: (r_arm right or l_arm left) -> high
+                                                               ^^^^
+    The alternatives before end with different parts (l_arm, r_arm). Name the part here.
+    """
+
+    query: Query
+
+    def __str__(self) -> str:
+        """Return it as text."""
+        return str(self.query)
+
+    def __repr__(self) -> str:
+        """Return it as text, in angle brackets."""
+        return f"<Pattern {self}>"
+
+    # steps
+
+    def to(self, *words: str, direction: str = "", level: str = "") -> Pattern:
+        """Move there: the part that was just named, else the next step.
+
+        Parameters
+        ----------
+        *words : str
+            ``"right", "mid"``; ``"not low"``; ``"right/left"``.
+        direction, level : str
+            The same, by name.
+        """
+        return self._step("", words, direction, level)
+
+    def at(self, *words: str, direction: str = "", level: str = "") -> Pattern:
+        """Be there."""
+        return self._step("at", words, direction, level)
+
+    def hold(self, *words: str, direction: str = "", level: str = "") -> Pattern:
+        """Rest, there if it is said where."""
+        return self._step("hold", words, direction, level)
+
+    def via(self, *words: str, direction: str = "", level: str = "") -> Pattern:
+        """Go through there."""
+        return self._step("via", words, direction, level)
+
+    def then(
+        self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
+    ) -> Pattern:
+        """Go on: the next movement, or a pattern in brackets.
+
+        Parameters
+        ----------
+        *words : str or Pattern
+            As for `to`; a part may stand first.
+        direction, level : str
+            By name.
+        within : str
+            The time between: ``"<1s"``.
+        """
+        return self._on("->", words, direction, level, within)
+
+    def later(
+        self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
+    ) -> Pattern:
+        """Go on, with anything between; `within` may also count: ``"<=2"``."""
+        return self._on("...", words, direction, level, within)
+
+    def lasting(self, length: str) -> Pattern:
+        """Let the last step last so long: ``"<0.3s"``, ``"1s..2s"``, ``"2s+"``."""
+        return self._read(f"{self._line()} {length}")
+
+    def times(self, count: int | str) -> Pattern:
+        """Repeat the last step: ``3``, ``"2..4"``, ``"3+"``."""
+        return self._read(f"{self._line()} x{count}")
+
+    def optional(self) -> Pattern:
+        """Let the last step be left out."""
+        return self._read(f"{self._line()}?")
+
+    def labelled(self, label: str) -> Pattern:
+        """Give the last step a label, to speak of it in `where`."""
+        line = self._line()
+        named = replace(line.items[-1], label=label)
+        return self._read(str(replace(line, items=(*line.items[:-1], named))))
+
+    def group(self) -> Pattern:
+        """Make one step of all that is there."""
+        return self._read(f"({self.query.pattern})")
+
+    def mirrored(self) -> Pattern:
+        """Return the mirror image of all that is there."""
+        return self._read(f"mirror({self.query.pattern})")
+
+    def from_start(self) -> Pattern:
+        """Begin with the capture."""
+        return self._read(f"start -> {self._line()}")
+
+    def to_end(self) -> Pattern:
+        """End with the capture: the last movement in it."""
+        return self._read(f"{self._line()} -> end")
+
+    # lines side by side
+
+    def with_(self, other: Pattern, *, within: str = "") -> Pattern:
+        """Share a frame with another line, or lie less than a time apart: ``"1s"``."""
+        return self._beside("with", other, within)
+
+    def during(self, other: Pattern) -> Pattern:
+        """Lie inside another line."""
+        return self._beside("during", other)
+
+    def starting_with(self, other: Pattern) -> Pattern:
+        """Begin together with another line."""
+        return self._beside("starting with", other)
+
+    def ending_with(self, other: Pattern) -> Pattern:
+        """End together with another line."""
+        return self._beside("ending with", other)
+
+    def exactly_with(self, other: Pattern) -> Pattern:
+        """Begin and end together with another line."""
+        return self._beside("exactly with", other)
+
+    def after(self, other: Pattern, *, within: str = "") -> Pattern:
+        """Come after another line, within a time: ``"<1s"``."""
+        return self._beside("after", other, within)
+
+    def before(self, other: Pattern, *, within: str = "") -> Pattern:
+        """Come before another line, within a time: ``"<1s"``."""
+        return self._beside("before", other, within)
+
+    def without(self, other: Pattern, *, within: str = "") -> Pattern:
+        """Happen while another line does not, nor less than a time away: ``"1s"``."""
+        return self._beside("without", other, within)
+
+    def never(self, other: Pattern) -> Pattern:
+        """Happen where another line is nowhere in the capture."""
+        return self._beside("never", other)
+
+    def __or__(self, other: Pattern) -> Pattern:
+        """Return a pattern for which either of the two will do."""
+        return _parsed(f"{self._bare()} or {other._bare()}")
+
+    # the whole
+
+    def either_side(self) -> Pattern:
+        """Let the mirror image do as well."""
+        return Pattern(replace(self.query, either_side=True))
+
+    def rhythm(self, *numbers: float) -> Pattern:
+        """Let the steps of the first line last in this proportion."""
+        without = Pattern(replace(self.query, rhythm=()))
+        return without._read(f"{self.query.pattern} rhythm {':'.join(map(str, numbers))}")
+
+    def where(self, condition: str) -> Pattern:
+        """Ask for a condition, besides those that are there: ``"a.start > 1s"``."""
+        said = " and ".join([*map(str, self.query.where), condition])
+        without = Pattern(replace(self.query, where=()))
+        return without._read(f"{self.query.pattern} where {said}")
+
+    def sort_by(self, field: str) -> Pattern:
+        """Sort the hits by a field: ``"match.length"``, ``"a.start"``, ``"clip.label"``."""
+        return _parsed(f"{self} | sort by {field}")
+
+    def first(self, count: int) -> Pattern:
+        """Keep the first hits, or counts."""
+        return _parsed(f"{self} | first {count}")
+
+    def count(self, by: str = "") -> Pattern:
+        """Count the hits, or how many there are for each value of a field."""
+        return _parsed(f"{self} | count{f' by {by}' if by else ''}")
+
+    # how it is done
+
+    def _read(self, pattern: str) -> Pattern:
+        """Return another pattern with the clauses and stages of this one."""
+        behind = str(self.query).removeprefix(str(self.query.pattern))
+        return _parsed(f"{pattern}{behind}")
+
+    def _line(self) -> Line:
+        """Return the pattern as one line."""
+        pattern = self.query.pattern
+        lines = pattern.alternatives[0]
+        single = len(pattern.alternatives) == 1 and not lines.others
+        return lines.first if single else Line((Item(Bracket(pattern)),))
+
+    def _bare(self) -> Choice:
+        """Return the pattern, which shall have neither clauses nor stages."""
+        if Query(self.query.pattern) != self.query:
+            behind = str(self.query).removeprefix(str(self.query.pattern)).strip()
+            raise UsageError(
+                f'"{behind}" in a part of a pattern',
+                wanted="it behind the whole pattern, as it speaks of all of it",
+            )
+        return self.query.pattern
+
+    def _step(self, manner: str, words: Sequence[str], direction: str, level: str) -> Pattern:
+        line = self._line()
+        last = line.items[-1]
+        bare = isinstance(last.unit, Step) and str(last).endswith(str(last.unit.mover))
+        said = " ".join(filter(None, [manner, *words, direction, level]))
+        return self._read(f"{line} {'' if bare and not line.end else '-> '}{said}")
+
+    def _on(
+        self,
+        arrow: str,
+        words: Sequence[str | Pattern],
+        direction: str,
+        level: str,
+        within: str,
+    ) -> Pattern:
+        said = [str(it._unit()) if isinstance(it, Pattern) else it for it in words]
+        limit = f"[{within}]" if within else ""
+        step = " ".join(filter(None, [*said, direction, level]))
+        return self._read(f"{self._line()} {arrow}{limit} {step}")
+
+    def _unit(self) -> Item:
+        """Return the pattern as a step of another one."""
+        pattern, line = self._bare(), self._line()
+        single = len(line.items) == 1 and not line.start and not line.end
+        return line.items[0] if single else Item(Bracket(pattern))
+
+    def _beside(self, relation: str, other: Pattern, within: str = "") -> Pattern:
+        pattern = self.query.pattern
+        first = f"({pattern})" if len(pattern.alternatives) > 1 else str(pattern)
+        limit = f"[{within}]" if within else ""
+        other._bare()
+        return self._read(f"{first} {relation}{limit} {other._line()}")
+
+
+def _parsed(text: str) -> Pattern:
+    return Pattern(parse(text))
+
+
+def part(name: str) -> Pattern:
+    """Begin a pattern with a part of the body.
+
+    Parameters
+    ----------
+    name : str
+        ``r_arm``, ``arm`` (either one), ``arms`` (both at once), ``head`` ...
+
+    Returns
+    -------
+    Pattern
+        Any movement of it.
+
+    Raises
+    ------
+    PatternError
+        There is no such part, or a later method is told what the language cannot say.
+    UsageError
+        What speaks of a whole pattern stands in a part of one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex import part
+    >>> bow = part("torso").to("forward", "high").hold().lasting("1s+")
+    >>> print(bow)
+    torso forward high -> hold 1s+
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     len(library.search(bow))
+    1
+    """
+    return _parsed(name)

@@ -1,0 +1,54 @@
+"""Hold the engine against the plain matcher: ``agreement.py [CASES] [SEED]``.
+
+Random patterns of the whole grammar, each on a few small random captures, with overlaps and
+without; capture, frames and fit must be the same. Says how many captures the engine left to the
+plain matcher. 20,000 cases take about five minutes.
+"""
+
+import sys
+from fractions import Fraction
+from random import Random
+from time import perf_counter
+
+import places  # noqa: F401  (finds the tests)
+from fast_search import find_fast, told
+from grammar_patterns import random_pattern
+from random_library import DIRECTIONS, PARTS, random_library
+
+from lanindex.errors import LanindexError
+from lanindex.search.language import parse
+from lanindex.search.plain import find
+
+
+def agrees(text: str, recordings: list, overlaps: str) -> tuple[bool, int]:
+    """Return whether both find the same, and how many captures the engine left alone."""
+    query, tolerance = parse(text), Fraction(1, 5)
+    try:
+        wanted = told(find(query, recordings, tolerance=tolerance, overlaps=overlaps))
+    except LanindexError:
+        return True, 0
+    found = find_fast(query, recordings, tolerance=tolerance, overlaps=overlaps)
+    return told(found) == wanted, found.left
+
+
+def main(cases: int = 20_000, seed: int = 1) -> int:
+    left = captures = differing = 0
+    begin = perf_counter()
+    for case in range(seed, seed + cases):
+        random = Random(case)
+        text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
+        recordings = random_library(random)
+        overlaps = random.choice(("all", "none"))
+        same, alone = agrees(text, recordings, overlaps)
+        left, captures = left + alone, captures + len(recordings)
+        if not same:
+            differing += 1
+            print(f"seed {case}, overlaps {overlaps}: {text}")
+    seconds = perf_counter() - begin
+    print(f"{cases} cases, {differing} differ, {seconds:.0f} s")
+    print(f"the engine left {left} of {captures} captures to the plain matcher")
+    return min(differing, 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(int, sys.argv[1:3])))

@@ -1,0 +1,62 @@
+"""Small random captures, several at once, from a seed: for comparing matchers many times over."""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from random import Random
+
+from lanindex.alphabet import DIRECTION_CODES
+from lanindex.model import Capture, Meter, Span, Track
+from lanindex.model.symbol import blank
+
+PARTS = ("r_arm", "l_arm", "head")
+DIRECTIONS = ("right", "left", "place")
+RATES = (Fraction(10), Fraction(10), Fraction(30), Fraction(30000, 1001))
+
+
+def _times(random: Random, begin: int, end: int, most: int) -> list[tuple[int, int, bool]]:
+    """Return a starting position and some rows; a passing one lies inside the row after it."""
+    rows, now = [(begin, begin, False)], begin
+    while len(rows) < most:
+        start = now + random.choice((0, 0, 0, 1, 2, 4))
+        stop = start + random.randint(1, 4)
+        if stop > end:
+            break
+        if stop - start > 1 and random.random() < 0.3:
+            middle = random.randint(start, stop - 2)
+            rows.append((middle, random.randint(middle + 1, stop), True))
+        rows.append((start, stop, False))
+        now = stop
+    return rows
+
+
+def random_track(random: Random, part: str, frames: int, most: int) -> Track:
+    """Return a track, with a gap now and then, of at most about so many rows."""
+    known = [Span(0, frames)]
+    if random.random() < 0.2 and frames > 12:
+        gap = random.randint(5, frames - 6)
+        known = [Span(random.randint(0, 2), gap), Span(gap + 2, random.randint(gap + 4, frames))]
+    times = [row for span in known for row in _times(random, span.start, span.stop, most)]
+    if random.random() < 0.05:
+        times = times[: random.randint(0, 1)]
+    rows = blank(len(times))
+    for row, (start, stop, passing) in zip(rows, times, strict=True):
+        row["start"], row["stop"], row["passing"] = start, stop, passing
+        row["direction"] = DIRECTION_CODES[random.choice(DIRECTIONS)]
+        row["level"] = random.randrange(3)
+        row["margin"] = random.randint(0, 20) / 20
+    return Track(part, rows, tuple(known))
+
+
+def random_library(
+    random: Random, captures: int = 4, most: int = 8
+) -> list[tuple[Capture, Mapping[str, Track]]]:
+    """Return some captures of different rates and lengths; some lack a part."""
+    found = []
+    for number in range(1, random.randint(1, captures) + 1):
+        frames, rate = random.randint(4, 5 * most), random.choice(RATES)
+        name, meter = f"made{number}.lnd", Meter(Fraction(random.choice((60, 120))))
+        capture = Capture(number, name, "lnd", "0" * 64, "made", rate, frames, meter)
+        parts = [part for part in PARTS if random.random() < 0.9]
+        tracks = {part: random_track(random, part, frames, most) for part in parts}
+        found.append((capture, tracks))
+    return found

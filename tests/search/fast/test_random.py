@@ -1,0 +1,26 @@
+"""A thousand patterns of the whole grammar, each on several random captures at once."""
+
+from fractions import Fraction
+from random import Random
+
+import pytest
+from fast_search import find_fast, told
+from grammar_patterns import random_pattern
+from random_library import DIRECTIONS, PARTS, random_library
+
+from lanindex.search.language import parse
+from lanindex.search.plain import find
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_hundred_patterns_of_the_whole_grammar(seed: int) -> None:
+    left = captures = 0
+    for case in range(100):
+        random = Random(f"{seed} {case}")
+        text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
+        recordings, query = random_library(random), parse(text)
+        options = {"tolerance": Fraction(1, 5), "overlaps": random.choice(("all", "none"))}
+        found = find_fast(query, recordings, **options)
+        assert told(found) == told(find(query, recordings, **options)), text
+        left, captures = left + found.left, captures + len(recordings)
+    assert left < captures / 5
