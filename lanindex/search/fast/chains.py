@@ -7,21 +7,25 @@ rows but which of them are the rarest step. From those few the arrows lead on an
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns
 from lanindex.search.automaton import Program, State
+from lanindex.search.fast.answers import Answers
 from lanindex.search.fast.arrows import NONE
-from lanindex.search.fast.lines import value_of, with_cost
+from lanindex.search.fast.lines import cost_of, end_of, value_of, with_cost
 from lanindex.search.fast.ragged import Mask, Numbers, Whole, smallest_in
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.words import WORD_KINDS
 
 MOST_CHAINS = 16
 """Ways through a program that are gone one by one."""
+
+PARTS_KEPT = 4
+"""Parts of which more than the columns is kept for the next search."""
 
 FEW_KINDS = 8
 """Kinds of cells that are looked for one by one; more are looked up in a table."""
@@ -52,7 +56,8 @@ def chains_of(program: Program) -> list[Chain] | None:
         state.manner in ("move", "via") and state.members == states[0].members and not state.length
         for state in states
     )
-    if not plain or len(states[0].members) > 1:
+    through = any(states[it.state].manner == "via" for it in program.entries)
+    if not plain or len(states[0].members) > 1 or (through and len(states) > 1):
         return None
     chains: list[Chain] = []
     for entry in program.entries:
@@ -109,9 +114,9 @@ class Part:
         return np.repeat(beginnings[1:], np.diff(beginnings))
 
     @cached_property
-    def shown(self) -> Whole:
-        """The rows that the score shows."""
-        return np.flatnonzero(self.cell & PASSING == 0)
+    def shown(self) -> Numbers:
+        """The rows that the score shows, int32."""
+        return np.flatnonzero(self.cell & PASSING == 0).astype(np.int32)
 
     def where(self, table: Mask) -> Whole:
         """Return the rows whose cell stands in a table of 256."""
@@ -173,6 +178,12 @@ class Part:
         told = (before >= 0) & (before != own)
         change[shown[places[told]]] = said[told]
         return change
+
+
+@lru_cache(maxsize=PARTS_KEPT)
+def part_of(columns: Columns) -> Part:
+    """Return a part's rows; those of the last few columns are kept."""
+    return Part(columns)
 
 
 def _joined(found: list[tuple[Whole, Whole]]) -> tuple[Whole, Whole]:
@@ -240,6 +251,27 @@ class Links:
         return rows
 
 
+def table(columns: Columns, chain: Chain, program: int, place: int) -> Answers:
+    """Return the answers of a chain in all captures, rows counted over all of them.
+
+    Parameters
+    ----------
+    columns : Columns
+        Of its part.
+    chain : Chain
+        Which.
+    program, place : int
+        Which program it is of, and where its part stands in the list of `Finder`.
+    """
+    rows, values = answers(part_of(columns), chain)
+    capture = np.searchsorted(columns.bounds, rows, side="right") - 1
+    many = len(rows)
+    firsts = np.stack((rows, np.full(many, -1)), axis=1)
+    low = columns.start[rows].astype(np.int64)
+    ends = end_of(values), cost_of(values)
+    return Answers(capture, low, *ends, np.full(many, program), np.full(many, place), firsts)
+
+
 def answers(part: Part, chain: Chain) -> tuple[Whole, Whole]:
     """Return where a chain begins, and how it ends best.
 
@@ -296,9 +328,9 @@ def _reached(part: Part, rows: Whole, arrow: Arrow) -> tuple[Whole, Whole]:
     shown, many = part.shown, len(part.shown)
     behind = np.searchsorted(shown, rows, side="right")
     if least:
-        skipped = shown[np.minimum(behind + least, many) - 1]
+        skipped = shown[np.minimum(behind + least, many) - 1].astype(np.int64)
         low = np.where(behind + least <= many, skipped + 1, high)
     if most is not None:
-        last = shown[np.minimum(behind + most, many - 1)]
+        last = shown[np.minimum(behind + most, many - 1)].astype(np.int64)
         high = np.where(behind + most < many, np.minimum(high, last + 1), high)
     return np.minimum(low, high), high
