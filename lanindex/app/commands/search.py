@@ -62,7 +62,6 @@ def run(
             metavar="CAPTURE",
             autocompletion=options.offered("captures"),
             help="Say what matched in one capture, or where the walk through it ended.",
-            autocompletion=options.offered("captures"),
         ),
     ] = None,
     db: options.Db = options.DB,
