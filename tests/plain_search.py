@@ -229,12 +229,13 @@ class Plain(Things):
                 yield path
 
     def margin(self, path):
-        return min(
+        margins = [
             float(self.rows(part)[row]["margin"])
             for _, thing in path
             for part, rows in thing.members
             for row in rows
-        )
+        ]
+        return round(min(margins), 3)
 
     def with_brackets(self, flat, path, side):
         ways = [Way()]

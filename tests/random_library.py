@@ -44,6 +44,9 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
         row["direction"] = DIRECTION_CODES[random.choice(DIRECTIONS)]
         row["level"] = random.randrange(3)
         row["margin"] = random.randint(0, 20) / 20
+        if random.random() < 0.8:
+            row["runner_direction"] = DIRECTION_CODES[random.choice(DIRECTIONS)]
+            row["runner_level"] = random.randrange(3)
     return Track(part, rows, tuple(known))
 
 

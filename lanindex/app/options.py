@@ -88,6 +88,9 @@ Where = Annotated[
         help="Only captures whose label, format or other column matches.",
     ),
 ]
+Near = Annotated[
+    bool, typer.Option("--near", help="Symbols near the border of a cell match from both sides.")
+]
 Fuzzy = Annotated[
     str | None,
     typer.Option("--fuzzy", metavar="N|N%", help="Edits a match may cost, in all or a step: 15%."),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain
 from math import inf
@@ -137,6 +138,7 @@ class Library(Asking, Exploring):
         within: str | None = None,
         where: Where | None = None,
         strict: bool = False,
+        near: bool = False,
         fuzzy: str | float | None = None,
         timeout: float | None = None,
     ) -> Hits | Counts:
@@ -157,6 +159,8 @@ class Library(Asking, Exploring):
             Only captures that fit these globs by label, format, path or a column of their own.
         strict : bool
             Whether the timing of pasted LND counts.
+        near : bool
+            Whether a symbol also matches by the cell across its nearest border, if it is near.
         fuzzy : str or float, optional
             How many edits a match may cost, 1.5, or how many for each step but the first two, 15%.
         timeout : float, optional
@@ -189,6 +193,7 @@ class Library(Asking, Exploring):
         """
         from lanindex.pipeline.search import nearly, search
         from lanindex.search.fast import Timeout
+        from lanindex.search.nearly import NEAR
 
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
@@ -198,6 +203,9 @@ class Library(Asking, Exploring):
         query, numbers = self._asked(text, within, where, strict)
         watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
+        if near and fuzzy is not None:
+            raise UsageError("near and fuzzy together", remedy="fuzzy counts what is near already.")
+        query = replace(query, near=NEAR) if near else query
         how: _How = {"tolerance": span, "overlaps": overlaps, "watch": watch}
         if fuzzy is None:
             return piped(query.stages, Hits(search(self, query, numbers, **how), text))

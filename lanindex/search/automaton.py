@@ -11,7 +11,7 @@ A line that says ``arm`` becomes two programs, one a side.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from lanindex.search.language.query import (
@@ -29,6 +29,9 @@ from lanindex.search.language.query import (
 )
 from lanindex.search.language.times import Length
 from lanindex.search.language.words import ANY, WORD_KINDS
+
+NEGATIONS = ("without", "never")
+"""Relations to lines that must not happen."""
 
 SIDES = ("r_", "l_")
 
@@ -55,6 +58,8 @@ class State:
         How long it may last.
     labels : tuple of str
         By which it can be spoken of: its own, and those of the brackets around it.
+    near : int
+        How far across its border a symbol may lie, in thousandths of a margin.
     """
 
     number: int
@@ -64,6 +69,7 @@ class State:
     names_passing: bool
     length: Length | None
     labels: tuple[str, ...] = ()
+    near: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,7 +165,7 @@ class Program:
 
 def plan(query: Query) -> tuple[Program, ...]:
     """Return the programs of the leading lines; any one of them answers the query."""
-    planner = _Planner()
+    planner = _Planner(query.near)
     return tuple(
         program
         for pattern in query.patterns
@@ -187,17 +193,23 @@ def states_of(item: Item) -> tuple[State, ...]:
 
 
 class _Planner:
-    """Plans lines, each of them once."""
+    """Plans lines, each of them once; what must not happen is taken as it is written."""
 
-    def __init__(self) -> None:
+    def __init__(self, near: int = 0) -> None:
+        self.near = near
         self._planned: dict[Line, tuple[Program, ...]] = {}
+        self._exact = _Planner() if near else self
 
     def leading(self, lines: Lines) -> tuple[Program, ...]:
         group = Group(None, self.companions(lines))
         return tuple(_program(self, lines.first, side, group) for side in _sides(lines.first))
 
     def companions(self, lines: Lines) -> tuple[Companion, ...]:
-        return tuple(Companion(it.relation, self.free(it.line), it.within) for it in lines.others)
+        return tuple(
+            Companion(it.relation, planner.free(it.line), it.within)
+            for it in lines.others
+            for planner in [self._exact if it.relation in NEGATIONS else self]
+        )
 
     def free(self, line: Line) -> tuple[Program, ...]:
         if line not in self._planned:
@@ -320,6 +332,7 @@ class _Builder:
         if isinstance(item.unit, Bracket):
             return self.bracket(item.unit.pattern, item.length)
         state = _state(len(self.states), item.unit, item.length, self.side, self.labels)
+        state = replace(state, near=self.planner.near)
         self.states.append(state)
         return _Piece([Entry(state.number)], [Exit(state.number)])
 

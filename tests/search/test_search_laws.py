@@ -169,7 +169,7 @@ def test_a_hit_tells_what_matched(text, recording):
     for hit in find(query, [recording], overlaps="all"):
         assert hit.capture is capture
         assert 0 <= hit.span.start < hit.span.stop <= capture.frames
-        assert hit.fit == min(symbol.margin for symbol in hit.symbols)
+        assert hit.fit == round(min(symbol.margin for symbol in hit.symbols), 3)
         assert {symbol.part for symbol in hit.symbols} <= query.parts
         for line in hit.lines:
             assert line

@@ -45,6 +45,7 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    near: options.Near = False,
     fuzzy: options.Fuzzy = None,
     timeout: options.Timeout = None,
     words: options.Words = None,
@@ -99,7 +100,7 @@ def run(
             raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
             return _explain(out, library.explain(pattern, strict=strict, **among))
-        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
+        found = library.search(pattern, near=near, fuzzy=fuzzy, timeout=timeout, **how, **among)
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:

@@ -53,7 +53,9 @@ def chains_of(program: Program) -> list[Chain] | None:
         return None
     states = program.states
     plain = all(
-        state.manner in ("move", "via") and state.members == states[0].members and not state.length
+        state.manner in ("move", "via")
+        and state.members == states[0].members
+        and not (state.length or state.near)
         for state in states
     )
     through = any(states[it.state].manner == "via" for it in program.entries)

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lanindex.model.columns import CELL
+from lanindex.model.columns import CELL, THOUSANDTHS
+from lanindex.search import nearly
 from lanindex.search.automaton import State
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread, starts_of
 from lanindex.search.fast.rows import Rows
@@ -62,46 +63,54 @@ class Events:
 _FRAMES = ("start", "end", "until", "cost", "passing", "starting")
 
 
-def fitting(rows: Rows, state: State, member: int) -> Mask:
-    """Return which rows are what a state says of a member, (S,) bool."""
+def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
+    """Return which rows are what a state says of a member, and what is missing to a fit of 1.
+
+    One may also be so by the cell across its nearest border, if that is near enough.
+    """
     cells = np.arange(256)
     table = np.ones(256, bool)
     said = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
     for kind, codes in state.fits[member].items():
         if kind in said:
             table &= np.isin(said[kind], sorted(codes))
-    fits: Mask = table[rows.cell]
+    fits, cost = table[rows.cell], rows.cost
+    if state.near:
+        margin = THOUSANDTHS - rows.cost
+        across = ~fits & table[rows.runner] & (margin < state.near)
+        cost = np.where(across, nearly.across(margin, state.near), nearly.own(margin, state.near))
+        fits |= across
     if "change" in state.fits[member]:
         fits &= np.isin(rows.change, sorted(state.fits[member]["change"]))
-    return fits
+    return fits, cost
 
 
 def events_of(rows: Rows, state: State, member: int) -> Events:
     """Return what a member of a state may match."""
-    fits = fitting(rows, state, member)
+    fits, cost = fitting(rows, state, member)
     if state.manner == "at":
-        return _stays(rows, fits)
+        return _stays(rows, fits, cost)
     if state.manner == "hold":
-        return _rests(rows, fits)
-    return _movements(rows, fits if state.names_passing else fits & ~rows.passing)
+        return _rests(rows, fits, cost)
+    return _movements(rows, fits if state.names_passing else fits & ~rows.passing, cost)
 
 
-def _movements(rows: Rows, fits: Mask) -> Events:
+def _movements(rows: Rows, fits: Mask, cost: Whole) -> Events:
     row = np.flatnonzero(fits)
     start, end, starting = rows.start[row], rows.stop[row], rows.starting[row]
     until = np.where(starting, np.maximum(rows.until[row], start + 1), end)
-    own = ((row,), (row,), start, end, until, rows.cost[row], rows.passing[row], starting)
+    own = ((row,), (row,), start, end, until, cost[row], rows.passing[row], starting)
     return Events(rows.capture[row], *own)
 
 
-def _stays(rows: Rows, fits: Mask) -> Events:
+def _stays(rows: Rows, fits: Mask, costs: Whole) -> Events:
     shown = np.flatnonzero(fits[rows.shown])  # places among the shown rows
     row = rows.shown[shown]
     begins = np.ones(len(row), bool)
     begins[1:] = (np.diff(shown) > 1) | (np.diff(rows.stretch[row]) > 0)
     places = np.flatnonzero(begins)
     first, last = row[places], row[np.append(places[1:], len(row)) - 1] if len(row) else row
-    cost = np.maximum.reduceat(rows.cost[row], places) if len(row) else row
+    cost = np.maximum.reduceat(costs[row], places) if len(row) else row
     start, end = rows.arrival[first], rows.until[last]
     kept = start < end
     nothing = np.zeros(len(first), bool)
@@ -109,11 +118,11 @@ def _stays(rows: Rows, fits: Mask) -> Events:
     return Events(rows.capture[first], *own).at(kept)
 
 
-def _rests(rows: Rows, fits: Mask) -> Events:
+def _rests(rows: Rows, fits: Mask, cost: Whole) -> Events:
     row = rows.shown[fits[rows.shown]]
     row = row[rows.stop[row] < rows.until[row]]
     nothing, end = np.zeros(len(row), bool), rows.until[row]
-    own = ((row,), (row,), rows.stop[row], end, end, rows.cost[row], nothing, nothing)
+    own = ((row,), (row,), rows.stop[row], end, end, cost[row], nothing, nothing)
     return Events(rows.capture[row], *own)
 
 

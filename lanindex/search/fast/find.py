@@ -166,7 +166,7 @@ class Finder:
         return Hit(
             capture,
             span,
-            min(symbol.margin for symbol in symbols.values()),
+            (THOUSANDTHS - int(answer.cost[0])) / THOUSANDTHS,
             (tuple(symbols.values()),),
             labelled(taken, symbols),
         )

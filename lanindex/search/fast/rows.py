@@ -31,6 +31,8 @@ class Rows:
     ----------
     bounds : ndarray
         (captures + 1,): the rows of each capture.
+    cell, runner : ndarray
+        (S,) uint8, as in `Columns`.
     capture, start, stop : ndarray
         (S,) int64.
     cost : ndarray
@@ -57,7 +59,7 @@ class Rows:
         self.bounds = columns.bounds[first : last + 1] - columns.bounds[first]
         counts = np.diff(self.bounds)
         self.capture = np.repeat(np.arange(last - first), counts)
-        self.cell = columns.cell[here]
+        self.cell, self.runner = columns.cell[here], columns.runner[here]
         self.start = columns.start[here].astype(np.int64)
         self.stop = columns.stop[here].astype(np.int64)
         self.cost = THOUSANDTHS - columns.margin[here].astype(np.int64)

@@ -305,6 +305,8 @@ class Query:
         What must be true of each hit.
     stages : tuple of Stage
         The pipe that the hits go through, in order.
+    near : int
+        How far across its border a symbol may lie, in thousandths of a margin; no text says so.
     """
 
     pattern: Choice
@@ -312,6 +314,7 @@ class Query:
     rhythm: tuple[Fraction, ...] = ()
     where: tuple[Condition, ...] = ()
     stages: tuple[Stage, ...] = ()
+    near: int = 0
 
     def __str__(self) -> str:
         """Return the query as a pattern text."""

@@ -15,6 +15,8 @@ from itertools import accumulate
 from typing import NamedTuple
 
 from lanindex.model import Track
+from lanindex.model.columns import THOUSANDTHS
+from lanindex.search import nearly
 from lanindex.search.automaton import State
 from lanindex.search.language.words import WORD_KINDS
 
@@ -36,6 +38,8 @@ class Event:
         Its frames, half-open; a starting position has none.
     until : int
         Its end for sharing frames: a starting position lasts until the first movement.
+    fit : float
+        How clearly it is what was asked for: by the smallest margin of its symbols.
     passing, starting : bool
         Whether it is on the way only, or a starting position.
     """
@@ -47,6 +51,7 @@ class Event:
     start: int
     end: int
     until: int
+    fit: float
     passing: bool = False
     starting: bool = False
 
@@ -60,11 +65,6 @@ class Event:
     def claims(self) -> frozenset[Claim]:
         """What it uses up: no other line may use it too."""
         return frozenset((self.manner, self.timeline.part, row) for row in self.rows)
-
-    @cached_property
-    def fit(self) -> float:
-        """The smallest margin of its symbols."""
-        return min(self.timeline.margin[row] for row in self.rows)
 
 
 class Origin(NamedTuple):
@@ -133,15 +133,36 @@ class Timeline:
                 change[after] = codes["rising" if level[row] < level[after] else "sinking"]
         self._columns["change"] = change
 
-    def _fitting(self, state: State, member: int) -> list[bool]:
-        """Return, for each row, whether it is what a state says."""
-        fitting = [True] * len(self.start)
-        for kind, codes in state.fits[member].items():
-            if kind not in self._columns:
-                self._columns[kind] = self._track.symbols[WORD_KINDS[kind].column].tolist()
-            column = self._columns[kind]
-            fitting = [so and code in codes for so, code in zip(fitting, column, strict=True)]
+    def _fitting(self, state: State, member: int) -> list[float]:
+        """Return, for each row, how clearly it is what a state says; -1 where it is not.
+
+        It may also be so by the cell across its nearest border, if that is near enough.
+        """
+        own, across = self._saying(state, member, ""), [False] * len(self.start)
+        if state.near:
+            across = self._saying(state, member, "runner_")
+        fitting = []
+        for here, there, margin in zip(own, across, self.margin, strict=True):
+            thousandths = round(margin * THOUSANDTHS)
+            missing = THOUSANDTHS + 1
+            if here:
+                missing = nearly.own(thousandths, state.near)
+            elif there and thousandths < state.near:
+                missing = nearly.across(thousandths, state.near)
+            fitting.append((THOUSANDTHS - missing) / THOUSANDTHS if missing <= THOUSANDTHS else -1)
         return fitting
+
+    def _saying(self, state: State, member: int, whose: str) -> list[bool]:
+        """Return, for each row, whether its cell, or its ``runner_``-up, is what a state says."""
+        saying = [True] * len(self.start)
+        for kind, codes in state.fits[member].items():
+            column = WORD_KINDS[kind].column
+            name = whose + column if column else kind
+            if name not in self._columns:
+                self._columns[name] = self._track.symbols[name].tolist()
+            held = self._columns[name]
+            saying = [so and code in codes for so, code in zip(saying, held, strict=True)]
+        return saying
 
     # Events.
 
@@ -154,32 +175,34 @@ class Timeline:
             return list(self._rests(fitting))
         return list(self._movements(fitting, state.names_passing))
 
-    def _movements(self, fitting: list[bool], names_passing: bool) -> Iterator[Event]:
+    def _movements(self, fitting: list[float], names_passing: bool) -> Iterator[Event]:
         for row, passing in enumerate(self.passing):
-            if not fitting[row] or (passing and not names_passing):
+            fit = fitting[row]
+            if fit < 0 or (passing and not names_passing):
                 continue
             start, stop = self.start[row], self.stop[row]
             starting = self.starting[row]
             until = max(self.until[row], start + 1) if starting else stop
-            yield Event(self, "move", row, row, start, stop, until, passing, starting)
+            yield Event(self, "move", row, row, start, stop, until, fit, passing, starting)
 
-    def _stays(self, fitting: list[bool]) -> Iterator[Event]:
+    def _stays(self, fitting: list[float]) -> Iterator[Event]:
         stay: list[int] = []
         for row in [*self.shown, -1]:
-            fits = row >= 0 and fitting[row]
+            fits = row >= 0 and fitting[row] >= 0
             if stay and not (fits and self.stretch[row] == self.stretch[stay[0]]):
                 start, end = self.arrival(stay[0]), self.until[stay[-1]]
                 if start < end:
-                    yield Event(self, "at", stay[0], stay[-1], start, end, end)
+                    fit = min(fitting[held] for held in stay)
+                    yield Event(self, "at", stay[0], stay[-1], start, end, end, fit)
                 stay = []
             if fits:
                 stay.append(row)
 
-    def _rests(self, fitting: list[bool]) -> Iterator[Event]:
+    def _rests(self, fitting: list[float]) -> Iterator[Event]:
         for row in self.shown:
-            if fitting[row] and self.stop[row] < self.until[row]:
+            if fitting[row] >= 0 and self.stop[row] < self.until[row]:
                 start, end = self.stop[row], self.until[row]
-                yield Event(self, "hold", row, row, start, end, end)
+                yield Event(self, "hold", row, row, start, end, end, fitting[row])
 
     def arrival(self, row: int) -> int:
         """Return the frame in which a row is achieved."""

@@ -1,5 +1,6 @@
 """A thousand patterns of the whole grammar, each on several random captures at once."""
 
+from dataclasses import replace
 from fractions import Fraction
 from random import Random
 
@@ -9,6 +10,7 @@ from grammar_patterns import random_pattern
 from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.search.language import parse
+from lanindex.search.nearly import NEAR
 from lanindex.search.plain import find
 
 
@@ -18,7 +20,8 @@ def test_a_hundred_patterns_of_the_whole_grammar(seed: int) -> None:
     for case in range(100):
         random = Random(f"{seed} {case}")
         text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
-        recordings, query = random_library(random), parse(text)
+        recordings = random_library(random)
+        query = replace(parse(text), near=random.choice((0, 0, NEAR)))
         options = {"tolerance": Fraction(1, 5), "overlaps": random.choice(("all", "none"))}
         found = find_fast(query, recordings, **options)
         assert told(found) == told(find(query, recordings, **options)), text

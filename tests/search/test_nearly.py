@@ -1,0 +1,66 @@
+"""A symbol near the border of its cell, where a search is told to be generous."""
+
+from dataclasses import replace
+
+import pytest
+from query_cases import recordings_of
+
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
+from lanindex.model import Track
+from lanindex.search import nearly
+from lanindex.search.language import parse
+from lanindex.search.plain import find
+
+TRACKS = (
+    "fps 10 frames 60; r_arm: place low 0 0, right mid 5 12, place high 20 30; head: left mid 0 0"
+)
+
+
+def spans(text: str, margin: float, near: int = nearly.NEAR) -> list[tuple[int, int, float]]:
+    """Return the hits where the second symbol is as near as that to r_forward mid."""
+    (recording,) = recordings_of(TRACKS)
+    rows = recording.tracks["r_arm"].symbols.copy()
+    rows["margin"][1] = margin
+    rows["runner_direction"][1] = DIRECTION_CODES["r_forward"]
+    rows["runner_level"][1] = LEVEL_CODES["mid"]
+    tracks = {**recording.tracks, "r_arm": Track("r_arm", rows, recording.tracks["r_arm"].known)}
+    query = replace(parse(text), near=near)
+    hits = find(query, [(recording.capture, tracks)])
+    return [(hit.start, hit.stop, hit.fit) for hit in hits]
+
+
+def test_it_matches_from_both_sides_of_the_border():
+    assert spans("r_arm r_forward mid", 0.1, near=0) == []
+    assert spans("r_arm r_forward mid", 0.1) == [(5, 12, 0.12)]  # 0.15 of 1.25
+    assert spans("r_arm right mid", 0.1) == [(5, 12, 0.28)]  # 0.35 of 1.25
+    assert spans("r_arm not right", 0.1) == [(5, 12, 0.12), (20, 30, 1.0)]
+
+
+def test_it_does_not_from_further_off():
+    assert spans("r_arm r_forward mid", 0.25) == []
+    assert spans("r_arm r_forward mid -> high", 0.24) == [(5, 30, 0.008)]
+
+
+def test_stays_and_rests_are_as_generous():
+    assert spans("r_arm at r_forward mid", 0.1) == [(11, 20, 0.12)]
+    assert spans("r_arm hold r_forward", 0.1) == [(12, 20, 0.12)]
+
+
+def test_what_must_not_happen_is_taken_as_it_is_written():
+    assert spans("r_arm high never r_arm r_forward", 0.1) == [(20, 30, 1.0)]
+    assert spans("r_arm high never r_arm right", 0.1) == []
+
+
+@pytest.mark.parametrize("margin", [0, 1, 499, 500, 999, 1000])
+def test_without_it_what_is_missing_is_what_the_margin_lacks(margin):
+    assert nearly.own(margin, 0) == 1000 - margin
+
+
+def test_the_further_off_the_more_is_missing():
+    own = [nearly.own(margin, nearly.NEAR) for margin in range(1001)]
+    across = [nearly.across(margin, nearly.NEAR) for margin in range(nearly.NEAR)]
+    assert own == sorted(own, reverse=True)
+    assert across == sorted(across)
+    assert own[-1] == 0
+    assert own[0] == across[0]
+    assert across[-1] <= 1000
