@@ -40,10 +40,10 @@ def changed(made: Track, **columns: list[int]) -> Track:
 def spans(pattern: str, made: Track) -> list[tuple[int, int]]:
     recording = CAPTURE, {made.part: made}
     hits = find(parse(pattern, PARTS), [recording], overlaps="all")
-    found = [(hit.span.start, hit.span.stop) for hit in hits]
+    found = [(hit.span.start, hit.span.stop, hit.fit) for hit in hits]
     if "slight" not in pattern:
         assert found == find_plainly(parse(pattern, PARTS), *recording)
-    return found
+    return [(start, stop) for start, stop, _ in found]
 
 
 ROWS = "place low 0 0, forward high 10 20, right mid 30 40, forward low 50 60"
