@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from lanindex.model import Capture, Track
 from lanindex.model.columns import columns_of, roster_of
-from lanindex.search.fast import Finder, Found
+from lanindex.search.fast import Finder, Found, Watch
 from lanindex.search.language import Query
 
 Recordings = Sequence[tuple[Capture, Mapping[str, Track]]]
@@ -18,6 +18,7 @@ def find_fast(
     *,
     tolerance: Fraction = Fraction(1, 10),
     overlaps: str = "none",
+    watch: Watch | None = None,
 ) -> Found:
     """Return what the engine finds."""
     captures = [capture for capture, _ in recordings]
@@ -33,7 +34,7 @@ def find_fast(
         lambda places, _: [recordings[place] for place in places],
         tolerance,
     )
-    return finder.find(overlaps)
+    return finder.find(overlaps, watch)
 
 
 def numbered(recordings: Recordings) -> Recordings:

@@ -59,7 +59,8 @@ def suggest(
             return None
 
     elsewhere = None if numbers is None else count(query, None)
-    if not library.captures() or numbers == []:
+    roster, _ = library.columns(query.parts, numbers)
+    if not len(roster):
         fitting = "" if numbers is None else " that fits --in and --where"
         advice = Advice(str(query), remark=f"There is no capture{fitting}.")
     else:

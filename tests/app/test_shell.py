@@ -69,6 +69,7 @@ class TestCompletion:
             ("show da", {"dance.bvh"}),
             ("export --capture da", {"dance.bvh"}),
             ("remove ", {"dance.bvh"}),
+            ("search --why da", {"dance.bvh"}),
             ("show --db none.db da", set()),
         ],
     )

@@ -8,50 +8,41 @@ BVH files of LANINDEX_CAPTURES.
 """
 
 import sys
-import time
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from places import CAPTURES, HERE
 
 from lanindex.encode.profile import load as profile
-from lanindex.evaluate import Clip, read_clips
+from lanindex.evaluate import Clip, Expectation, Result, evaluate, read_clips
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.labels import read_labels
-from lanindex.search.dictionary import Entry, Measured, entries, load
+from lanindex.search.dictionary import Measured, entries, load
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 FOLDER = CAPTURES / "bvh"
-
-
-def fits(label: str, globs: list[str]) -> bool:
-    return any(fnmatchcase(label, glob) for glob in globs)
 
 
 def collection(clip: Clip) -> str:
     return Path(clip.capture.path).relative_to(FOLDER).parts[0]
 
 
-def measured(entry: Entry, clips: list[Clip], unjudged: list[str]) -> tuple[Measured, list[str]]:
+def judged(result: Result, clips: list[Clip], unjudged: list[str]) -> tuple[Measured, list[str]]:
     """Return the counts of a word, and the captures that were judged wrongly."""
-    wanted = list(entry.labels)
-    judged = [
-        clip
-        for clip in clips
-        if fits(clip.capture.label, wanted) or not fits(clip.capture.label, unjudged)
+    triples = [
+        (clip, found, wanted)
+        for clip, found, wanted in zip(clips, result.found, result.wanted, strict=True)
+        if wanted or not any(fnmatchcase(clip.capture.label, glob) for glob in unjudged)
     ]
-    recordings = [(clip.capture, clip.tracks) for clip in judged]
-    found = {hit.capture.id for hit in find(parse(entry.pattern), recordings)}
-    pairs = [(clip.capture.id in found, fits(clip.capture.label, wanted)) for clip in judged]
+    pairs = [triple[1:] for triple in triples]
     right, wrong, missed = (pairs.count(it) for it in ((True, True), (True, False), (False, True)))
-    among = {collection(clip) for clip, pair in zip(judged, pairs, strict=True) if all(pair)}
+    among = {collection(clip) for clip, found, wanted in triples if found and wanted}
     mistakes = [
-        f"{'missed' if should else 'wrong '} {Path(clip.capture.path).stem} ({clip.capture.label})"
-        for clip, (got, should) in zip(judged, pairs, strict=True)
-        if got != should
+        f"{'missed' if wanted else 'wrong '} {Path(clip.capture.path).stem} ({clip.capture.label})"
+        for clip, found, wanted in triples
+        if found != wanted
     ]
-    return Measured(right, wrong, missed, len(judged), len(among)), mistakes
+    return Measured(right, wrong, missed, len(triples), len(among)), mistakes
 
 
 def line(counts: Measured) -> str:
@@ -64,17 +55,18 @@ def main() -> int:
     labels = read_labels(CAPTURES / "labels.csv")
     read = read_clips(FOLDER, labels, profile("default"), jobs=2)
     clips = [clip for clip in read if clip.capture.label]
-    print(f"{len(clips)} labelled captures\nword           prec   recall right wrong missed  s")
+    print(f"{len(clips)} labelled captures\nword           prec   recall right wrong missed")
+    words = entries(load())
+    wanted = (
+        Expectation(it.name, it.pattern, parse(it.pattern), frozenset(it.labels)) for it in words
+    )
     stale, told = [], []
-    for entry in entries(load()):
-        begin = time.perf_counter()
+    for entry, result in zip(words, evaluate(clips, wanted), strict=True):
         open_labels = [*unjudged["everywhere"], *unjudged.get(entry.name, ())]
-        counts, mistakes = measured(entry, clips, open_labels)
-        lasted = time.perf_counter() - begin
+        counts, mistakes = judged(result, clips, open_labels)
         print(
             f"{entry.name:14} {counts.precision:.3f}  {counts.recall:.3f}  {counts.right:5}"
-            f" {counts.wrong:5} {counts.missed:6}  {lasted:.1f}",
-            flush=True,
+            f" {counts.wrong:5} {counts.missed:6}"
         )
         told += [f"{entry.name}: {mistake}" for mistake in mistakes]
         if counts != entry.measured:

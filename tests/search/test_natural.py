@@ -92,6 +92,9 @@ SAID = {
     "keep both hands above your head": "arms at high",
     "right arm stays up": "r_arm at high",
     "right arm still": "r_arm hold",
+    "keep the head still": "head hold",
+    "Hands up!": "arms high",
+    "lift both arms, then put them down.": "arms high -> low",
     # Several
     "right arm up and left arm down": "r_arm high with l_arm low",
     "right arm up, left arm to the side": "r_arm high with l_arm side",
@@ -134,6 +137,7 @@ UNSAID = [
     "right arm down the side",
     "right hand to the head",
     "hold hands",
+    "right arm up or left arm up and head back",
     "lower arms to the side",
     "raise the right arm from the side to the front",
     "walk from left to right",

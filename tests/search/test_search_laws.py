@@ -75,7 +75,7 @@ def test_lines_side_by_side_are_found_as_by_trying_everything(text, recording):
     agrees(text, recording, overlaps="all", tolerance=Fraction(1, 5))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.integers(0, 2**32), RECORDINGS)
 def test_the_whole_language_is_found_as_by_trying_everything(seed, recording):
     text = random_pattern(Random(seed), steps=4, avoid={"stages"})

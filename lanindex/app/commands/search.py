@@ -60,6 +60,7 @@ def run(
         typer.Option(
             "--why",
             metavar="CAPTURE",
+            autocompletion=options.offered("captures"),
             help="Say what matched in one capture, or where the walk through it ended.",
         ),
     ] = None,

@@ -65,7 +65,10 @@ _FIELDS = ("capture", "start", "until", "low", "high", "alone")
 
 def gathered(tables: list[Stretches]) -> Stretches:
     """Return the lines of several tables as one."""
-    found = Stretches(*(np.concatenate([getattr(it, name) for it in tables]) for name in _FIELDS))
+    capture, start, until, low, high, alone = (
+        np.concatenate([getattr(it, name) for it in tables]) for name in _FIELDS
+    )
+    found = Stretches(capture, start, until, low, high, alone)
     found.used = stacked([(it.used, len(it)) for it in tables])
     return found
 
@@ -248,3 +251,16 @@ def matched(one: Whole, other: Whole) -> tuple[Whole, Whole]:
     """Return all pairs of places of equal numbers in two lists, of which the second is in order."""
     first = np.searchsorted(other, one)
     return spread(first, np.searchsorted(other, one, "right"))
+
+
+def outermost(lines: Stretches) -> Whole:
+    """Return the lines that no other one of their capture holds: what they share, it shares too."""
+    found = []
+    for alone in (False, True):
+        own = np.flatnonzero(lines.alone == alone)
+        order = own[np.lexsort((-lines.until[own], lines.start[own], lines.capture[own]))]
+        until = (lines.capture * FAR + lines.until)[order]
+        kept = np.ones(len(order), bool)
+        kept[1:] = until[1:] > np.maximum.accumulate(until)[:-1]
+        found.append(order[kept])
+    return np.concatenate(found)

@@ -7,7 +7,8 @@ it took at the states where another one could want it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import combinations, product
 
 from lanindex.search.automaton import Companion, Group, Program, State
@@ -15,8 +16,22 @@ from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.lines import components
 from lanindex.search.fast.walk import NotCovered, outer_groups
 
-Contested = dict[Program, tuple[int, ...]]
-"""By program, the states at which another line could want what it takes."""
+
+@dataclass(slots=True)
+class Contested:
+    """What the lines of a program and those beside it have to remember.
+
+    Attributes
+    ----------
+    states : dict of Program to tuple of int
+        By line, the states at which another one could want what it takes.
+    outside : set of Program
+        The lines that, with what stands beside them, could want what lines further out do.
+    """
+
+    states: dict[Program, tuple[int, ...]]
+    outside: set[Program]
+
 
 _MANNERS = {"via": "move"}
 """Manners that use up the same."""
@@ -31,7 +46,7 @@ def contested(program: Program) -> Contested:
         Where only the plain matcher can tell: lines beside a bracket that is not all of its line,
         repeats without end that would have to remember what they took.
     """
-    for line in _all(program):
+    for line in all_lines(program):
         _check(line)
     states: dict[Program, set[int]] = {}
     for one, other in _rivals(program):
@@ -43,7 +58,30 @@ def contested(program: Program) -> Contested:
         if line.open_ended or any(_circles(line)):
             raise NotCovered
     _check_forbidden(program, [])
-    return {line: tuple(sorted(numbers)) for line, numbers in states.items()}
+    outside: set[Program] = set()
+    _look_outside(program, [], outside)
+    return Contested({it: tuple(sorted(numbers)) for it, numbers in states.items()}, outside)
+
+
+def _look_outside(program: Program, around: list[Program], found: set[Program]) -> None:
+    """Add the lines beside a program that could want what others around them do."""
+    companions = [it for group in outer_groups(program) for it in group.companions]
+    for companion in companions:
+        forbidden = companion.relation in FORBIDDEN
+        others = [program, *around]
+        for other in companions:
+            if other is not companion and not (forbidden and other.relation in FORBIDDEN):
+                others += [line for inner in other.programs for line in all_lines(inner)]
+        for inner in companion.programs:
+            if could_want([inner], others):
+                found.add(inner)
+            _look_outside(inner, others, found)
+
+
+def could_want(lines: Iterable[Program], others: Iterable[Program]) -> bool:
+    """Tell whether lines, or what stands beside them, could want what others do."""
+    wanting = [inner for line in lines for inner in all_lines(line)]
+    return any(_clash(one, other) for one, other in product(wanting, others))
 
 
 def _check(program: Program) -> None:
@@ -70,13 +108,13 @@ def _companions(group: Group, *, forbidden: bool) -> list[Companion]:
     return [it for it in group.companions if (it.relation in FORBIDDEN) == forbidden]
 
 
-def _all(program: Program) -> Iterator[Program]:
+def all_lines(program: Program) -> Iterator[Program]:
     """Yield all lines of a program, those that must not happen too; the leading one first."""
     yield program
     for group in outer_groups(program):
         for companion in group.companions:
             for inner in companion.programs:
-                yield from _all(inner)
+                yield from all_lines(inner)
 
 
 def _needed(program: Program) -> Iterator[Program]:
@@ -117,7 +155,9 @@ def _check_forbidden(program: Program, outside: list[Program]) -> None:
         ]
         for companion in _companions(group, forbidden=True):
             for inner in companion.programs:
-                if any(_clash(line, one) for line in _all(inner) for one in (*outside, *later)):
+                if any(
+                    _clash(line, one) for line in all_lines(inner) for one in (*outside, *later)
+                ):
                     raise NotCovered
                 # what must not happen beside what must not happen: nothing may be in common at all
                 _check_forbidden(inner, [*outside, *_needed(program), *_needed(inner)])

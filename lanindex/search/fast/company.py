@@ -16,9 +16,9 @@ from lanindex.search.fast import beside
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches, gathered
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import Contested, manner_of
+from lanindex.search.fast.claims import Contested, all_lines, could_want, manner_of
 from lanindex.search.fast.lines import Backwards, end_of
-from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, starts_of
 from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
 from lanindex.search.fast.ways import Used, Ways, apart, reduced, united
 
@@ -49,7 +49,7 @@ class Company:
         tuple of ndarray
             By which entry and at which event it begins, its low and high.
         """
-        ends = Walk(self._block, program, self._contested.get(program, ())).ends()
+        ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
         lines = self._stretches(program, ends)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
@@ -60,8 +60,37 @@ class Company:
         return entry[best], root[best], ways.low[best], ways.high[best]
 
     def _ending_first(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
-        """Return ways of lines, with the best of each beginning among them."""
-        return self._closed(program, lines)
+        """Return ways of lines, with the best of each beginning among them.
+
+        The lines that end first are tried first: what ends later than the best way is not tried.
+        """
+        return self._tried(program, ends, lines, lines.until)
+
+    def _tried(self, program: Program, ends: Ends, lines: Stretches, ranks: Whole) -> Ways:
+        """Return ways of the lines that rank first, until none is left that could be better.
+
+        Of each beginning some are tried, then twice as many, as long as one ranks no worse than the
+        `high` of the best way found.
+        """
+        order = np.lexsort((ranks, ends.root, ends.entry))
+        new = starts_of(ends.root[order]) | starts_of(ends.entry[order])
+        root = np.cumsum(new) - 1
+        place = np.arange(len(order)) - np.flatnonzero(new)[root] if len(order) else order
+        best = np.full(int(new.sum()), FAR)
+        found: list[Ways] = []
+        done, many = 0, 1
+        while True:
+            left = (place >= done) & (ranks[order] <= best[root])
+            order, root, place = order[left], root[left], place[left]
+            if not len(order):
+                return united(found) if found else Ways(order, order, order)
+            now = place < done + many
+            chosen = order[now]
+            ways = self._closed(program, lines.at(chosen))
+            np.minimum.at(best, root[now][ways.line], ways.high)
+            ways.line = chosen[ways.line]
+            found.append(ways)
+            done, many = done + many, 2 * many
 
     def _running_on(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
         """Return ways of lines that run on as long as they can."""
@@ -103,20 +132,31 @@ class Company:
             found[own] = np.where(value < NONE, end_of(value), NONE)
         return found
 
-    def lines(self, program: Program, *, longest: bool) -> Stretches:
-        """Return all ways of a line beside another; or the longest of one that runs on."""
-        longest = longest and program.open_ended
-        key = (program, longest)
+    def lines(self, program: Program, *, forbidden: bool) -> Stretches:
+        """Return all ways of a line beside another, as far as they matter.
+
+        Of one that runs on the longest; of one that must not happen those that no other holds.
+        """
+        longest = program.open_ended and not forbidden
+        key = (program, forbidden)
         if key not in self._lines:
-            ends = Walk(self._block, program, self._contested.get(program, ())).ends()
+            ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
             lines = self._stretches(program, ends)
             if longest:
                 if outer_groups(program):
                     raise NotCovered
                 lines = lines.at(self._last_of_all(program, ends))
-            ways = self._closed(program, lines)
+            alone = forbidden and program not in self._contested.outside
+            if alone:  # the furthest of each beginning will do; any rank is more than any frame
+                ways = self._tried(program, ends, lines, FAR - lines.until)
+            else:
+                ways = self._closed(program, lines)
             lines = lines.at(ways.line)
             lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+            if program not in self._contested.outside:
+                lines.used = ()
+            if alone:
+                lines = lines.at(beside.outermost(lines))
             keys = [getattr(lines, name) for name in ("capture", "start", "until", "alone")]
             keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
             self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
@@ -144,7 +184,9 @@ class Company:
     def _taken(self, program: Program, ends: Ends) -> tuple[Used, ...]:
         """Return what lines took at the states where others could want it."""
         found = []
-        for number, column in zip(self._contested.get(program, ()), ends.used.T, strict=True):
+        for number, column in zip(
+            self._contested.states.get(program, ()), ends.used.T, strict=True
+        ):
             state = program.states[number]
             events = self._block.events(state)
             some = column >= 0
@@ -158,21 +200,36 @@ class Company:
     def _closed(self, program: Program, lines: Stretches) -> Ways:
         """Return the ways in which a program's outer groups can close."""
         ways = Ways(np.arange(len(lines)), lines.low, lines.high)
-        for group in reversed(outer_groups(program)):
-            ways = self._group(group, lines, ways)
+        for around, group in enumerate(reversed(outer_groups(program))):
+            if group.length:
+                lasts = self._block.meets(lines.capture, lines.high - lines.start, group.length)
+                ways = ways.at((lasts & ~lines.alone)[ways.line])
+            order = _in_order(group)
+            beyond = [it for out in outer_groups(program)[: -1 - around] for it in out.companions]
+            for place, companion in enumerate(order):
+                if companion.relation in FORBIDDEN:
+                    ways = ways.at(~self._disturbed(companion, lines, ways))
+                else:
+                    ways = self._joined(companion, lines, ways)
+                    self._forget(program, ways, [*order[place + 1 :], *beyond])
+                    ways = reduced(ways)
         return ways
 
-    def _group(self, group: Group, lines: Stretches, ways: Ways) -> Ways:
-        if group.length:
-            lasts = self._block.meets(lines.capture, lines.high - lines.start, group.length)
-            ways = ways.at((lasts & ~lines.alone)[ways.line])
-        for companion in sorted(group.companions, key=lambda it: it.relation not in NO_FRAMES):
-            if companion.relation not in FORBIDDEN:
-                ways = self._joined(companion, lines, ways)
-        for companion in group.companions:
-            if companion.relation in FORBIDDEN:
-                ways = ways.at(~self._disturbed(companion, lines, ways))
-        return ways
+    def _forget(self, program: Program, ways: Ways, later: list[Companion]) -> None:
+        """Let go of what other lines took, if none that comes later could want it."""
+        if not ways.used:
+            return
+        coming = [inner for companion in later for inner in companion.programs]
+        done = [
+            inner
+            for around in outer_groups(program)
+            for companion in around.companions
+            if companion not in later
+            for inner in companion.programs
+        ]
+        others = [line for inner in coming for line in all_lines(inner)]
+        if program not in self._contested.outside and not could_want(done, others):
+            ways.used = ()
 
     def _margins(self, companion: Companion) -> Margins:
         none = np.zeros(len(self._block), np.int64)
@@ -183,9 +240,10 @@ class Company:
             return Margins(none, none + (FAR >> 1), self._slack)
         return Margins(none, none - 1, self._slack)
 
-    def _partners(self, companion: Companion, *, longest: bool) -> list[tuple[bool, Stretches]]:
+    def _partners(self, companion: Companion) -> list[tuple[bool, Stretches]]:
         """Return the other lines that those stand beside that are not alone, and those that are."""
-        tables = [self.lines(program, longest=longest) for program in companion.programs]
+        forbidden = companion.relation in FORBIDDEN
+        tables = [self.lines(program, forbidden=forbidden) for program in companion.programs]
         others = gathered(tables)
         return [(False, others.at(~others.alone)), (True, others)]
 
@@ -198,7 +256,7 @@ class Company:
         wanted = np.zeros(len(lines), bool)
         wanted[ways.line] = True
         found = []
-        for alone, others in self._partners(companion, longest=True):
+        for alone, others in self._partners(companion):
             own = np.flatnonzero(wanted & (lines.alone == alone))
             if len(own) and not (alone and relation in ("after", "before")):
                 join = self._with_each if others.used else self._with_best
@@ -235,7 +293,7 @@ class Company:
         if relation not in NO_FRAMES:
             low, high = np.minimum(low, others.low[other]), np.maximum(high, others.high[other])
         used = tuple(it.at(way) for it in ways.used) + tuple(it.at(other) for it in others.used)
-        return reduced(Ways(line, low, high, used))
+        return Ways(line, low, high, used)
 
     def _disturbed(self, companion: Companion, lines: Stretches, ways: Ways) -> Mask:
         """Tell in which ways something happens that must not."""
@@ -246,7 +304,7 @@ class Company:
         )
         disturbed: Mask = np.zeros(len(hulls), bool)
         margins = self._margins(companion)
-        for alone, others in self._partners(companion, longest=False):
+        for alone, others in self._partners(companion):
             own = np.flatnonzero(hulls.alone == alone)
             if companion.relation == "never":
                 fits = np.isin(hulls.capture[own], others.capture)
@@ -261,3 +319,9 @@ class Company:
                 own = own[np.unique(hull[apart(one, another)])]
             disturbed[own] = True
         return disturbed
+
+
+def _in_order(group: Group) -> list[Companion]:
+    """Return the lines beside: what only chooses first, what must not happen last."""
+    ranks = {**dict.fromkeys(NO_FRAMES, 0), **dict.fromkeys(FORBIDDEN, 2)}
+    return sorted(group.companions, key=lambda it: ranks.get(it.relation, 1))

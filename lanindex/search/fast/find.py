@@ -10,19 +10,30 @@ import numpy as np
 
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
-from lanindex.model.columns import THOUSANDTHS, Columns, Roster
-from lanindex.model.symbol import SYMBOL, listed
+from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of
+from lanindex.model.symbol import listed
 from lanindex.search import plain
 from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.fast import overlaps as staying
-from lanindex.search.fast.answers import Answers, best, joined, of_line, roots, table
+from lanindex.search.fast.answers import (
+    Answers,
+    best,
+    firsts,
+    joined,
+    of_line,
+    own_rows,
+    roots,
+    table,
+)
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
+from lanindex.search.fast.chains import chains_of
+from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
-from lanindex.search.fast.found import Found
+from lanindex.search.fast.found import TOGETHER, Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
-from lanindex.search.fast.ragged import Mask, Whole
+from lanindex.search.fast.ragged import Mask, TooMuch, Whole
 from lanindex.search.fast.trace import labelled, trace
 from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.query import Query
@@ -73,6 +84,7 @@ class Finder:
         self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
         self._told: dict[int, list[Hit]] = {}
         self._tellers: dict[int, plain.Teller] = {}
+        self._labelled = any(it.labels for program in self._programs for it in program.states)
 
     def find(self, overlaps: str = "none", watch: Watch | None = None) -> Found:
         """Return all hits.
@@ -84,22 +96,44 @@ class Finder:
         watch : callable, optional
             Is told how far the search is.
         """
-        pieces: list[Answers] = []
-        for first, last in self._blocks():
+        pieces = self._chained(watch)
+        for first, last in self._blocks() if pieces is None else ():
+            pieces = pieces or []
             if watch:
                 watch(first, len(self._roster))
-            answers, doubtful = self._in_block(self._block(first, last))
-            pieces.append(replace(answers, capture=answers.capture + first))
-            told = self._told_plainly(np.flatnonzero(doubtful) + first)
+            answers, doubtful = self._between(first, last)
+            pieces.append(answers)
+            told = self._told_plainly(doubtful, watch)
             self._told.update(told)
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
-        answers = joined(pieces)
+        answers = joined(pieces or [])
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
         return Found(self, answers, self._kept(answers, overlaps), len(self._told))
+
+    def _chained(self, watch: Watch | None) -> list[Answers] | None:
+        """Return all answers where no program is more than chains, else None."""
+        if self._query.rhythm or self._query.where:
+            return None
+        chained = [chains_of(program) for program in self._programs]
+        found: list[Answers] = []
+        for number, chains in enumerate(chained):
+            if chains is None:
+                return None
+            for chain in chains if None not in chained else ():
+                if watch:
+                    watch(0, len(self._roster))
+                part = chain.states[0].members
+                place, _ = firsts(chain.states[0], self._parts)
+                if part[0] in self._columns:
+                    found.append(table_of(self._columns[part[0]], chain, number, place))
+        every = best(joined(found))
+        return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
         self._fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
+        for place, (capture, tracks) in self._fetched.items():
+            self._check(place, capture, tracks)
 
     def captures(self, places: Sequence[int]) -> list[Capture]:
         """Return captures by their places in the roster."""
@@ -116,7 +150,7 @@ class Finder:
             return self._told[place][int(answer.rows[0, 0])]
         if place not in self._fetched:
             self.fetch([place])
-        if answer.cost[0] < 0:
+        if answer.cost[0] < 0 or self._labelled:
             return self._teller(place, answer)
         taken = trace(
             self._block(place, place + 1),
@@ -126,7 +160,6 @@ class Finder:
             int(value_of(answer.high, answer.cost)[0]),
         )
         capture, tracks = self._fetched[place]
-        self._check(place, capture, tracks)
         span = Span(int(answer.low[0]), int(answer.high[0]))
         rows = dict.fromkeys(row for it in taken for row in it.rows)
         symbols = {(part, row): _symbol(tracks[part], row) for part, row in rows}
@@ -158,9 +191,12 @@ class Finder:
     def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
         """Refuse to tell a hit from other symbols than it was found in."""
         for part, columns in self._columns.items():
-            own = slice(*columns.bounds[place : place + 2].tolist())
-            rows = tracks[part].symbols if part in tracks else np.empty(0, SYMBOL)
-            if not np.array_equal(rows["stop"], columns.stop[own]):
+            rows = slice(*columns.bounds[place : place + 2].tolist())
+            now = columns_of(part, [capture], [tracks.get(part)])
+            if not all(
+                np.array_equal(getattr(now, name), getattr(columns, name)[rows])
+                for name in ("cell", "margin", "start", "stop")
+            ):
                 raise LanindexError(
                     f"the symbols of {part} are others than when it was searched",
                     place=capture.path,
@@ -183,6 +219,19 @@ class Finder:
             first = ends[-1][1]
         return ends
 
+    def _between(self, first: int, last: int) -> tuple[Answers, Whole]:
+        """Return all answers in some captures, and those captures of which nothing is known."""
+        try:
+            answers, doubtful = self._in_block(self._block(first, last))
+        except TooMuch:  # at once: fewer captures are tried, and one alone plainly
+            if last - first == 1:
+                return joined([]), np.array([first])
+            middle = (first + last) // 2
+            halves = self._between(first, middle), self._between(middle, last)
+            return joined([it for it, _ in halves]), np.concatenate([it for _, it in halves])
+        answers.capture += first
+        return answers, np.flatnonzero(doubtful) + first
+
     def _in_block(self, block: Block) -> tuple[Answers, Mask]:
         """Return all answers in a block, and the captures of which nothing is known yet."""
         found: list[Answers] = []
@@ -201,16 +250,7 @@ class Finder:
                     doubtful |= possible(block, program)
         every = joined(found)
         every = best(every.at(~doubtful[every.capture]))
-        return self._from_own_rows(block, every), doubtful
-
-    def _from_own_rows(self, block: Block, answers: Answers) -> Answers:
-        """Return answers whose rows are counted in their own captures."""
-        rows = answers.rows.copy()
-        for place, parts in enumerate(self._parts):
-            own = answers.parts == place
-            for member, part in enumerate(parts):
-                rows[own, member] -= block.rows(part).bounds[answers.capture[own]]
-        return replace(answers, rows=rows)
+        return own_rows(every, self._parts, lambda part: block.rows(part).bounds), doubtful
 
     def _kept(self, answers: Answers, overlaps: str) -> Whole:
         """Return which answers are hits."""
@@ -222,16 +262,19 @@ class Finder:
         own = answers.at(kept)
         return kept[staying.from_left(own.capture, own.low, own.high)]
 
-    def _told_plainly(self, places: Whole) -> dict[int, list[Hit]]:
+    def _told_plainly(self, places: Whole, watch: Watch | None) -> dict[int, list[Hit]]:
         """Return what the plain matcher finds in some captures, overlapping or not."""
-        if not len(places):
-            return {}
-        recordings = list(self._recordings(places.tolist(), self._query.parts))
-        hits = plain.find(self._query, recordings, tolerance=self._tolerance, overlaps="all")
-        own = {capture.id: place for place, (capture, _) in zip(places, recordings, strict=True)}
-        told: dict[int, list[Hit]] = {int(place): [] for place in places}
-        for hit in hits:
-            told[int(own[hit.capture.id])].append(hit)
+        told = {}
+        for first in range(0, len(places), TOGETHER):
+            some = places[first : first + TOGETHER].tolist()
+            recordings = self._recordings(some, self._query.parts)
+            for place, recording in zip(some, recordings, strict=True):
+                if watch:
+                    watch(place, len(self._roster))
+                found = plain.find(
+                    self._query, [recording], tolerance=self._tolerance, overlaps="all"
+                )
+                told[place] = list(found)
         return told
 
 

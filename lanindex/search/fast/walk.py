@@ -16,11 +16,15 @@ from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.lines import components, may_leave
-from lanindex.search.fast.ragged import Whole, best_of_each, spread, starts_of
+from lanindex.search.fast.ragged import TooMuch, Whole, best_of_each, spread, starts_of
 
 ROOT, EVENT, OPENED = range(3)
 """What the columns of a row are: where it began, at which event it stands, and from `OPENED` on in
 which frame each of the brackets began that are open."""
+
+
+MOST_PLACES = 1 << 28
+"""How many pairs of a beginning and an event a walk may note."""
 
 
 class NotCovered(Exception):
@@ -128,7 +132,7 @@ class Walk:
         at[entry.state].append(rows)
         found = []
         for states in components(program):
-            self._within(states, at)
+            self._within(entry, states, at)
             for state in states:
                 here = _distinct(np.concatenate(at[state], axis=1)) if at[state] else rows[:, :0]
                 for leaving in program.exits[state]:
@@ -143,30 +147,39 @@ class Walk:
         if state in self._used:
             rows[self._taken + self._used.index(state)] = rows[EVENT]
 
-    def _within(self, states: list[int], at: dict[int, list[Whole]]) -> None:
+    def _within(self, entry: Entry, states: list[int], at: dict[int, list[Whole]]) -> None:
         """Let the rows at some states that lead to each other go on until there are no new ones."""
         circles = len(states) > 1 or any(
             edge.entry.state == states[0] for edge in self._program.edges[states[0]]
         )
-        done: dict[int, Whole] = {}
+        seen = {state: self._seen(entry, state) for state in states} if circles else {}
         todo = {state: at[state] for state in states if at[state]}
+        for state in seen:
+            at[state] = []
         while todo:
             coming: dict[int, list[Whole]] = {}
             for state, pieces in todo.items():
                 fresh = _distinct(np.concatenate(pieces, axis=1))
-                if circles and state in done:
-                    fresh = _fresh(fresh, done[state])
-                if circles:
-                    known = done.get(state, fresh[:, :0])
-                    done[state] = np.concatenate((known, fresh), axis=1)
+                if state in seen:
+                    fresh = seen[state].fresh(fresh)
+                    at[state].append(fresh)
                 for edge in self._program.edges[state]:
                     rows = self._over(edge, fresh)
                     target = edge.entry.state
                     if rows.shape[1]:
                         (coming if target in states else at).setdefault(target, []).append(rows)
-                        if target in states:
-                            at[target].append(rows)
             todo = coming
+
+    def _seen(self, entry: Entry, state: int) -> _Seen:
+        """Return what notes which rows have been at a state."""
+        if self._width > OPENED:
+            return _Seen()
+        first, events = (
+            self._block.events(self._program.states[number]) for number in (entry.state, state)
+        )
+        bounds = np.searchsorted(events.capture, np.arange(len(self._block) + 1))
+        counts = np.diff(bounds)[first.capture]
+        return _Dense(np.cumsum(counts) - counts - bounds[first.capture], int(counts.sum()))
 
     def _ending(self, rows: Whole, leaving: Exit) -> Whole:
         """Return the rows that may end there, their inner groups closed."""
@@ -258,12 +271,45 @@ def _distinct(rows: Whole) -> Whole:
     return rows[:, new]
 
 
-def _fresh(rows: Whole, known: Whole) -> Whole:
-    """Return those of distinct rows that are not among others."""
-    both = np.concatenate((known, rows), axis=1)
-    order = np.lexsort(both[::-1])
-    both = both[:, order]
-    new = np.zeros(both.shape[1], bool)
-    for column in both:
-        new |= starts_of(column)
-    return rows[:, np.sort(order[new & (order >= known.shape[1])]) - known.shape[1]]
+class _Seen:
+    """Notes which rows have been at a state."""
+
+    def __init__(self) -> None:
+        self._rows: Whole | None = None
+
+    def fresh(self, rows: Whole) -> Whole:
+        """Return those of distinct rows that have not been there before."""
+        known = rows[:, :0] if self._rows is None else self._rows
+        both = np.concatenate((known, rows), axis=1)
+        order = np.lexsort(both[::-1])
+        both = both[:, order]
+        new = np.zeros(both.shape[1], bool)
+        for column in both:
+            new |= starts_of(column)
+        found = rows[:, np.sort(order[new & (order >= known.shape[1])]) - known.shape[1]]
+        self._rows = np.concatenate((known, found), axis=1)
+        return found
+
+
+class _Dense(_Seen):
+    """The same of rows that differ by where they began and where they stand alone.
+
+    Parameters
+    ----------
+    base : ndarray
+        (roots,) int64: what an event's number is added to, to be a place of its own.
+    places : int
+        How many places there are.
+    """
+
+    def __init__(self, base: Whole, places: int) -> None:
+        if places > MOST_PLACES:
+            raise TooMuch
+        self._base, self._there = base, np.zeros(places, bool)
+
+    def fresh(self, rows: Whole) -> Whole:
+        """Return those of distinct rows that have not been there before."""
+        places = self._base[rows[ROOT]] + rows[EVENT]
+        found = rows[:, ~self._there[places]]
+        self._there[places] = True
+        return found

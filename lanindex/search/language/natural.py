@@ -183,7 +183,7 @@ def _said(clauses: list[_Clause]) -> Reading:
     if not clauses[0].limb and clauses[0].verbs == ["lean"]:
         clauses[0].limb = "torso"
     links = {clause.link for clause in clauses[1:]}
-    if not clauses[0].limb or (len(links) > 1 and links & {"->", "..."} and links - {"->", "..."}):
+    if not clauses[0].limb or (len(links) > 1 and links != {"->", "..."}):
         raise UnclearError
     if all(clause.values + clause.verbs == [] for clause in clauses):
         raise UnclearError
@@ -223,6 +223,8 @@ def _joined(clauses: list[_Clause]) -> list[_Clause]:
 def _step(clause: _Clause, name: str) -> str:
     """Return a clause as a step; `name` is empty where the part carries over."""
     words = _words(clause)
+    if clause.verbs == ["stay", "rest"]:  # to keep still
+        clause.verbs = ["rest"]
     manner = _MANNERS.get(clause.verbs[0], "") if clause.verbs else ""
     if len(clause.verbs) > 1 or (not words and manner != "hold") or (words and manner == "hold"):
         raise UnclearError

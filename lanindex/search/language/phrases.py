@@ -63,6 +63,7 @@ def _plain(text: str) -> list[str]:
     text = _HALF.sub(r"\1 \2_\3", text)
     if (said := _FROM.fullmatch(text)) and not any(word in _raising() for word in text.split()):
         text = f"{said[1]} {said[2]} ... {said[3]}"
+    text = text.rstrip("!? ")
     words = _TOKEN.findall(text.removesuffix(".") if not text.endswith("..") else text)
     return [word for word in words if word not in _tables()["fillers"]["articles"]]
 

@@ -11,16 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
-from lanindex.search.automaton import Companion, Group, Program
+from lanindex.search.automaton import Companion, Group
 from lanindex.search.plain.candidates import Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Open, Path, distinct, longest
 from lanindex.search.plain.relations import FORBIDDEN, NO_FRAMES, Stretch, stands
 from lanindex.search.plain.track import Claim
-
-Sides = tuple[Program, ...]
-"""A line that stands beside another, as programs: one a side."""
-
+from lanindex.search.plain.wanted import Sides
 
 MOST_WAYS = 1_000_000
 """How many ways to stand beside one end of a line are tried, before it is given up."""

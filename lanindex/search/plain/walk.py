@@ -6,19 +6,18 @@ one node, so their number stays small whatever the pattern repeats.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property
 from heapq import heappop, heappush
 from math import floor, inf
 
 from lanindex.search.automaton import Edge, Exit, Program, State
-from lanindex.search.plain.beside import Company, Sides
+from lanindex.search.plain.beside import Company
 from lanindex.search.plain.candidates import First, Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, longest, seen_in
 from lanindex.search.plain.track import Claim
+from lanindex.search.plain.wanted import Sides, Wanted
 
 MOST_NODES = 200_000
 """How many nodes a walk from one first match may have, before it is given up."""
@@ -48,55 +47,11 @@ class Walker:
     ) -> None:
         self._recording, self._programs, self._clauses = recording, programs, clauses
         self._timed = frozenset(programs) if clauses.timed else frozenset()
+        self._wanted = Wanted(recording, programs)
         self._paths: dict[Sides, list[Path]] = {}
         slack = floor(tolerance * recording.capture.rate)
         wholes = frozenset(program.whole for program in programs)
         self._company = Company(recording, self.paths, slack, clauses, wholes)
-
-    # Which movements more than one line may want.
-
-    @cached_property
-    def _tallies(self) -> list[Counter[Claim]]:
-        """By leading line: how many lines may want a movement, itself included."""
-        return [
-            self._tally((program,))
-            for program in self._programs
-            if any(group.companions for group in (program.whole, *program.brackets))
-        ]
-
-    @cached_property
-    def _wanted(self) -> frozenset[Claim]:
-        """What more than one line may want."""
-        return frozenset(it for tally in self._tallies for it, lines in tally.items() if lines > 1)
-
-    def _wanted_outside(self, line: Sides) -> frozenset[Claim]:
-        """Return what others may want than a line that stands beside another."""
-        own = self._tally(line)
-        return frozenset(
-            it for tally in self._tallies for it, lines in tally.items() if lines > own[it]
-        )
-
-    def _tally(self, line: Sides) -> Counter[Claim]:
-        """Count for how many lines a movement may serve; one in a bracket may come again."""
-        most: Counter[Claim] = Counter()
-        for program in line:
-            tally = Counter(
-                {
-                    claim
-                    for state in program.states
-                    for events in self._recording.events(state)
-                    for event in events
-                    for claim in event.claims
-                }
-            )
-            for group in (program.whole, *program.brackets):
-                for companion in group.companions:
-                    for claim, lines in self._tally(companion.programs).items():
-                        tally[claim] += lines if group is program.whole else 2 * lines
-            most |= tally
-        return most
-
-    # Walking.
 
     def leading(self, program: Program, first: First | None = None) -> Iterator[Path]:
         """Yield the best path of a leading line from each of its first matches, or from one.
@@ -138,7 +93,7 @@ class Walker:
                 for _, ending in self._from(program, root)
                 for path in ending
             ]
-            outside = self._wanted_outside(line)
+            outside = self._wanted.outside(line)
             for path in found:
                 path.memory = path.memory._replace(used=path.memory.used & outside)
             runs_on = any(program.open_ended for program in line)
@@ -156,7 +111,7 @@ class Walker:
                     yield Node(state, match, self._timing(program, match, memory))
 
     def _claims(self, match: Match) -> frozenset[Claim]:
-        return match.claims & self._wanted if self._wanted else self._wanted
+        return match.claims & self._wanted.twice if self._wanted.twice else frozenset()
 
     def _seen(self, state: State, match: Match) -> tuple[Seen, ...]:
         spoken = [label for label in state.labels if label in self._clauses.labels]

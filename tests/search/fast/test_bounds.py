@@ -1,0 +1,68 @@
+"""Too much at once, time that runs out, and hits that are looked at when all has changed."""
+
+from random import Random
+
+import pytest
+from dances import BOW
+from fast_search import find_fast, told
+from grammar_patterns import random_pattern
+from query_cases import recordings_of
+from random_library import DIRECTIONS, PARTS, random_library
+
+from lanindex.errors import LanindexError
+from lanindex.pipeline import open_library
+from lanindex.search.fast import Timeout, ragged, walk
+from lanindex.search.language import parse
+from lanindex.search.plain import find
+
+
+def test_what_is_too_much_at_once_is_tried_in_parts(monkeypatch):
+    monkeypatch.setattr(ragged, "MOST_PAIRS", 6)
+    monkeypatch.setattr(walk, "MOST_PLACES", 20)
+    left = 0
+    for seed in range(100):
+        random = Random(seed)
+        text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
+        recordings, query = random_library(random), parse(text)
+        found = find_fast(query, recordings)
+        assert told(found) == told(find(query, recordings)), text
+        left += found.left
+    assert left
+
+
+def test_a_search_gives_up_in_time():
+    recordings = [
+        (it.capture, it.tracks) for it in recordings_of("fps 10 frames 9; head: place low 0 0")
+    ]
+    for pattern in ("head low ... high", "head low -> high rhythm 1:2"):
+        with pytest.raises(LanindexError, match=r"longer than 0 s.*0 of 1 captures.*Bound"):
+            find_fast(parse(pattern), recordings, watch=Timeout(0))
+
+
+@pytest.fixture
+def place(tmp_path):
+    (tmp_path / "bow.lnd").write_text(BOW)
+    with open_library(tmp_path / "l.db", create=True) as library:
+        library.ingest(tmp_path)
+    return tmp_path / "l.db"
+
+
+def test_hits_can_be_looked_at_once_the_library_is_closed(place):
+    with open_library(place) as library:
+        hits = library.search("r_arm forward")
+        shown = list(library.search("r_arm forward"))
+    assert shown
+    assert list(hits) == shown
+    assert hits.counts() == [(shown[0].capture, len(shown))]
+
+
+def test_hits_of_what_is_gone_or_others_are_refused(place):
+    with open_library(place) as library:
+        hits = library.search("r_arm forward")
+        (place.parent / "bow.lnd").write_text(BOW.replace("2.5", "2.25"))
+        library.ingest(place.parent)
+        with pytest.raises(LanindexError, match=r"others than when it was searched.*Search again"):
+            list(hits)
+        library.remove("bow.lnd")
+        with pytest.raises(LanindexError, match=r"1 captures with hits are gone.*Search again"):
+            list(hits)
