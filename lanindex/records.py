@@ -6,6 +6,7 @@ everywhere. Frames are of the source file, half-open; times are in seconds, to t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from lanindex.model import Capture, Hit, Span, Symbol
@@ -64,6 +65,12 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
         "margin": round(symbol.margin, 3),
         "runner_up": " ".join(symbol.runner_up) if symbol.runner_up else None,
     }
+
+
+def of_matched(symbol: Symbol) -> dict[str, Any]:
+    """Return a symbol with how clearly it is what it is, as a line of ``search --why`` has it."""
+    runner_up = " ".join(symbol.runner_up) if symbol.runner_up else None
+    return {**of_symbol(symbol), "margin": round(symbol.margin, 3), "runner_up": runner_up}
 
 
 def of_capture(capture: Capture) -> dict[str, Any]:
@@ -151,4 +158,58 @@ def of_clip(
         "fit": fit,
         "pattern": pattern,
         "symbols": list(symbols),
+    }
+
+
+def of_group(number: int, captures: Sequence[Capture], likeness: float) -> dict[str, Any]:
+    """Return captures that are like each other: a line of ``similar``.
+
+    Parameters
+    ----------
+    number : int
+        Of the group, from 1.
+    captures : sequence of Capture
+        The one that is most like all others first.
+    likeness : float
+        The mean over all pairs.
+    """
+    return {
+        "group": number,
+        "count": len(captures),
+        "likeness": round(likeness, 3),
+        "capture": captures[0].path,
+        "capture_id": captures[0].id,
+        "label": captures[0].label,
+        "captures": [capture.path for capture in captures],
+    }
+
+
+def of_motif(
+    pattern: str, part: str, captures: int, places: Sequence[tuple[Capture, Span]]
+) -> dict[str, Any]:
+    """Return a sequence that recurs: a line of ``motifs``.
+
+    Parameters
+    ----------
+    pattern, part : str
+        As one types it into a search, and whose it is.
+    captures : int
+        In how many it occurs.
+    places : sequence of (Capture, Span)
+        Its hits.
+    """
+    return {
+        "pattern": pattern,
+        "part": part,
+        "hits": len(places),
+        "captures": captures,
+        "places": [
+            {
+                "capture": capture.path,
+                "capture_id": capture.id,
+                "start_frame": span.start,
+                "end_frame": span.stop,
+            }
+            for capture, span in places
+        ],
     }

@@ -4,8 +4,9 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from lanindex.alphabet import DIRECTION_CODES
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model import Capture, Meter, Span, Track
+from lanindex.model.columns import Columns, columns_of
 from lanindex.model.symbol import blank
 
 FRAMES = 24
@@ -122,3 +123,31 @@ def patterns(draw, depth: int = 2, named: bool = True, most: int = 3) -> str:
     for _ in range(draw(_any_of("", "", " ", "  ")).count(" ")):
         said += [draw(_relation), draw(lines(depth, True, min(most, 2)))]
     return " ".join(said)
+
+
+def one_symbol(
+    part: str,
+    direction: str,
+    level: str,
+    margin: float = 1.0,
+    runner: tuple[str, str] | None = None,
+) -> Columns:
+    """Return the columns of one capture in which a part makes one movement."""
+    rows = blank(1)
+    rows["direction"], rows["level"] = DIRECTION_CODES[direction], LEVEL_CODES[level]
+    rows["start"], rows["stop"], rows["margin"] = 2, 5, margin
+    if runner:
+        rows["runner_direction"] = DIRECTION_CODES[runner[0]]
+        rows["runner_level"] = LEVEL_CODES[runner[1]]
+    return columns_of(part, [CAPTURE], [Track(part, rows, (Span(0, FRAMES),))])
+
+
+_BARE_STEPS = ("low", "right mid", "place high", "any", "left", "rising", "not low", "mid/high")
+
+
+@st.composite
+def bare_lines(draw, part: str = "r_arm") -> str:
+    """Return one part's steps with arrows between, and nothing else."""
+    steps = draw(st.lists(st.sampled_from(_BARE_STEPS), min_size=1, max_size=4))
+    arrows = [draw(st.sampled_from((" -> ", " ... "))) for _ in steps[1:]]
+    return f"{part} " + "".join(map("".join, zip(steps, [*arrows, ""], strict=True)))

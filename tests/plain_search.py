@@ -8,24 +8,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from plain_things import Things
+from plain_conditions import is_true, names_of, symbols_of
+from plain_things import Thing, Things
 
-from lanindex.search.language.query import NEXT, Bracket, Item, Line, Lines, Step
+from lanindex.search.language.query import NEXT, ONCE, Bracket, Item, Line, Lines, Step
 
 
 @dataclass(frozen=True)
 class Flat:
     """A line with its repeats written out."""
 
-    steps: tuple = ()  # of (Step, Length | None, label)
+    steps: tuple = ()  # of (Step, Length | None, place, labels)
     arrows: tuple = ()
     starts: tuple = ()  # of (index, Arrow)
     ends: tuple = ()
     brackets: tuple = ()  # of (first, last, Length | None, companions), inner ones first
 
-    def shifted(self, by, label):
+    def shifted(self, by, place):
         return Flat(
-            tuple((step, length, (*label, *own)) for step, length, own in self.steps),
+            tuple((step, length, (*place, *own), said) for step, length, own, said in self.steps),
             self.arrows,
             tuple((index + by, arrow) for index, arrow in self.starts),
             tuple((index + by, arrow) for index, arrow in self.ends),
@@ -34,10 +35,10 @@ class Flat:
 
 
 def joined(flats, arrows):
-    """Join flat lines by arrows; each comes with its label."""
+    """Join flat lines by arrows; each comes with its place."""
     whole = Flat()
-    for number, (flat, label) in enumerate(flats):
-        part = flat.shifted(len(whole.steps), label)
+    for number, (flat, place) in enumerate(flats):
+        part = flat.shifted(len(whole.steps), place)
         whole = Flat(
             whole.steps + part.steps,
             whole.arrows + ((arrows[number - 1],) if number else ()) + part.arrows,
@@ -62,14 +63,47 @@ def sides_of(line: Line) -> tuple:
 
 
 @dataclass(frozen=True)
+class Check:
+    """What must not happen beside a stretch; told at the end, when the whole hit is known."""
+
+    companion: object
+    low: int
+    high: int
+    alone: bool
+
+
+@dataclass(frozen=True)
+class Way:
+    """What has been found beside a line."""
+
+    hulls: tuple = ()  # of (first, last, low, high): of the brackets that have closed
+    used: frozenset = frozenset()
+    fit: float = 1.0
+    told: tuple = ()  # of (label, Thing)
+    checks: tuple = ()
+
+    def joined(self, other):
+        return replace(
+            self,
+            used=self.used | other.used,
+            fit=min(self.fit, other.fit),
+            told=self.told + other.told,
+            checks=self.checks + other.checks,
+        )
+
+
+@dataclass(frozen=True)
 class Found:
-    """A line that was found: its things with their labels, its hull, what it uses."""
+    """A line that was found: its things with their places, its hull, what it uses."""
 
     side: str
     path: tuple
     low: int
     high: int
     used: frozenset
+    fit: float
+    told: tuple
+    checks: tuple
 
     @property
     def start(self):
@@ -95,6 +129,7 @@ class Found:
 class Plain(Things):
     """The twin, on one capture."""
 
+    query: object = None
     tolerance: Fraction = Fraction(1, 10)
     lines: dict = field(default_factory=dict)
 
@@ -127,13 +162,16 @@ class Plain(Things):
         return joined([(flat, (number,)) for number, flat in way], arrows)
 
     def flat_items(self, item: Item, side) -> list:
-        units, copies = list(self.flat_units(item, side)), item.repeat.copies
+        units, copies = (
+            [named(it, item.label) for it in self.flat_units(item, side)],
+            (item.repeat.copies),
+        )
         found = [None] if item.repeat.least == 0 else []
         ways, times = [[]], 0
         while ways and times != item.repeat.most:
-            label = (min(times, copies - 1),)
+            place = (min(times, copies - 1),)
             times += 1
-            ways = [[*way, (flat, label)] for way in ways for flat in units]
+            ways = [[*way, (flat, place)] for way in ways for flat in units]
             ways = [it for it in ways if self.happens(joined(it, [NEXT] * times), side)]
             if times >= item.repeat.least:
                 found += [joined(it, [NEXT] * times) for it in ways]
@@ -141,7 +179,7 @@ class Plain(Things):
 
     def flat_units(self, item: Item, side) -> Iterator[Flat]:
         if isinstance(item.unit, Step):
-            yield Flat(((item.unit, item.length, ()),))
+            yield Flat(((item.unit, item.length, (), ()),))
             return
         for number, lines in enumerate(item.unit.pattern.alternatives):
             for flat in self.flat_lines(lines.first, side):
@@ -166,31 +204,40 @@ class Plain(Things):
     def chains(self, flat: Flat, side) -> Iterator[tuple]:
         """Yield all things that follow each other as the arrows say."""
         choices = [
-            [(label, thing) for thing in self.things(step, length, side)]
-            for step, length, label in flat.steps
+            [(place, thing) for thing in self.things(step, length, side)]
+            for step, length, place, _ in flat.steps
         ]
 
         def extended(path):
             if len(path) == len(choices):
                 yield path
                 return
-            for label, thing in choices[len(path)]:
+            for place, thing in choices[len(path)]:
                 if not path or self.leads(path[-1][1], flat.arrows[len(path) - 1], thing):
-                    yield from extended((*path, (label, thing)))
+                    yield from extended((*path, (place, thing)))
 
         return extended(())
 
     def paths(self, flat: Flat, side) -> Iterator[tuple]:
         for path in self.chains(flat, side):
             if (
-                not (path[0][1].passing or path[-1][1].passing)
+                path[0][1].borders
+                and path[-1][1].borders
                 and all(self.begins(path[index][1], arrow) for index, arrow in flat.starts)
                 and all(self.ends(path[index][1], arrow) for index, arrow in flat.ends)
             ):
                 yield path
 
+    def margin(self, path):
+        return min(
+            float(self.rows(part)[row]["margin"])
+            for _, thing in path
+            for part, rows in thing.members
+            for row in rows
+        )
+
     def with_brackets(self, flat, path, side):
-        ways = [((), frozenset())]  # hulls of partners with the index where they close, claims
+        ways = [Way()]
         for first, last, length, companions in sorted(
             flat.brackets, key=lambda it: (it[1], -it[0])
         ):
@@ -199,102 +246,226 @@ class Plain(Things):
             if length and (alone or not self.meets(things[-1].end - things[0].start, length)):
                 return
             ways = [
-                ((*hulls, (first, last, low, high)), used | more)
-                for hulls, used in ways
-                for low, high, more in self.beside(
-                    companions, path, first, last, alone, hulls, used
-                )
+                replace(beside, hulls=(*way.hulls, (first, last, low, high)))
+                for way in ways
+                for low, high, beside in self.beside(companions, path, (first, last), way, False)
             ]
-        for hulls, used in ways:
-            own = frozenset().union(*(thing.claims for _, thing in path))
-            if not own & used:
-                low = min([thing.start for _, thing in path] + [low for *_, low, _ in hulls])
-                high = max([thing.end for _, thing in path] + [high for *_, high in hulls])
-                yield Found(side, path, low, high, own | used)
+        own = claims_of(path)
+        told = tuple(
+            (label, thing)
+            for (*_, labels), (_, thing) in zip(flat.steps, path, strict=True)
+            for label in labels
+        )
+        for way in ways:
+            if not own & way.used:
+                low = min([thing.start for _, thing in path] + [it[2] for it in way.hulls])
+                high = max([thing.end for _, thing in path] + [it[3] for it in way.hulls])
+                fit = min(way.fit, self.margin(path))
+                yield Found(
+                    *(side, path, low, high, own | way.used, fit, told + way.told, way.checks)
+                )
 
-    def beside(self, companions, path, first, last, alone, hulls, used):
-        """Yield hull and claims of all that can stand beside a stretch of a path."""
+    def beside(self, companions, path, stretch, way, whole) -> Iterator[tuple]:
+        """Yield the hull and the way of all that can stand beside a stretch of a path.
+
+        Only of the whole line all labels are told.
+        """
+        first, last = stretch
         things = [thing for _, thing in path[first : last + 1]]
-        before = frozenset().union(*(thing.claims for _, thing in path[: last + 1]))
-        if before & used:
+        before = claims_of(path[: last + 1])
+        if before & way.used:
             return
-        start, until = things[0].start, things[-1].until if alone else things[-1].end
-        inner = [(low, high) for a, b, low, high in hulls if first <= a and b <= last]
+        alone = first == last and things[0].starting
+        line = Thing("", (), things[0].start, 0, things[-1].until, False, alone)
+        if not alone:
+            line = replace(line, until=things[-1].end)
+        inner = [(low, high) for a, b, low, high in way.hulls if first <= a and b <= last]
         low = min([thing.start for thing in things] + [low for low, _ in inner])
         high = max([thing.end for thing in things] + [high for _, high in inner])
-        ways = [(low, high, frozenset())]
+        ways = [(low, high, way)]
         for companion in companions:
-            if companion.relation == "without":
+            if companion.relation in ("without", "never"):
                 continue
             ways = [
-                (
-                    low if companion.relation == "during" else min(low, it.low),
-                    high if companion.relation == "during" else max(high, it.high),
-                    more | it.used,
+                (*hull_with(companion, low, high, it), one.joined(it))
+                for low, high, one in ways
+                for it in self.partners(
+                    companion, line, before | one.used, one.told if whole else ()
                 )
-                for low, high, more in ways
-                for it in self.partners(companion, start, until, alone, before | used | more)
             ]
-        for low, high, more in ways:
-            if not any(
-                companion.relation == "without"
-                and it.start < high
-                and low < it.until
-                and (alone or not it.alone)
-                and not it.used & (before | used | more)
+        for low, high, one in ways:
+            checks = tuple(
+                Check(companion, low, high, alone)
                 for companion in companions
-                for it in self.found(companion.line)
-            ):
-                yield low, high, more
+                if companion.relation in ("without", "never")
+            )
+            yield low, high, replace(one, checks=one.checks + checks)
 
-    def partners(self, companion, start, until, alone, used):
+    def stands(self, companion, line, it):
+        """Tell how another line lies to a first one, or to a hit."""
         slack = self.tolerance * self.capture.rate
-        holds = {
-            "with": lambda it: start < it.until and it.start < until,
-            "during": lambda it: it.start <= start and until <= it.until,
-            "starting with": lambda it: abs(it.start - start) <= slack,
-            "ending with": lambda it: abs(it.until - until) <= slack,
-            "exactly with": lambda it: (
-                abs(it.start - start) <= slack and abs(it.until - until) <= slack
-            ),
+        start, until, within = line.start, line.until, companion.within
+        if companion.relation in ("after", "before"):
+            after = companion.relation == "after"
+            between = start - it.until if after else it.start - until
+            lonely = line.starting or it.alone
+            return not lonely and between >= 0 and self.meets(between, within)
+        if it.alone and not line.starting:
+            return False
+        begins, ends = abs(it.start - start) <= slack, abs(it.until - until) <= slack
+        shared = start < it.until and it.start < until
+        if within:
+            apart = 0 if shared else max(it.start - until, start - it.until)
+            shared = apart < within.time.frames(self.clock)
+        return {
+            "with": shared,
+            "without": shared,
+            "never": True,
+            "during": it.start <= start and until <= it.until,
+            "starting with": begins,
+            "ending with": ends,
+            "exactly with": begins and ends,
         }[companion.relation]
-        fit = [
-            it
-            for it in self.found(companion.line)
-            if holds(it) and (alone or not it.alone) and not it.used & used
-        ]
-        return longest(fit)
+
+    def partners(self, companion, line, used, told):
+        return longest(
+            [
+                it
+                for it in self.found(companion.line)
+                if self.stands(companion, line, it)
+                and not it.used & used
+                and self.may_hold((*told, *it.told))
+            ]
+        )
+
+    # What is asked of the whole.
+
+    def symbols(self, told):
+        found = {}
+        for label, thing in told:
+            found.setdefault(label, []).extend(symbols_of(self.tracks, thing))
+        return found
+
+    def may_hold(self, told):
+        symbols = self.symbols(told)
+        return all(
+            is_true(condition, self.capture, symbols)
+            for condition in self.query.where
+            if names_of(condition) <= set(symbols)
+        )
+
+    def passes(self, checks, used):
+        """Tell whether nothing happens that must not, but what uses a symbol of the hit."""
+        return not any(
+            self.stands(check.companion, check_line(check), it)
+            and not it.used & used
+            and self.passes(it.checks, it.used)
+            for check in checks
+            for it in self.found(check.companion.line)
+        )
+
+    def in_rhythm(self, path):
+        rhythm = self.query.rhythm
+        lasted = [thing.end - thing.start for _, thing in path]
+        if not rhythm or len(lasted) != len(rhythm):
+            return not rhythm
+        shares = [Fraction(sum(lasted)) * it / sum(rhythm) for it in rhythm]
+        return all(
+            share * 3 / 4 <= it <= share * 5 / 4 for it, share in zip(lasted, shares, strict=True)
+        )
+
+    def asked_for(self, it):
+        last = list(symbols_of(self.tracks, it.path[-1][1]))[-1]
+        symbols = {**self.symbols(it.told), "match": [{**last, "start": it.low, "end": it.high}]}
+        return (
+            self.passes(it.checks, it.used)
+            and self.in_rhythm(it.path)
+            and all(is_true(it, self.capture, symbols) for it in self.query.where)
+        )
 
     def starts(self, lines: Lines) -> Iterator[tuple]:
-        """Yield the first symbols and the span of all that the page allows."""
+        """Yield the first symbols, the span and the fit of all that the page allows."""
         whole = []
         for it in self.found(lines.first):
-            if not it.alone:
-                path, last = it.path, len(it.path) - 1
-                hulls = ((0, last, it.low, it.high),)
-                used = it.used - frozenset().union(*(thing.claims for _, thing in path))
-                whole += [
-                    replace(it, low=low, high=high, used=it.used | more)
-                    for low, high, more in self.beside(
-                        lines.others, path, 0, last, False, hulls, used
-                    )
-                ]
+            if it.alone:
+                continue
+            last = len(it.path) - 1
+            way = Way(
+                ((0, last, it.low, it.high),),
+                it.used - claims_of(it.path),
+                it.fit,
+                it.told,
+                it.checks,
+            )
+            for low, high, one in self.beside(lines.others, it.path, (0, last), way, True):
+                used = it.used | one.used
+                found = replace(it, low=low, high=high, used=used, fit=one.fit, told=one.told)
+                found = replace(found, checks=one.checks)
+                if self.asked_for(found):
+                    whole.append(found)
         for it in longest(whole):
             first = frozenset((part, rows[0]) for part, rows in it.path[0][1].members)
-            yield first, (it.low, it.high)
+            yield first, (it.low, it.high, it.fit)
+
+
+def named(flat, label):
+    if not label:
+        return flat
+    return replace(
+        flat,
+        steps=tuple(
+            (step, length, place, (label, *own)) for step, length, place, own in flat.steps
+        ),
+    )
+
+
+def claims_of(path):
+    return frozenset().union(*(thing.claims for _, thing in path))
+
+
+def hull_with(companion, low, high, it):
+    if companion.relation in ("during", "after", "before"):
+        return low, high
+    return min(low, it.low), max(high, it.high)
+
+
+def check_line(check):
+    return Thing("", (), check.low, check.high, check.high, False, check.alone)
 
 
 def longest(found: list[Found]) -> list[Found]:
     return [it for it in found if not any(it.goes_on_in(other) for other in found)]
 
 
-def find_plainly(query, capture, tracks, tolerance=Fraction(1, 10)) -> list[tuple[int, int]]:
-    """Return the spans of all hits, in order, as with overlaps allowed."""
-    plain = Plain(capture, tracks, tolerance=tolerance)
+def counted(pattern) -> bool:
+    return any(
+        item.repeat != ONCE or (isinstance(item.unit, Bracket) and counted(item.unit.pattern))
+        for lines in pattern.alternatives
+        for line in (lines.first, *(it.line for it in lines.others))
+        for item in line.items
+    )
+
+
+def find_plainly(
+    query, capture, tracks, tolerance=Fraction(1, 10), overlaps="all"
+) -> list[tuple[int, int, float]]:
+    """Return the span and the fit of all hits, in order."""
+    plain = Plain(capture, tracks, query=query, tolerance=tolerance)
     best = {}
     for pattern in query.patterns:
         for lines in pattern.alternatives:
-            for first, (low, high) in plain.starts(lines):
-                rank = (high, -low)
+            for first, (low, high, fit) in plain.starts(lines):
+                rank = (high, -low, -fit)
                 best[first] = min(best.get(first, rank), rank)
-    return sorted((-low, high) for high, low in best.values())
+    found = sorted((-low, high, fit) for high, low, fit in best.values())
+    found = [(low, high, -fit) for low, high, fit in found]
+    if overlaps == "all":
+        return found
+    if not counted(query.pattern):
+        found = [it for it in found if it[0] == max(low for low, high, _ in found if high == it[1])]
+    kept, end = [], 0
+    for low, high, fit in found:
+        if low >= end:
+            kept.append((low, high, fit))
+            end = high
+    return kept

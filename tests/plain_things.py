@@ -1,6 +1,6 @@
 """What tracks hold and what arrows join, read from the page by trying every row."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 
@@ -20,6 +20,12 @@ class Thing:
     until: int
     passing: bool
     starting: bool
+    via: bool = False
+
+    @property
+    def borders(self):
+        """Whether a line may begin or end with it."""
+        return self.via or not self.passing
 
     @property
     def claims(self):
@@ -33,6 +39,10 @@ class Things:
     capture: object
     tracks: dict
     known: dict = field(default_factory=dict)
+
+    @property
+    def clock(self):
+        return Clock(self.capture.rate, self.capture.meter.speed / 60)
 
     # What a track holds.
 
@@ -75,6 +85,8 @@ class Things:
         fits = (DIRECTIONS[direction] if direction >= 0 else "") in meaning(
             step.words, "direction", part
         ) and (LEVELS[level] if level >= 0 else "") in meaning(step.words, "level", part)
+        if rows[row]["passing"] and step.manner == "via":
+            return fits and "neither" in meaning(step.words, "change", part)
         if rows[row]["passing"]:
             words = [it for it in step.words if not it.negated and it.values != ("any",)]
             named = bool(words) and all(it.kind != "change" for it in step.words)
@@ -100,6 +112,10 @@ class Things:
             starting = start == stop
             until = max(self.leaves(part, k), start + 1) if starting else stop
             yield Thing("move", ((part, (k,)),), start, stop, until, passing, starting)
+
+    def vias(self, part, rows, fitting):
+        for thing in self.moves(part, rows, fitting):
+            yield replace(thing, via=True)
 
     def ats(self, part, rows, fitting):
         for first in fitting:
@@ -142,8 +158,8 @@ class Things:
     def meets(self, frames, length):
         if length is None:
             return True
-        clock = Clock(self.capture.rate, self.capture.meter.speed / 60)
-        one, two = length.time.frames(clock), (length.last or length.time).frames(clock)
+        one = length.time.frames(self.clock)
+        two = (length.last or length.time).frames(self.clock)
         return {
             "<": frames < one,
             "<=": frames <= one,
@@ -204,7 +220,8 @@ class Things:
         counts = self.skipped(before, after)
         if after.starting or counts is None or not all(allowed(arrow, it) for it in counts):
             return False
-        moving = before.passing and not arrow.later
+        same = [part for part, _ in before.members] == [part for part, _ in after.members]
+        moving = before.passing and same and not arrow.later
         return self.meets(0 if moving else max(0, after.start - before.end), arrow.length)
 
     def begins(self, thing, arrow):
@@ -217,7 +234,7 @@ class Things:
                 before = [k for k in before if symbols[k]["start"] < symbols[k]["stop"]]
             if thing.starting or not allowed(arrow, len(before)):
                 return False
-        return not thing.passing and self.meets(thing.start, arrow.length)
+        return thing.borders and self.meets(thing.start, arrow.length)
 
     def ends(self, thing, arrow):
         for part, rows in thing.members:
@@ -245,6 +262,7 @@ def together(chosen):
         max(one.until, two.until),
         one.passing or two.passing,
         one.starting or two.starting,
+        one.via,
     )
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.symbol import blank
+from lanindex.search.hits import Hits
+from lanindex.search.stages import Counted, Counts
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
 
@@ -25,8 +27,10 @@ class Recording:
 
 @dataclass(frozen=True)
 class Expected:
+    """A hit, or, without a span, a line of a table: ``d1 1``."""
+
     name: str
-    span: Span
+    span: Span | None
     symbols: tuple[str, ...]
 
 
@@ -52,6 +56,20 @@ def cases(page: Path = PAGE) -> Iterator[Case]:
             recordings = tuple(recordings_of(line[2:]))
         elif line and not line.startswith("#"):
             yield _case(number, line, recordings)
+
+
+def told(found: Hits | Counts, names: Mapping[int, str]) -> list[Expected]:
+    """Return what was found as the page writes it; names of captures by number."""
+    return [
+        Expected(f"{it.value} {it.count}", None, ())
+        if isinstance(it, Counted)
+        else Expected(
+            names[it.capture.id],
+            it.span,
+            tuple(sorted(f"{symbol.part}.{symbol.ordinal}" for symbol in it.symbols)),
+        )
+        for it in found
+    ]
 
 
 def track(part: str, text: str, frames: int, known: tuple[Span, ...] = ()) -> Track:
@@ -107,6 +125,6 @@ def _expected(text: str) -> Expected:
     *name, place = text.split()
     span, _, symbols = place.partition(":")
     if "-" not in span:
-        return Expected(name[0] if name else "", Span(0, 0), ())
+        return Expected(text, None, ())
     start, stop = map(int, span.split("-"))
-    return Expected(name[0] if name else "", Span(start, stop), tuple(symbols.split(",")))
+    return Expected(name[0] if name else "", Span(start, stop), tuple(sorted(symbols.split(","))))

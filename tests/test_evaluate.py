@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lanindex.encode.profile import load
-from lanindex.errors import LanindexError
+from lanindex.errors import LanindexError, UsageError
 from lanindex.evaluate import (
     Clip,
     Expectation,
@@ -223,3 +223,20 @@ def test_the_record_holds_what_was_judged_wrongly(folder: Path) -> None:
     assert (wrong["kind"], wrong["label"]) == ("wrong", "other")
     assert wrong["hit"]["capture"] == wrong["capture"]
     assert wrong["hit"]["symbols"][0]["level"] == "high"
+
+
+def test_a_pattern_may_stand_in_a_file_beside(tmp_path: Path):
+    (tmp_path / "up.lq").write_text("// up\nr_arm low -> high\n")
+    table = tmp_path / "patterns.toml"
+    table.write_text('up = {pattern = "@up.lq", positives = ["raise"]}')
+    assert str(read_patterns(table)[0].query) == "r_arm low -> high"
+    (tmp_path / "up.lq").write_text("// up\nr_arm lwo -> high\n")
+    with pytest.raises(UsageError, match=r"up\.lq:2:"):
+        read_patterns(table)
+
+
+def test_a_pattern_that_pipes_its_hits_is_none_to_evaluate(tmp_path: Path):
+    table = tmp_path / "patterns.toml"
+    table.write_text('up = {pattern = "r_arm high | first 3", positives = ["raise"]}')
+    with pytest.raises(UsageError, match=r'up: "\| first 3", wanted a pattern without a pipe'):
+        read_patterns(table)

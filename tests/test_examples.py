@@ -13,11 +13,12 @@ import pytest
 from conftest import REPOSITORY
 
 import lanindex
+from lanindex.search.explain import Advice, Trace
 from lanindex.search.hits import Hits
 from lanindex.search.stages import Counts
 
 PACKAGE = REPOSITORY / "lanindex"
-RESULTS = (Hits, Counts)
+RESULTS = (Hits, Counts, Advice, Trace)
 """Classes that nobody imports but everybody gets."""
 
 

@@ -110,7 +110,10 @@ for verbs, keys in re.findall(
 ARGUMENTS = {
     "search": "'r_arm high'",
     "search --count": "'r_arm high'",
+    "search … count by …": "'r_arm high | count by clip.label'",
+    "search --why 1": "'r_arm high'",
     "export": "'r_arm high' --in *greetings.bvh -o records",
+    "motifs": "--min-count 2 --length 2",
     "show": "1",
     "remove": "1 --dry-run",
     "ingest": "corpus/greetings.bvh --force",
@@ -124,7 +127,7 @@ def test_records_are_as_the_table_says(place: Path, verb: str) -> None:
     env = {**os.environ, "LANINDEX_DB": str(place / "records.db")}
     pattern = 'up = {pattern = "r_arm high", positives = ["semaphore"]}'
     (place / "records.toml").write_text(pattern)
-    command = [str(place / "bin" / "lanindex"), *verb.split(), "--json"]
+    command = [str(place / "bin" / "lanindex"), *verb.partition(" …")[0].split(), "--json"]
     if not (place / "records.db").exists():
         ingest = [command[0], "ingest", "corpus/greetings.bvh"]
         subprocess.run(ingest, cwd=place, env=env, check=True)

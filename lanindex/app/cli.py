@@ -20,6 +20,8 @@ VERBS = {
     "demo": "See it all happen on the choreographies that come with it",
     "ingest": "Read captures and scores into the library",
     "search": "Find movement by pattern",
+    "similar": "Group the captures that are like each other",
+    "motifs": "List the sequences of symbols that recur",
     "export": "Write hits as clips, in the format they came in",
     "show": "Show the symbols of a capture",
     "list": "List the captures of the library",
@@ -30,7 +32,8 @@ VERBS = {
     "animate": "Let a standard body carry out a score",
     "evaluate": "Measure patterns against labelled captures",
     "db": "Look after the library: status, upgrade, check",
-    "words": "Show the language of patterns on a page",
+    "words": "Show the dictionary of movement: names for patterns",
+    "language": "Show the language of patterns on a page",
 }
 SETTINGS: dict[str, Any] = {
     "add_completion": False,

@@ -14,6 +14,7 @@ from lanindex.model.hit import in_words
 
 if TYPE_CHECKING:
     from lanindex.model import Hit, Symbol
+    from lanindex.search.explain import Trace
 
 
 NARROW = 24
@@ -56,6 +57,24 @@ def _group(out: Output, found: list[Hit]) -> None:
         out.line(out.paint(time, "place"), "  ", out.paint(frames, "dim"), fit, first)
         for other in others:
             out.line(" " * before + other)
+
+
+def trace(out: Output, seen: Trace) -> None:
+    """Print what a pattern met with in one capture: its steps, or where it came to an end."""
+    from lanindex.search.explain.nearness import doubts
+
+    out.line(out.paint(seen.capture.path, "path"))
+    for hit, steps in seen.hits:
+        out.line(out.paint(hit.when, "place"), f"  fit {hit.fit:.2f}")
+        width = max(len(it.step) for it in steps)
+        for matched in steps:
+            said = "; ".join(f"{it}, {doubts(it)}" for it in matched.symbols)
+            out.line("  ", matched.step.ljust(width), "  " if width else "", said or "left out")
+    for stop in seen.stops:
+        if stop.reached:
+            out.line("found:      ", stop.reached)
+        out.line("not found:  ", stop.wanted)
+        out.line("  ", stop.reason)
 
 
 def duration(value: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,18 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lanindex.model import Reading
+
+
+def offered(what: str) -> Callable[[typer.Context, str], list[str]]:
+    """Return what offers completions to a shell: a function of `lanindex.app.offers`, by name."""
+
+    def offer(ctx: typer.Context, incomplete: str) -> list[str]:
+        from lanindex.app import offers
+
+        return list(getattr(offers, what)(ctx, incomplete))
+
+    return offer
+
 
 Db = Annotated[
     str,
@@ -48,6 +61,15 @@ Tolerance = Annotated[
     float,
     typer.Option("--tolerance", metavar="SECONDS", help="How far edges may lie apart to agree."),
 ]
+Words = Annotated[
+    Path | None,
+    typer.Option(
+        "--words",
+        envvar="LANINDEX_WORDS",
+        metavar="FILE",
+        help="Your own words for movement, beside the dictionary's.",
+    ),
+]
 Overlaps = Annotated[
     str, typer.Option("--overlaps", metavar="none|all", help="Keep hits that overlap, or not.")
 ]
@@ -65,6 +87,10 @@ Where = Annotated[
         metavar="KEY=GLOB",
         help="Only captures whose label, format or other column matches.",
     ),
+]
+Fuzzy = Annotated[
+    str | None,
+    typer.Option("--fuzzy", metavar="N|N%", help="Edits a match may cost, in all or a step: 15%."),
 ]
 Strict = Annotated[bool, typer.Option("--strict", help="Let the timing of pasted LND count.")]
 

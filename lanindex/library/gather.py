@@ -19,6 +19,10 @@ from lanindex.model.columns import Columns, enrolled
 CHUNK = 1 << 20
 """About the symbols of the largest segment that is made of rows at once."""
 
+LARGEST = 1 << 27
+"""Symbols of the largest segment that is made by joining: SQLite keeps a billion bytes in one place
+and no more, and joining holds up whoever wants to read."""
+
 Step = Callable[[Connection], bool]
 """Work in a transaction of its own; returns whether there may be more of it."""
 
@@ -132,9 +136,10 @@ def _moved(
 def _first_to_join(spine: Spine) -> int:
     """Return from which segment on all are to be joined."""
     sizes = [one.symbols + one.captures for one in spine.segments]
-    if 4 * len(spine.dead) > sum(one.captures for one in spine.segments):
-        return 0
-    for first in range(len(sizes) - 1):
-        if sum(sizes[first + 1 :]) >= sizes[first]:
+    lost = 4 * len(spine.dead) > sum(one.captures for one in spine.segments)
+    for first in range(len(sizes)):
+        rest = sum(sizes[first + 1 :])
+        worth = (lost and first == 0) or (rest > 0 and sizes[first] <= rest)
+        if worth and sizes[first] + rest <= LARGEST:
             return first
     return len(sizes)

@@ -25,6 +25,9 @@ MOST_PENDING = 256
 _PATIENCE = 1.0
 """Seconds that a search waits to write."""
 
+_ANEW = "they are made of its symbols now"
+_BESIDE = "what is not there is read from the symbols, each time"
+
 Found = tuple[Roster, dict[str, Columns]]
 
 
@@ -35,18 +38,32 @@ class Keeper(Session):
     ----------
     notes : list of str
         What it had to do about its columns that a user should know, a sentence each.
+    tell : callable
+        Is given each of these when it comes up, before the work begins; by default they are kept
+        in `notes`.
     """
 
     def __init__(self, *where: Any, **how: Any) -> None:
         super().__init__(*where, **how)
         self.notes: list[str] = []
+        self.tell: Callable[[str], None] = self.notes.append
         self._held, self._mended_at = Held(), -1
 
     def gather(self) -> None:
         """Put all captures into segments, and join those that are small.
 
         A search reads segments; an ingest ends with this. Whatever it is broken off by, what is
-        there is true; where it cannot be done, `notes` tells, and searches take longer.
+        there is true; where it cannot be done, `tell` is told, and searches take longer.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> from lanindex.library.migrate import status
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.remove("compass.bvh")
+        ...     library.gather()
+        >>> status("dance.db").segments, status("dance.db").pending
+        (1, 0)
         """
         with self._reading() as connection:
             idle = gather.is_gathered(connection)
@@ -63,7 +80,10 @@ class Keeper(Session):
         if found is None:
             with self._reading() as connection:
                 stamp = int(state.read_state(connection).stamp)
+                pending = segments.count_pending(connection)
             if stamp != self._mended_at:
+                if not fault:
+                    self.tell(f"the library's columns lack {pending} of its captures: {_ANEW}")
                 self._mend(fault)
                 self._mended_at = stamp
             found, _ = self._tried(parts)
@@ -85,46 +105,37 @@ class Keeper(Session):
         return None, ""
 
     def _mend(self, fault: str) -> None:
-        """Make the segments what they should be, if that can be written; say what there is to say.
+        """Make the segments what they should be, if that can be written.
 
         A library that is only to be read is written for a moment, by a connection of its own.
         """
+        if fault:
+            self._tell_fault(fault)
         try:
             if self._readonly:
-                fault = _gather_aside(self._where, fault)
+                _gather_aside(self._where, fault, self._tell_fault)
             else:
-                fault = _gather(self._step, fault)
+                _gather(self._step, fault, self._tell_fault)
         except LibraryError as error:
-            self._tell(fault, error.found)
-        else:
-            self._tell(fault, "")
+            self.tell(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
-    def _tell(self, fault: str, hindrance: str) -> None:
-        if fault:
-            told = f"the library's columns were {fault}: they are made anew of its symbols"
-            self.notes.append(f"{told}, in memory alone ({hindrance})" if hindrance else told)
-        elif hindrance:
-            told = "captures that are not in the library's columns yet are read from their symbols"
-            self.notes.append(f"{told}, which takes longer ({hindrance})")
+    def _tell_fault(self, fault: str) -> None:
+        self.tell(f"the library's columns were {fault}: {_ANEW}")
 
 
-def _gather(run: Callable[[Step], bool], fault: str) -> str:
+def _gather(run: Callable[[Step], bool], fault: str, tell: Callable[[str], None]) -> None:
     """Cover and join what there is to cover and join, after a fault was found or not.
 
-    Returns
-    -------
-    str
-        That fault, or another one that came up.
+    One that comes up only now is told.
     """
     if fault:
         run(gather.purge)
     try:
         _settle(run)
     except Distrust as error:
+        tell(error.found)
         run(gather.purge)
         _settle(run)
-        return error.found
-    return fault
 
 
 def _settle(run: Callable[[Step], bool]) -> None:
@@ -133,7 +144,7 @@ def _settle(run: Callable[[Step], bool]) -> None:
             pass
 
 
-def _gather_aside(where: Target, fault: str) -> str:
+def _gather_aside(where: Target, fault: str, tell: Callable[[str], None]) -> None:
     """Do as `_gather` on another connection, which may write."""
     if where.sqlite and where.path is None:
         raise LibraryError("it is kept nowhere else", place=where.place)
@@ -143,4 +154,4 @@ def _gather_aside(where: Target, fault: str) -> str:
             with translated(where.place), writing(connection):
                 return step(connection)
 
-        return _gather(run, fault)
+        _gather(run, fault, tell)

@@ -310,16 +310,17 @@ def _checked(numbers: NDArray[np.int64], wanted: Sequence[Wanted]) -> NDArray[np
     if len(numbers) != sum(listed.symbols for _, listed in wanted):
         own = {(one.capture.id, listed.ordinal) for one, listed in wanted}
         numbers = numbers[[key in own for key in map(tuple, numbers[:, :2].tolist())]]
-    fields, first = np.ascontiguousarray(numbers[:, 1:]), 0
-    for one, listed in wanted:
-        last = first + listed.symbols
-        if (numbers[first:last, 0] != one.capture.id).any() or (
-            rows.of_symbols(fields[first:last]) != listed.checksum
-        ):
-            raise _culprit(numbers, wanted)
-        first = last
-    if first != len(numbers):
+    counts = [listed.symbols for _, listed in wanted]
+    owners = np.repeat(np.array([one.capture.id for one, _ in wanted], np.int64), counts)
+    if not np.array_equal(numbers[:, 0], owners):
         raise _culprit(numbers, wanted)
+    fields, first = np.ascontiguousarray(numbers[:, 1:], "<i8"), 0
+    content, width = fields.reshape(-1).view(np.uint8).data, 8 * fields.shape[1]
+    for count, (_, listed) in zip(counts, wanted, strict=True):
+        stretch = content[width * first : width * (first + count)]
+        if checksums.of_bytes(stretch) != listed.checksum:
+            raise _culprit(numbers, wanted)
+        first += count
     return numbers
 
 

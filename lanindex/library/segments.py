@@ -130,6 +130,7 @@ _COVER = delete(schema.segment_pending).where(schema.segment_pending.c.capture_i
 
 def mark_pending(connection: Connection, number: int) -> None:
     """Note that a capture is not in any segment yet."""
+    connection.execute(_COVER, {"number": number})  # another program may have said so
     connection.execute(_WAIT, {"capture_id": number})
 
 

@@ -292,7 +292,7 @@ class Store(Keeper):
         """Return captures and what some parts do in them, as columns.
 
         They come from the library's segments; where these are missing, damaged or out of date, they
-        are made anew from the rows, and `notes` tells. They are kept while the library is held
+        are made anew from the rows, and `tell` is told. They are kept while the library is held
         open, and read again once it has changed.
 
         Parameters

@@ -135,6 +135,14 @@ class Columns:
         taken = {name: getattr(self, name)[rows] for name in _ROWS}
         return Columns(self.part, bounds, **taken, gaps=gaps)
 
+    def between(self, first: int, last: int) -> Columns:
+        """Return the columns of the captures from one up to, not including, another."""
+        begin, end = self.bounds[first].item(), self.bounds[last].item()
+        gaps = self.gaps[slice(*np.searchsorted(self.gaps[:, 0], [first, last]))].copy()
+        gaps[:, 0] -= first
+        own = {name: getattr(self, name)[begin:end] for name in _ROWS}
+        return Columns(self.part, self.bounds[first : last + 1] - begin, **own, gaps=gaps)
+
 
 def enrolled(rosters: Sequence[Roster]) -> Roster:
     """Return the captures of several rosters as one."""

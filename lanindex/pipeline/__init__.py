@@ -7,11 +7,12 @@ from fractions import Fraction
 from itertools import chain
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError, UsageError
-from lanindex.library import store
+from lanindex.pipeline.asking import Asking
+from lanindex.pipeline.exploring import Exploring
 from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
@@ -21,12 +22,21 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.fast import Watch
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
     from lanindex.search.stages import Counts
 
 
-class Library(store.Store):
+class _How(TypedDict):
+    """How a search is made, whichever engine makes it."""
+
+    tolerance: Fraction
+    overlaps: str
+    watch: Watch | None
+
+
+class Library(Asking, Exploring):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
     Examples
@@ -52,6 +62,9 @@ class Library(store.Store):
     (11, 10, 1)
     >>> library.close()
     """
+
+    words: str | os.PathLike[str] | None = None
+    """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
 
     def ingest(
         self,
@@ -123,16 +136,17 @@ class Library(store.Store):
         overlaps: str = "none",
         within: str | None = None,
         where: Where | None = None,
-        timeout: float | None = None,
         strict: bool = False,
+        fuzzy: str | float | None = None,
+        timeout: float | None = None,
     ) -> Hits | Counts:
         """Find movement by pattern.
 
         Parameters
         ----------
         pattern : str or Pattern
-            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or what
-            `lanindex.part` begins.
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
+            of ``lanindex.search.dictionary``: ``walk``; or what `lanindex.part` begins.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
@@ -141,16 +155,18 @@ class Library(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
-        timeout : float, optional
-            Seconds after which to give up.
         strict : bool
             Whether the timing of pasted LND counts.
+        fuzzy : str or float, optional
+            How many edits a match may cost, 1.5, or how many for each step but the first two, 15%.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
         Hits or Counts
-            In order of capture, start and end, where the pattern does not sort them; each hit is
-            made when it is looked at. Counts if it ends in ``| count``.
+            In order of capture, start and end, where the pattern does not sort them; each is made
+            when it is looked at. Counts if it ends in ``| count``.
 
         Raises
         ------
@@ -171,7 +187,7 @@ class Library(store.Store):
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.pipeline.search import search
+        from lanindex.pipeline.search import nearly, search
         from lanindex.search.fast import Timeout
 
         if not 0 <= tolerance < inf:
@@ -182,7 +198,12 @@ class Library(store.Store):
         query, numbers = self._asked(text, within, where, strict)
         watch = None if timeout is None else Timeout(timeout)
         span = Fraction(str(tolerance))
-        found = search(self, query, numbers, tolerance=span, overlaps=overlaps, watch=watch)
+        how: _How = {"tolerance": span, "overlaps": overlaps, "watch": watch}
+        if fuzzy is None:
+            return piped(query.stages, Hits(search(self, query, numbers, **how), text))
+        from lanindex.search.fuzzy import Allowance
+
+        found = nearly(self, query, numbers, Allowance.read(str(fuzzy)), **how)
         return piped(query.stages, Hits(found, text))
 
     def explain(
@@ -233,18 +254,21 @@ class Library(store.Store):
         self, pattern: str, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.columns import check_columns
+        from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
+        pattern = said(pattern, self.words)
+        names = named(pattern, self.words)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
-            query = parse(pattern, self.parts(checked=False), known=PARTS, strict=strict)
+            held = self.parts(checked=False)
+            query = parse(pattern, held, known=PARTS, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise
-        chosen = None
-        if within is not None or where:
-            chosen = [capture.id for capture in self.captures(within, where)]
-        return query, chosen
+        check_columns(self, query)
+        return query, self._chosen(within, where)
 
     def export(
         self,

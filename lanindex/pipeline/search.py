@@ -5,12 +5,20 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from lanindex.errors import LibraryError
 from lanindex.library.store import Store
-from lanindex.model import Capture, Track
+from lanindex.model import Capture, Hit, Track
 from lanindex.search.fast import Finder, Found, Watch
 from lanindex.search.language.query import Query
+
+if TYPE_CHECKING:
+    from lanindex.model.columns import Columns, Roster
+    from lanindex.search.fast.find import Recordings
+    from lanindex.search.fuzzy import Allowance
 
 
 def search(
@@ -48,7 +56,70 @@ def search(
     LibraryError
         Where the library cannot be read.
     """
+    stamp = library.stamp
     roster, columns = library.columns(query.parts, numbers)
+    recordings = _recordings(library, stamp, roster, columns)
+    finder = Finder(query, roster, columns, recordings, tolerance)
+    return finder.find(overlaps, watch)
+
+
+def nearly(
+    library: Store,
+    query: Query,
+    numbers: Sequence[int] | None,
+    allowance: Allowance,
+    *,
+    tolerance: Fraction,
+    overlaps: str,
+    watch: Watch | None = None,
+) -> list[Hit]:
+    """Find what is nearly a pattern in a library.
+
+    Parameters
+    ----------
+    allowance : Allowance
+        How much a match may differ.
+    library, query, numbers, tolerance, overlaps, watch
+        As for `search`.
+
+    Returns
+    -------
+    list of Hit
+
+    Raises
+    ------
+    LibraryError
+        Where the library cannot be read.
+    UsageError
+        Where the pattern says what has no edits.
+    """
+    from lanindex.search import fuzzy
+
+    stamp = library.stamp
+    roster, columns = library.columns(query.parts, numbers)
+    recordings = _recordings(library, stamp, roster, columns)
+    return list(
+        fuzzy.find(
+            query,
+            roster,
+            columns,
+            lambda places: recordings(places, query.parts),
+            allowance,
+            tolerance=tolerance,
+            overlaps=overlaps,
+            watch=watch,
+        )
+    )
+
+
+def _recordings(
+    library: Store, stamp: int, roster: Roster, columns: Mapping[str, Columns]
+) -> Recordings:
+    """Return what fetches captures with some of their tracks, by their places in a roster.
+
+    Where the library's stamp is another one by now, they are held against the columns: a hit is
+    told by its rows, and these may be others.
+    """
 
     def recordings(
         places: Sequence[int], parts: Collection[str]
@@ -60,12 +131,37 @@ def search(
             else type(library).open(library.place, readonly=True) as opened
         ):
             found = list(opened.tracks(wanted, parts))
-        if len(found) != len(wanted):
-            raise LibraryError(
-                f"{len(wanted) - len(found)} captures with hits are gone",
-                place=library.place,
-                remedy="Search again: the library has changed since.",
-            )
+            unchanged = opened.stamp == stamp
+        if not unchanged:
+            held = {capture.id: (capture, tracks) for capture, tracks in found}
+            pairs = zip(places, wanted, strict=True)
+            same = [
+                one in held and _same(roster, columns, place, *held[one]) for place, one in pairs
+            ]
+            if not all(same):
+                raise LibraryError(
+                    f"{same.count(False)} captures with hits are gone, or others now",
+                    place=library.place,
+                    remedy="Search again: the library has changed since.",
+                )
         return found
 
-    return Finder(query, roster, columns, recordings, tolerance).find(overlaps, watch)
+    return recordings
+
+
+def _same(
+    roster: Roster,
+    columns: Mapping[str, Columns],
+    place: int,
+    capture: Capture,
+    tracks: Mapping[str, Track],
+) -> bool:
+    """Return whether a capture is as the columns have it."""
+    from lanindex.model.columns import columns_of, roster_of
+
+    own = np.array([place])
+    return roster_of([capture]).same_as(roster.taken(own)) and all(
+        columns_of(part, [capture], [track]).same_as(columns[part].taken(own))
+        for part, track in tracks.items()
+        if part in columns
+    )

@@ -32,19 +32,31 @@ def value_of(reference: Reference, hit: Hit) -> Value:
     str, Fraction or None
         A part, direction, level or text; a number; seconds from the clip's first frame; None where
         it is missing. Of several symbols: where the first begins, where the last ends, and what
-        the last one is.
+        the last one is; of all that matched, the frames of the hit and what its first line ends
+        with.
     """
-    if reference.name == CLIP:
-        return clip_value(hit.capture, reference.field)
-    symbols = hit.symbols if reference.name == MATCH else hit.labels.get(reference.name, ())
+    if told_by_span(reference):
+        return value_of_span(reference, hit.capture, hit.span)
+    symbols = hit.lines[0] if reference.name == MATCH else hit.labels.get(reference.name, ())
     if not symbols:
         return None
     if reference.field not in _TIMES:
         return _told(symbols[-1], reference.field)
     span = Span(min(it.start for it in symbols), max(it.stop for it in symbols))
-    span = hit.span if reference.name == MATCH else span
+    return value_of_span(Reference(MATCH, reference.field), hit.capture, span)
+
+
+def told_by_span(reference: Reference) -> bool:
+    """Tell whether capture and frames of a hit are all that a field needs."""
+    return reference.name == CLIP or (reference.name == MATCH and reference.field in _TIMES)
+
+
+def value_of_span(reference: Reference, capture: Capture, span: Span) -> Value:
+    """Return a field that capture and frames of a hit tell, as `told_by_span` says."""
+    if reference.name == CLIP:
+        return _of_clip(capture, reference.field)
     frames = {"start": span.start, "end": span.stop, "length": span.stop - span.start}
-    return frames[reference.field] / hit.capture.rate
+    return frames[reference.field] / capture.rate
 
 
 def _told(symbol: Symbol, field: str) -> Value:
@@ -52,8 +64,8 @@ def _told(symbol: Symbol, field: str) -> Value:
     return Fraction(round(said * 1000), 1000) if isinstance(said, float | int) else said
 
 
-def clip_value(capture: Capture, field: str) -> Value:
-    """Return a column of a capture: a number where its text is one; None where it is empty."""
+def _of_clip(capture: Capture, field: str) -> Value:
+    """Return a column of a capture; None where it is empty."""
     known: dict[str, str | Fraction] = {
         "path": capture.path,
         "label": capture.label,
@@ -64,12 +76,10 @@ def clip_value(capture: Capture, field: str) -> Value:
         "seconds": capture.frames / capture.rate,
         "tempo": capture.meter.speed,
     }
-    columns = {name.lower(): value for name, value in capture.metadata.items()}
-    said = known.get(field, columns.get(field, ""))
-    if isinstance(said, Fraction):
-        return said
-    number = _number(said)
-    return said or None if number is None else number
+    if field in known:
+        return None if known[field] == "" else known[field]
+    # people write the name of a column of theirs in small letters or capitals
+    return next((it for name, it in capture.metadata.items() if name.lower() == field), "") or None
 
 
 def _number(text: str) -> Fraction | None:
@@ -82,8 +92,12 @@ def _number(text: str) -> Fraction | None:
 def order(reference: Reference, value: Value) -> tuple[bool, bool, str | Fraction | int]:
     """Return what to sort values of a field by: the smallest first, what is missing last.
 
-    Numbers stand before texts; texts go by letter, levels from low to high.
+    Numbers, and texts that are numbers, stand before texts; those go by letter, levels from low to
+    high.
     """
-    if isinstance(value, str) and reference.name != CLIP and reference.field == "level":
-        return False, False, LEVEL_CODES[value]
-    return value is None, isinstance(value, str), "" if value is None else value
+    if isinstance(value, str):
+        if reference.name != CLIP and reference.field == "level":
+            return False, False, LEVEL_CODES[value]
+        number = _number(value)
+        return (False, True, value) if number is None else (False, False, number)
+    return value is None, False, value or 0

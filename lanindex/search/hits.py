@@ -15,7 +15,7 @@ from lanindex.model.hit import in_words, readable
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lanindex.model import Capture
+    from lanindex.model import Capture, Span
 
 FEW = 10
 """Hits that are shown of many."""
@@ -31,6 +31,12 @@ class Lazy(Protocol):
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
+
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit."""
+
+    def arranged(self, order: Sequence[int]) -> Sequence[Hit]:
+        """Return the same hits in another order."""
 
     def by_fit(self) -> Sequence[Hit]:
         """Return the same hits, the clearest first."""
@@ -58,6 +64,8 @@ class Hits(Sequence[Hit]):
     (1, 'torso forward high -> hold 1s+')
     >>> hits[0].capture.label, hits[0].span
     ('greeting', Span(start=482, stop=602))
+    >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
+    ([482], 2, 1)
     >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
     (True, 482, array([602]))
     """
@@ -100,6 +108,18 @@ class Hits(Sequence[Hit]):
         captures = {hit.capture.id: hit.capture for hit in self}
         return [(captures[number], count) for number, count in numbers.items()]
 
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit, in order."""
+        if isinstance(self._hits, Lazy):
+            return self._hits.spans()
+        return ((hit.capture, hit.span) for hit in self)
+
+    def arranged(self, order: Sequence[int]) -> Hits:
+        """Return the same hits in another order: that of these numbers, counted from 0."""
+        if isinstance(self._hits, Lazy):
+            return Hits(self._hits.arranged(order), self.pattern)
+        return Hits([self[number] for number in order], self.pattern)
+
     def __repr__(self) -> str:
         """Return the first hits, a line each."""
         lines = [
@@ -130,6 +150,8 @@ class Hits(Sequence[Hit]):
         return f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
 
     def _more(self) -> list[str]:
+        if not self._hits:
+            return ["  library.suggest(pattern) tells what is near"]
         return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
 
     def by_fit(self) -> Hits:

@@ -7,13 +7,13 @@ the most frequent value first, of equally frequent ones the smallest.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, overload
 
 from lanindex.errors import UsageError
 from lanindex.model.hit import readable
-from lanindex.search.fields import Value, order, value_of
+from lanindex.search.fields import Value, order, told_by_span, value_of, value_of_span
 from lanindex.search.hits import FEW, Hits
 from lanindex.search.language.clauses import Count, First, Reference, Sort, Stage
 
@@ -138,15 +138,22 @@ def hits_in(found: Hits | Counts) -> Hits:
     return found
 
 
+def _values(hits: Hits, by: Reference) -> Iterator[Value]:
+    """Yield a field of each hit; none is made an object where it is told without."""
+    if told_by_span(by):
+        return (value_of_span(by, capture, span) for capture, span in hits.spans())
+    return (value_of(by, hit) for hit in hits)
+
+
 def _sorted(hits: Hits, by: Reference) -> Hits:
-    ordered = sorted(hits, key=lambda hit: order(by, value_of(by, hit)))
-    return Hits(ordered, hits.pattern)
+    orders = [order(by, value) for value in _values(hits, by)]
+    return hits.arranged(sorted(range(len(orders)), key=orders.__getitem__))
 
 
 def _counts(hits: Hits, by: Reference | None) -> Counts:
     if by is None:
         return Counts([Counted(None, len(hits))], hits.pattern, None)
-    numbers = Counter(value_of(by, hit) for hit in hits)
+    numbers = Counter(_values(hits, by))
     ordered = sorted(numbers, key=lambda value: (-numbers[value], order(by, value)))
     counted = [Counted(_shown(value), numbers[value]) for value in ordered]
     return Counts(counted, hits.pattern, by)

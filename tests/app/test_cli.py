@@ -85,8 +85,8 @@ class TestHelp:
 
     def test_the_language_is_a_page(self, run, repository: Path) -> None:
         page = repository / "lanindex" / "search" / "LANGUAGE.md"
-        assert run("words").stdout == page.read_text(encoding="utf-8")
-        assert "lanindex words" in run("search", "--help").stdout
+        assert run("language").stdout == page.read_text(encoding="utf-8")
+        assert "lanindex language" in run("search", "--help").stdout
 
     def test_version(self, run) -> None:
         assert run("--version").stdout.startswith("lanindex 0.")
@@ -445,6 +445,23 @@ class TestOthers:
         assert "current" in filled("db", "status").stdout
         assert filled("db", "check").returncode == 0
         assert filled("db", "upgrade").returncode == 0
+
+    def test_columns_that_another_program_made_untrue(self, filled, place: Path) -> None:
+        told = filled("db", "status").stdout
+        assert re.search(r"^columns: \d+ symbols in 1 segment$", told, re.MULTILINE)
+        before = filled("search", "r_arm any")
+        assert "columns" not in before.stderr
+        with sql(place / "lanindex.db") as connection:
+            connection.execute("UPDATE state SET stamp = stamp + 1")
+        assert "columns: out of date" in filled("db", "status").stdout
+        assert "the columns are out of date" in filled("db", "check").stdout
+        done = filled("search", "r_arm any")
+        assert (done.returncode, done.stdout) == (0, before.stdout)
+        assert done.stderr == (
+            "the library's columns were out of date, for another program has changed the library: "
+            f"they are made of its symbols now\n{before.stderr}"
+        )
+        assert filled("search", "r_arm any").stderr == before.stderr
 
     @pytest.mark.parametrize(("revision", "state"), [("0000", "older"), ("9999", "newer")])
     def test_a_library_that_does_not_fit(

@@ -25,6 +25,18 @@ def called(
     )
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a library of one capture, and patterns in files."""
+    folder = tmp_path_factory.mktemp("completed")
+    dance(folder / "dance.bvh")
+    (folder / "kept").mkdir()
+    for name in ("raise.lq", "other.txt", "kept/bow.lq"):
+        (folder / name).write_text("r_arm high")
+    assert called(folder, "ingest", "dance.bvh").returncode == 0
+    return folder
+
+
 class TestCompletion:
     @pytest.mark.parametrize(
         ("typed", "offered"),
@@ -42,6 +54,33 @@ class TestCompletion:
         done = called(tmp_path, **asked)
         assert done.stderr == b""
         assert offered <= set(done.stdout.decode().split())
+        assert offered or not done.stdout.strip()
+
+    @pytest.mark.parametrize(
+        ("typed", "offered"),
+        [
+            ('search "r_a', {"r_arm"}),
+            ('search "', {"r_arm", "arms", "head"}),
+            ('search "r_arm ri', {"r_arm right", "r_arm rising"}),
+            ('search "r_arm low -> hi', {"r_arm low -> high"}),
+            ('export "arms hi', {"arms high"}),
+            ("search @ra", {"@raise.lq"}),
+            ("search @kept/bo", {"@kept/bow.lq"}),
+            ("show da", {"dance.bvh"}),
+            ("export --capture da", {"dance.bvh"}),
+            ("remove ", {"dance.bvh"}),
+            ("search --why da", {"dance.bvh"}),
+            ("show --db none.db da", set()),
+        ],
+    )
+    def test_words_and_captures(self, made: Path, typed: str, offered: set[str]) -> None:
+        typed = f"lanindex {typed}"
+        at = len(typed.partition('"')[0].split(" ")) - 1
+        asked = {"_LANINDEX_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(at)}
+        done = called(made, **asked)
+        assert done.stderr == b""
+        assert set(done.stdout.decode().split("\n")[:40]) >= offered
+        assert len(offered) != 1 or done.stdout.decode().strip() == next(iter(offered))
         assert offered or not done.stdout.strip()
 
     def test_installed_once_and_only_when_asked(self, tmp_path: Path) -> None:

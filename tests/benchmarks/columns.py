@@ -76,17 +76,17 @@ def opened(path: Path) -> None:
 def memory(path: Path) -> None:
     """Say how much memory a part takes, in a process of its own."""
     code = (
-        "import resource, sys, lanindex\n"
+        "import re, sys, lanindex\n"
+        "def most():\n"  # that of this program alone, whatever has started it
+        "    told = open('/proc/self/status').read()\n"
+        "    return int(re.search(r'VmHWM:\\s+(\\d+)', told)[1]) / 1024\n"
         "with lanindex.open_library(sys.argv[1], readonly=True) as library:\n"
         "    library.columns([])\n"
-        "    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "    roster, columns = library.columns(['r_arm'])\n"
-        "    arrays = [getattr(columns['r_arm'], one) for one in ('bounds', 'cell', 'runner',\n"
-        "        'margin', 'start', 'stop')]\n"
-        "    held = sum(one.nbytes for one in arrays) / 1024\n"
-        "    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
-        "print(f'  memory for it: {(after - before) / 1024:.0f} MB, its arrays are '\n"
-        "    f'{held / 1024:.0f} MB')\n"
+        "    before = most()\n"
+        "    one = library.columns(['r_arm'])[1]['r_arm']\n"
+        "    names = ('bounds', 'cell', 'runner', 'margin', 'start', 'stop')\n"
+        "    held = sum(getattr(one, name).nbytes for name in names) / 1024**2\n"
+        "print(f'  memory for it: {most() - before:.0f} MB, its arrays are {held:.0f} MB')\n"
     )
     subprocess.run([sys.executable, "-c", code, str(path)], check=True)
 

@@ -11,7 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 HERE = Path(__file__).parent
-ALL = ("startup", "read_speed", "ingest_speed", "memory", "columns", "retrieval", "laws")
+ALL = (
+    *("startup", "read_speed", "ingest_speed", "memory", "columns", "retrieval", "fuzzy", "laws"),
+    *("dictionary", "example"),
+)
 
 
 def processor() -> str:

@@ -131,6 +131,22 @@ def test_dead_captures_leave_when_they_are_many(library):
     assert_true(library)
 
 
+def test_a_large_segment_is_left_alone(library, monkeypatch):
+    for number in range(6):
+        add_sample(library, number)
+        library.gather()
+        monkeypatch.setattr(gather, "LARGEST", 4 * (3 * 6 + 1))
+    assert segments(library) == [4, 2]
+    for number in range(6, 10):
+        add_sample(library, number)
+        library.gather()
+    assert segments(library) == [4, 4, 2]
+    library.remove(1, 2, 3, 5)
+    library.gather()
+    assert segments(library) == [4, 4, 2]
+    assert_true(library)
+
+
 def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):
     monkeypatch.setattr(gather, "CHUNK", 40)
     monkeypatch.setattr(derive, "BATCH", 1)

@@ -104,7 +104,7 @@ def damage(path, choice):
             other = choice.choice([value + 1, value - 1, value ^ 1 << choice.randrange(40)])
         else:
             text = value if isinstance(value, bytes) else value.encode()
-            other = choice.choice([flip, cut])(text or b"x", choice)
+            other = choice.choice([flip, cut])(text, choice) if text else b"x"
         is_text = isinstance(value, str)
         new = "CAST(? AS TEXT)" if is_text else "?"
         connection.execute(f"UPDATE {table} SET {column} = {new} WHERE rowid = ?", (other, row))
@@ -145,8 +145,8 @@ def test_damage_is_told_and_mended(path):
         connection.execute("UPDATE segment_column SET content = x'00' WHERE name = 'cell'")
     _, (note,) = found(path)
     assert note == (
-        "the library's columns were damaged: cell of r_arm in segment 1: they are made anew of its "
-        "symbols"
+        "the library's columns were damaged: cell of r_arm in segment 1: they are made of its "
+        "symbols now"
     )
 
 
@@ -159,6 +159,14 @@ def test_what_another_program_changed_is_seen(path):
     answer, (note,) = found(path)
     assert answer == by_rows(path)
     assert "out of date, for another program has changed the library" in note
+    assert found(path) == (by_rows(path), [])
+
+
+def test_a_capture_is_stored_even_where_it_was_said_to_wait(path):
+    with sql(path) as connection:
+        connection.execute("INSERT INTO segment_pending VALUES (8)")
+    with Store.open(path) as library:
+        assert add_sample(library, 7) == 8
     assert found(path) == (by_rows(path), [])
 
 
@@ -179,14 +187,27 @@ def test_a_page_that_cannot_be_read_is_no_matter_where_the_rows_are_whole(path, 
     wanted, content = by_rows(path), bytearray(path.read_bytes())
     content[(page - 1) * 4096 : page * 4096] = b"\xff" * 4096
     path.write_bytes(content)
-    answer, (note,) = found(path)
+    answer, notes = found(path)
     assert answer == wanted
-    assert "cannot be read" in note
-    assert "in memory alone (the library is damaged)" in note
+    assert "cannot be read" in notes[0]
+    assert notes[1] == CANNOT.format("the library is damaged")
 
 
-@pytest.mark.parametrize("change", ["", "UPDATE state SET stamp = 70"])
-def test_a_library_that_may_not_be_written(folder, common_user, change):
+CANNOT = (
+    "the library's columns cannot be written ({}): what is not there is read from the symbols, "
+    "each time"
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("", []),
+        ("UPDATE state SET stamp = 70", ["out of date"]),
+        ("DELETE FROM segment", ["they are not those of the captures that there are"]),
+    ],
+)
+def test_a_library_that_may_not_be_written(folder, common_user, change, said):
     path = folder / "some.db"
     fill(path, 3)
     with Store.open(path) as library:
@@ -200,14 +221,16 @@ def test_a_library_that_may_not_be_written(folder, common_user, change):
     with common_user():
         answer, notes = found(path)
     assert answer == wanted
-    assert [note.partition(": ")[2] for note in notes] == [
-        "they are made anew of its symbols, in memory alone (the library or its folder may not be "
-        "written)"
-    ] * bool(change)
+    assert notes[1:] == [CANNOT.format("the library or its folder may not be written")] * len(said)
+    assert [word for word in said if word in notes[0]] == said
 
 
 def test_many_captures_that_wait_are_put_into_a_segment_by_a_search(path, monkeypatch):
     monkeypatch.setattr("lanindex.library.keeper.MOST_PENDING", 0)
+    assert found(path) == (
+        by_rows(path),
+        ["the library's columns lack 1 of its captures: they are made of its symbols now"],
+    )
     assert found(path) == (by_rows(path), [])
     with sql(path) as connection:
         assert connection.execute("SELECT count(*) FROM segment_pending").fetchall() == [(0,)]
@@ -221,10 +244,7 @@ def test_many_captures_that_wait_while_another_process_writes(path, monkeypatch)
         other.execute("BEGIN IMMEDIATE")
         for _ in range(2):
             assert told(*library.columns(PARTS)) == wanted
-        assert library.notes == [
-            "captures that are not in the library's columns yet are read from their symbols, which "
-            "takes longer (another process holds the library)"
-        ]
+        assert library.notes[1:] == [CANNOT.format("another process holds the library")]
 
 
 def test_a_library_in_memory_has_columns():

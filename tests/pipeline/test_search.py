@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 from dances import BOW
+from sample import sample_score
 
-from lanindex.errors import PatternError, UsageError
+from lanindex.errors import LibraryError, PatternError, UsageError
 from lanindex.pipeline import Library, open_library
 
 
@@ -28,6 +29,26 @@ def test_a_part_that_is_only_not_seen_never_moves(library: Library) -> None:
     assert len(library.search("r_arm forward without head")) == 1
 
 
+def test_hits_are_of_the_library_that_was_searched(library: Library) -> None:
+    score, wanted = library.score("bow.lnd"), library.search("r_arm forward")[0].span
+    place = library.capture("bow.lnd").location
+    with open_library(library.place) as other:
+        found = library.search("r_arm forward")
+        other.label("bow.lnd", "bow")
+        assert found[0].span == wanted
+        for change in (
+            lambda: other.add(place, sample_score(), format="lnd", sha256="0"),
+            lambda: other.remove(place),
+        ):
+            found = library.search("r_arm any")
+            change()
+            with pytest.raises(
+                LibraryError, match=r"gone, or others now. Search again: the library"
+            ):
+                list(found)
+            other.add(place, score, format="lnd", sha256="0")
+
+
 def test_only_captures_that_fit_are_searched(library: Library) -> None:
     pattern = "r_arm forward"
     library.label("bow.lnd", "bow", {"who": "x"})
@@ -43,3 +64,16 @@ def test_only_captures_that_fit_are_searched(library: Library) -> None:
         assert f"r_arm forward  {found}\n" in library.explain(pattern, where=where)
     with pytest.raises(UsageError, match="no capture has a column"):
         library.search(pattern, where={"whom": "x"})
+
+
+def test_what_would_be_found_is_what_is_found(library: Library) -> None:
+    advice = library.suggest("r_arm low -> high | first 2")
+    assert advice.instead[0].pattern == "r_arm low -> mid"
+    for suggestion in advice.instead:
+        found = library.search(suggestion.pattern)
+        assert (len(found), found.captures) == (suggestion.hits, suggestion.captures)
+
+
+def test_brackets_with_a_length_are_tried_as_well(library: Library) -> None:
+    advice = library.suggest("(r_arm forward -> low) <0.5s")
+    assert str(advice.left_out[0]) == 'without "<0.5s": 1 hit, the nearest takes 2.25 s'

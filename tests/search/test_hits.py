@@ -34,7 +34,10 @@ def test_a_hit_is_told_on_a_line() -> None:
 
 
 def test_hits_are_told_on_lines() -> None:
-    assert repr(Hits([], "head low")) == "<0 hits in 0 captures: head low>"
+    assert repr(Hits([], "head low")).splitlines() == [
+        "<0 hits in 0 captures: head low>",
+        "  library.suggest(pattern) tells what is near",
+    ]
     lines = repr(Hits([hit("a\x1b.bvh")] * 12, "head\n\x1blow")).splitlines()
     assert lines[0] == "<12 hits in 1 capture: head\\n\\x1blow>"
     assert lines[1] == "  a\\x1b.bvh  [30, 60) 1.00-2.00 s, fit 0.50"

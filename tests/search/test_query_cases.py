@@ -1,9 +1,11 @@
 import pytest
-from query_cases import Case, cases
+from query_cases import Case, cases, told
 
 from lanindex.errors import PatternError
+from lanindex.search.hits import Hits
 from lanindex.search.language import parse
 from lanindex.search.plain import find
+from lanindex.search.stages import piped
 
 CASES = list(cases())
 ERRORS = [case for case in CASES if case.error]
@@ -19,11 +21,9 @@ def test_hits(case: Case):
     query = parse(case.pattern)
     recordings = [(it.capture, it.tracks) for it in case.recordings]
     names = {it.capture.id: it.name for it in case.recordings}
-    found = []
-    for hit in find(query, recordings, tolerance=case.tolerance, overlaps=case.overlaps):
-        symbols = sorted(f"{symbol.part}.{symbol.ordinal}" for symbol in hit.symbols)
-        found.append((names[hit.capture.id], hit.span, symbols))
-    assert found == [(it.name, it.span, sorted(it.symbols)) for it in case.hits]
+    hits = find(query, recordings, tolerance=case.tolerance, overlaps=case.overlaps)
+    found = piped(query.stages, Hits(hits, case.pattern))
+    assert told(found, names) == list(case.hits)
 
 
 @pytest.mark.parametrize("case", ERRORS, ids=str)

@@ -37,10 +37,22 @@ def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
     assert found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern)
 
 
-def test_what_cannot_be_tried_is_said(monkeypatch):
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "(r_arm any ... any) x3+ without arm high",
+        "a: r_arm any ... b: any ... c: any ... d: any ... e: any where a.start > e.end "
+        "and b.start > c.end and d.start > e.end",
+        "r_arm any ... any with b: l_arm any ... c: any with d: head any ... e: any "
+        "where b.end > e.end and c.end > d.end",
+    ],
+)
+def test_what_cannot_be_tried_is_said(pattern, monkeypatch):
     monkeypatch.setattr(walk, "MOST_NODES", 20_000)
+    monkeypatch.setattr(beside, "MOST_WAYS", 20_000)
+    wave = WAVE.replace("low", "high")
     with pytest.raises(LanindexError, match=r"1\.lnd: the pattern fits in more than 20000 ways"):
-        found(WAVE.replace("low", "high"), "(r_arm any ... any) x3+ without arm high")
+        found(f"{wave}; {wave.replace('r_arm', 'l_arm')}; {wave.replace('r_arm', 'head')}", pattern)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
@@ -20,13 +20,23 @@ if TYPE_CHECKING:
 def run(
     what: Annotated[
         str | None,
-        typer.Argument(metavar="PATTERN|-", help="A pattern, or - for hits from search --json."),
+        typer.Argument(
+            metavar="PATTERN|-",
+            help="A pattern, or - for hits from search --json.",
+            autocompletion=options.offered("patterns"),
+        ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to.")] = (
         Path("clips")
     ),
     capture: Annotated[
-        str | None, typer.Option("--capture", metavar="PATH|ID", help="Cut from this capture.")
+        str | None,
+        typer.Option(
+            "--capture",
+            metavar="PATH|ID",
+            help="Cut from this capture.",
+            autocompletion=options.offered("captures"),
+        ),
     ] = None,
     begin: Annotated[
         int | None, typer.Option("--from", metavar="FRAME", min=0, help="First frame.")
@@ -45,6 +55,7 @@ def run(
     overlaps: options.Overlaps = "none",
     strict: options.Strict = False,
     tolerance: options.Tolerance = 0.1,
+    words: options.Words = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     db: options.Db = options.DB,
     json: options.Json = False,
@@ -71,13 +82,16 @@ def run(
     from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
+        library.tell = out.note
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
             wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
         else:
+            library.words = words
+            pattern = meaning.of(out, library, pattern_in(str(what)), words)
             found = library.search(
-                pattern_in(str(what)),
+                pattern,
                 tolerance=tolerance,
                 overlaps=overlaps,
                 within=within,

@@ -72,6 +72,8 @@ def run(
     tally, begun = Counter[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
+        if library:
+            library.tell = out.note
         done = ingest(
             library,
             files,
@@ -85,8 +87,6 @@ def run(
         for outcome in out.progress(done, len(files), "files"):
             _count(tally, outcome, chosen.meter.division)
             _report(out, outcome)
-        for note in getattr(library, "notes", []):
-            out.note(note)
     _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
     _afterwards(out, tally, rest, chosen.meter.division, dry_run)
     if tally["failed"]:

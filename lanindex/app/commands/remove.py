@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 def run(
     captures: Annotated[
         list[str] | None,
-        typer.Argument(metavar="CAPTURE...", help="Their numbers, paths or ends of paths."),
+        typer.Argument(
+            metavar="CAPTURE...",
+            help="Their numbers, paths or ends of paths.",
+            autocompletion=options.offered("captures"),
+        ),
     ] = None,
     missing: Annotated[
         bool, typer.Option("--missing", help="All whose file is no longer there.")

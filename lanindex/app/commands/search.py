@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
 
 if TYPE_CHECKING:
+    from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
 
@@ -18,7 +19,21 @@ ON_A_TERMINAL = 20
 
 
 def run(
-    pattern: Annotated[str, typer.Argument(metavar="PATTERN", help="r_arm right mid -> high")],
+    pattern: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="PATTERN",
+            help="r_arm right mid -> high",
+            autocompletion=options.offered("patterns"),
+        ),
+    ] = None,
+    like: Annotated[
+        str | None,
+        typer.Option("--like", metavar="CLIP[:FROM-TO]", help="What is like a capture or file."),
+    ] = None,
+    rerank: Annotated[
+        bool, typer.Option("--rerank", help="Order what is like it by its joints, too.")
+    ] = False,
     limit: Annotated[
         int | None,
         typer.Option("--limit", "-n", min=1, help="Hits to show: 20 on a terminal, else all."),
@@ -30,7 +45,9 @@ def run(
     ),
     overlaps: options.Overlaps = "none",
     tolerance: options.Tolerance = 0.1,
+    fuzzy: options.Fuzzy = None,
     timeout: options.Timeout = None,
+    words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
     ),
@@ -38,6 +55,15 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how the pattern is understood.")
     ] = False,
+    why: Annotated[
+        str | None,
+        typer.Option(
+            "--why",
+            metavar="CAPTURE",
+            autocompletion=options.offered("captures"),
+            help="Say what matched in one capture, or where the walk through it ended.",
+        ),
+    ] = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -47,43 +73,50 @@ def run(
     """Find movement by pattern.
 
     Parts, directions and heights as in Labanotation: "r_arm right mid -> high",
-    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex words.
+    "arms place high 1s+", "r_arm high with l_arm low". The whole language: lanindex language.
+    Or a word of the dictionary of movement, such as walk: lanindex words.
     Exits with 1 if nothing is found.
     """
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
+    if pattern is None or like is not None or rerank:
+        from lanindex.app import alike
+
+        asked = alike.Asked(pattern, like, rerank, explain, count, limit)
+        return alike.run(out, asked, db, within=within, where=options.where(where))
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
-    chosen = options.where(where)
+    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    among: dict[str, Any] = {"within": within, "where": options.where(where)}
     with open_library(db, readonly=True) as library:
+        library.tell, library.words = out.note, words
+        pattern = meaning.of(out, library, pattern, words)
+        if why is not None:
+            raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
-            text = library.explain(pattern, within=within, where=chosen, strict=strict)
-            if json:
-                out.record({"explain": text})
-            else:
-                out.text(text)
-            return
-        found = library.search(
-            pattern,
-            tolerance=tolerance,
-            overlaps=overlaps,
-            within=within,
-            where=chosen,
-            timeout=timeout,
-            strict=strict,
-        )
+            return _explain(out, library.explain(pattern, strict=strict, **among))
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
             _count(out, found)
         else:
             _show(out, found.by_fit() if sort == "fit" else found, limit)
-    if not found:
-        raise typer.Exit(1)
+        if not found:
+            if not quiet:
+                _advise(out, library.suggest(pattern, **how, **among))
+            raise typer.Exit(1)
+
+
+def _explain(out: Output, text: str) -> None:
+    if out.json:
+        out.record({"explain": text})
+    else:
+        out.text(text)
 
 
 def _count(out: Output, found: Hits) -> None:
@@ -121,6 +154,25 @@ def _show(out: Output, found: Hits, limit: int | None) -> None:
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
     formatting.hits(out, found[:most], found.pattern)
     _summary(out, found, min(most, len(found)))
+
+
+def _advise(out: Output, advice: Advice) -> None:
+    """Say why nothing is found, and what is near: in lines, or in one beside JSON."""
+    for line in [advice.brief] if out.json else str(advice).split("\n"):
+        out.note(line)
+
+
+def _trace(out: Output, seen: Trace) -> bool:
+    """Say what a pattern met with in a capture, and return whether it has hits there."""
+    from lanindex.app import formatting
+    from lanindex.search.explain.trace import records_of
+
+    if out.json:
+        for record in records_of(seen):
+            out.record(record)
+    else:
+        formatting.trace(out, seen)
+    return bool(seen.hits)
 
 
 def _summary(out: Output, found: Hits, shown: int) -> None:

@@ -16,7 +16,12 @@ if TYPE_CHECKING:
 
 def run(
     capture: Annotated[
-        str | None, typer.Argument(metavar="CAPTURE", help="Its number, path or end of path.")
+        str | None,
+        typer.Argument(
+            metavar="CAPTURE",
+            help="Its number, path or end of path.",
+            autocompletion=options.offered("captures"),
+        ),
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="All captures.")] = False,
     part: Annotated[

@@ -3,7 +3,19 @@
 For people only: no other room needs it.
 """
 
+from lanindex.search.explain.advice import Advice, advise
 from lanindex.search.explain.english import sentence
-from lanindex.search.explain.reasons import explanation, obstacle, order, step_counts
+from lanindex.search.explain.reasons import explanation, order, step_counts
+from lanindex.search.explain.trace import Trace, obstacle, trace
 
-__all__ = ["explanation", "obstacle", "order", "sentence", "step_counts"]
+__all__ = [
+    "Advice",
+    "Trace",
+    "advise",
+    "explanation",
+    "obstacle",
+    "order",
+    "sentence",
+    "step_counts",
+    "trace",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lanindex.search.explain.clauses import endings, time
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -17,7 +18,7 @@ from lanindex.search.language.query import (
     Step,
     Word,
 )
-from lanindex.search.language.times import Length, Time
+from lanindex.search.language.times import Length
 from lanindex.search.language.words import Mover
 
 _VALUES = {
@@ -46,11 +47,11 @@ _VALUES = {
 _PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
 _MANNERS = {
     "move": (("moves", "anywhere"), ("move", "anywhere")),
+    "via": (("goes, if only in passing,", "anywhere"), ("go, if only in passing,", "anywhere")),
     "at": (("is", "anywhere"), ("are", "anywhere")),
     "hold": (("stays", "where it is"), ("stay", "where they are")),
 }
 """By manner, for one and for two: the verb, and where if no words tell."""
-_UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}
 _LENGTHS = {
     "<": "less than {}",
     "<=": "at most {}",
@@ -67,41 +68,56 @@ _RELATIONS = {
     "ending with": "and ending at the same time, {}",
     "exactly with": "and at exactly the same time, {}",
     "without": "and in the meantime never: {}",
+    "after": "and before it begins, {}",
+    "before": "and when it is over, {}",
+    "never": "and nowhere in the clip: {}",
 }
+_WITHIN = {
+    "with": "and not {} or more away, {}",
+    "without": "and not even {} away: {}",
+    "after": "and before it begins ({} between), {}",
+    "before": "and when it is over ({} between), {}",
+}
+"""By relation, what it says with a limit."""
 
 
 def sentence(query: Query) -> str:
-    """Return what a query asks for, as one English sentence or two."""
+    """Return what a query asks for, as one English sentence or more."""
     said = _pattern(query.pattern)
     first = len(said) - len(said.lstrip("("))
-    mirror = " Or the mirror image of all this." if query.either_side else ""
-    return f"{said[:first]}{said[first].upper()}{said[first + 1 :]}.{mirror}"
+    whole = f"{said[:first]}{said[first].upper()}{said[first + 1 :]}."
+    return " ".join([whole, *endings(query)])
 
 
-def _pattern(pattern: Choice) -> str:
-    return " — or — ".join(map(_lines, pattern.alternatives))
+def _pattern(pattern: Choice, begins: bool = True) -> str:
+    """Return a pattern in words; one that does not begin its line cannot begin there either."""
+    return " — or — ".join(_lines(lines, begins) for lines in pattern.alternatives)
 
 
-def _lines(lines: Lines) -> str:
-    return "; ".join([_line(lines.first), *map(_beside, lines.others)])
+def _lines(lines: Lines, begins: bool) -> str:
+    return "; ".join([_line(lines.first, begins), *map(_beside, lines.others)])
 
 
 def _beside(beside: Beside) -> str:
-    return _RELATIONS[beside.relation].format(_line(beside.line))
+    line, within = _line(beside.line), beside.within
+    if within is None:
+        return _RELATIONS[beside.relation].format(line)
+    limit = _length(within) if beside.relation in ("after", "before") else time(within.time)
+    return _WITHIN[beside.relation].format(limit, line)
 
 
-def _line(line: Line) -> str:
+def _line(line: Line, begins: bool = True) -> str:
     said = ""
     if line.start:
         limit = _limit(line.start)
         said = f"from the clip's start{', later on' if line.start.later else ''}{limit}: "
-    said += _item(line.items[0])
+    said += _item(line.items[0], begins)
     first = line.items[0].unit
-    if len(line.items) > 1 and not line.start and _may_be_there(line.items[0]):
+    if begins and len(line.items) > 1 and not line.start and _may_be_there(line.items[0]):
         many = isinstance(first, Step) and first.mover.form == "both"
         said += " (or begin there)" if many else " (or begins there)"
     for arrow, item in zip(line.arrows, line.items[1:], strict=True):
-        said += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item)}"
+        said += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item, False)}"
     if line.end:
         last = "some time before" if line.end.later else "as the last movement before"
         said += f", {last} the clip's end{_limit(line.end)}"
@@ -129,12 +145,12 @@ def _skipped(skips: Skips) -> str:
     return f"{number} movement{'' if skips.count == 1 else 's'}"
 
 
-def _item(item: Item) -> str:
+def _item(item: Item, begins: bool) -> str:
     unit = item.unit
-    said = f"({_pattern(unit.pattern)})" if isinstance(unit, Bracket) else _step(unit)
+    said = f"({_pattern(unit.pattern, begins)})" if isinstance(unit, Bracket) else _step(unit)
     if item.length:
         said += f", for {_length(item.length)}"
-    return said + _repeat(item.repeat)
+    return said + _repeat(item.repeat) + (f" (call it {item.label})" if item.label else "")
 
 
 def _repeat(repeat: Repeat) -> str:
@@ -150,14 +166,8 @@ def _repeat(repeat: Repeat) -> str:
 
 def _length(length: Length) -> str:
     if length.last:
-        return f"{_time(length.time)} to {_time(length.last)}"
-    return _LENGTHS[length.form].format(_time(length.time))
-
-
-def _time(time: Time) -> str:
-    number = str(time).removesuffix(time.unit)
-    unit = _UNITS[time.unit]
-    return f"{number} {unit[:-1] if number == '1' and len(unit) > 2 else unit}"
+        return f"{time(length.time)} to {time(length.last)}"
+    return _LENGTHS[length.form].format(time(length.time))
 
 
 def who(mover: Mover) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -126,3 +127,25 @@ def best(answers: Answers) -> Answers:
     found = answers.at(chosen)
     order = np.lexsort((first, found.cost, found.high, found.low, found.capture))
     return answers.at(chosen[order])
+
+
+def own_rows(
+    answers: Answers, parts: list[tuple[str, ...]], bounds: Callable[[str], Whole]
+) -> Answers:
+    """Return answers whose rows are counted in their own captures.
+
+    Parameters
+    ----------
+    answers : Answers
+        Whose rows are counted over all captures.
+    parts : list of tuple of str
+        Of `Finder`.
+    bounds : callable
+        Gives, of a part, the first row of each capture.
+    """
+    rows = answers.rows.copy()
+    for place, members in enumerate(parts):
+        own = np.flatnonzero(answers.parts == place)
+        for member, part in enumerate(members if len(own) else ()):
+            rows[own, member] -= bounds(part)[answers.capture[own]]
+    return replace(answers, rows=rows)

@@ -15,15 +15,26 @@ from lanindex.model.symbol import listed
 from lanindex.search import plain
 from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.fast import overlaps as staying
-from lanindex.search.fast.answers import Answers, best, joined, of_line, roots, table
+from lanindex.search.fast.answers import (
+    Answers,
+    best,
+    firsts,
+    joined,
+    of_line,
+    own_rows,
+    roots,
+    table,
+)
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.block import Block
+from lanindex.search.fast.chains import chains_of
+from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.found import TOGETHER, Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
-from lanindex.search.fast.trace import trace
+from lanindex.search.fast.trace import labelled, trace
 from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.query import Query
 
@@ -85,16 +96,36 @@ class Finder:
         watch : callable, optional
             Is told how far the search is.
         """
-        pieces: list[Answers] = []
-        for first, last in self._blocks():
+        pieces = self._chained(watch)
+        for first, last in self._blocks() if pieces is None else ():
+            pieces = pieces or []
             answers, doubtful = self._between(first, last, watch)
             pieces.append(answers)
             told = self._told_plainly(doubtful, watch)
             self._told.update(told)
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
-        answers = joined(pieces)
+        answers = joined(pieces or [])
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
         return Found(self, answers, self._kept(answers, overlaps), len(self._told))
+
+    def _chained(self, watch: Watch | None) -> list[Answers] | None:
+        """Return all answers where no program is more than chains, else None."""
+        if self._query.rhythm or self._query.where:
+            return None
+        chained = [chains_of(program) for program in self._programs]
+        found: list[Answers] = []
+        for number, chains in enumerate(chained):
+            if chains is None:
+                return None
+            for chain in chains if None not in chained else ():
+                if watch:
+                    watch(0, len(self._roster))
+                part = chain.states[0].members
+                place, _ = firsts(chain.states[0], self._parts)
+                if part[0] in self._columns:
+                    found.append(table_of(self._columns[part[0]], chain, number, place))
+        every = best(joined(found))
+        return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
@@ -135,6 +166,7 @@ class Finder:
             span,
             min(symbol.margin for symbol in symbols.values()),
             (tuple(symbols.values()),),
+            labelled(taken, symbols),
         )
 
     def _teller(self, place: int, answer: Answers) -> Hit:
@@ -218,16 +250,7 @@ class Finder:
                     doubtful |= possible(block, program)
         every = joined(found)
         every = best(every.at(~doubtful[every.capture]))
-        return self._from_own_rows(block, every), doubtful
-
-    def _from_own_rows(self, block: Block, answers: Answers) -> Answers:
-        """Return answers whose rows are counted in their own captures."""
-        rows = answers.rows.copy()
-        for place, parts in enumerate(self._parts):
-            own = answers.parts == place
-            for member, part in enumerate(parts):
-                rows[own, member] -= block.rows(part).bounds[answers.capture[own]]
-        return replace(answers, rows=rows)
+        return own_rows(every, self._parts, lambda part: block.rows(part).bounds), doubtful
 
     def _kept(self, answers: Answers, overlaps: str) -> Whole:
         """Return which answers are hits."""

@@ -7,7 +7,7 @@ from typing import Protocol, overload
 
 import numpy as np
 
-from lanindex.model import Capture, Hit
+from lanindex.model import Capture, Hit, Span
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.search.fast.answers import Answers
 from lanindex.search.fast.ragged import Numbers, Whole, starts_of
@@ -92,14 +92,14 @@ class Found(Sequence[Hit]):
         return int(self._alike[group - 1]), int(self._alike[group])
 
     def __iter__(self) -> Iterator[Hit]:
-        """Yield all hits; the captures of those in order are fetched many at once."""
-        begins = np.flatnonzero(starts_of(self.place)) if len(self) else self.place
-        for first in range(0, len(begins), TOGETHER):
-            some = begins[first : first + TOGETHER]
-            self._maker.fetch(self.place[some].tolist())
-            after = begins[first + TOGETHER : first + TOGETHER + 1].tolist() or [len(self)]
-            for index in range(int(some[0]), after[0]):
-                yield self[index]
+        """Yield all hits, in whatever order they stand; captures are fetched many at once."""
+        first, places = 0, set[int]()
+        for index, place in enumerate([*self.place.tolist(), -1]):
+            if place < 0 or (len(places) == TOGETHER and place not in places):
+                self._maker.fetch(sorted(places))
+                yield from (self[one] for one in range(first, index))
+                first, places = index, set()
+            places.add(place)
 
     def _fits(self) -> Numbers:
         """Return how clear each hit is, (H,) in thousandths; those not known are made for it."""
@@ -122,6 +122,19 @@ class Found(Sequence[Hit]):
         """Return the captures, each with how many hits it has."""
         places, counts = np.unique(self.place, return_counts=True)
         return list(zip(self._maker.captures(places.tolist()), counts.tolist(), strict=True))
+
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit."""
+        places = np.unique(self.place).tolist()
+        captures = dict(zip(places, self._maker.captures(places), strict=True))
+        for place, low, high in zip(
+            self.place.tolist(), self.low.tolist(), self.high.tolist(), strict=True
+        ):
+            yield captures[place], Span(low, high)
+
+    def arranged(self, order: Sequence[int]) -> Found:
+        """Return the same hits in another order."""
+        return Found(self._maker, self._answers, self._chosen[np.array(order, np.int64)], self.left)
 
     def numpy(self) -> Numbers:
         """Return the hits as an array, as `lanindex.search.hits.Hits.numpy`."""

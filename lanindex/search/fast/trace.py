@@ -6,10 +6,13 @@ capture alone, along the values that the search has found.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from lanindex.model import Symbol
 from lanindex.search.automaton import Program, State
 from lanindex.search.fast.answers import firsts, roots
 from lanindex.search.fast.arrows import NONE
@@ -24,6 +27,20 @@ class Taken(NamedTuple):
     rows: tuple[tuple[str, int], ...]
     start: int
     end: int
+
+
+def labelled(
+    taken: Iterable[Taken], symbols: Mapping[tuple[str, int], Symbol]
+) -> dict[str, tuple[Symbol, ...]]:
+    """Return, by label, what matched under it; one stayed at or rested in lasts as long as that."""
+    labels: dict[str, tuple[Symbol, ...]] = {}
+    for it in taken:
+        found = [symbols[row] for row in it.rows]
+        if it.state.manner in ("at", "hold"):
+            found = [replace(symbol, start=it.start, stop=it.end) for symbol in found]
+        for label in it.state.labels:
+            labels[label] = (*labels.get(label, ()), *found)
+    return labels
 
 
 def trace(

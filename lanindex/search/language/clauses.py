@@ -5,6 +5,7 @@ Every node prints as it is written.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -146,3 +147,14 @@ class First:
 
 
 Stage = Count | Sort | First
+
+
+def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
+    """Yield the fields that conditions and stages speak of."""
+    for clause in clauses:
+        match clause:
+            case Comparison(left=left, right=right):
+                terms = (term for _, term in (*left.terms, *right.terms))
+                yield from (term for term in terms if isinstance(term, Reference))
+            case Count(by=Reference() as by) | Sort(by=by):
+                yield by

@@ -16,6 +16,16 @@ from lanindex.search.language.terms import condition_at, reference_at
 
 _STAGES = "count, count by clip.label, sort by match.start, first 10"
 
+_NOT_IN_WHERE = {
+    "or": '"and" joins conditions. "or" joins lines, before "where".',
+    "/": 'A condition has one word: a.level >= mid. "/" is for steps.',
+    **dict.fromkeys(
+        ("<", "<=", ">", ">=", "=", "!="),
+        "One comparison in each condition: a.length > 1s and a.length < 2s",
+    ),
+}
+"""What may seem to go on behind a condition."""
+
 
 class Endings:
     """Reads the clauses and stages behind a pattern.
@@ -54,15 +64,17 @@ class Endings:
             self.seen.append(said)
         stages = tuple(self._stages())
         if not self.cursor.stands("end"):
-            raise self._stray()
+            raise self._stray(bool(stages))
         return Query(self.pattern, "either side" in self.seen, self.rhythm, self.where, stages)
 
-    def _stray(self) -> PatternError:
+    def _stray(self, piped: bool) -> PatternError:
         cursor = self.cursor
+        if piped:
+            return cursor.error('Behind a stage comes another one, with a "|", or nothing.')
+        if self.seen[-1:] == ["where"] and cursor.token.text in _NOT_IN_WHERE:
+            return cursor.error(_NOT_IN_WHERE[cursor.token.text])
         if not self.seen or is_strange(cursor) or cursor.token.kind in ("unknown", "string"):
             return stray(cursor)
-        if self.seen[-1] == "where" and cursor.stands("word", "or"):
-            return cursor.error('"and" joins conditions. "or" joins lines, before "where".')
         return cursor.error(f'"{self.seen[-1]}" ends the pattern: steps and lines stand before it.')
 
     def _side(self, begin: Token) -> None:
@@ -127,6 +139,8 @@ class Endings:
             return First(number)
         if not cursor.take("word", "by"):
             if word.text == "count":
+                if cursor.stands("word") and cursor.ahead(1).text == ".":
+                    raise cursor.error('"by" is missing: count by clip.label', word)
                 return Count()
             raise cursor.error("By what? sort by match.start", word)
         reference = reference_at(cursor, self.labels)

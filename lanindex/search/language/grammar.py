@@ -11,6 +11,7 @@ from lanindex.search.language.lexer import Token
 from lanindex.search.language.measures import arrow_at, length_at, repeat_at, within_at
 from lanindex.search.language.mistakes import stray
 from lanindex.search.language.names import ANYONE, Names, label_at, name_at, within
+from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -90,6 +91,11 @@ def parse(
           ^^^^^
     I don't know "rihgt". Did you mean "right"?
     """
+    vocabulary = Vocabulary(parts, known)
+
+    def read(text: str) -> Query:
+        return _Parser(Cursor(text, vocabulary), Names(names or {}), strict).query()
+
     try:
         if len(text) > _LONGEST:
             raise PatternError(
@@ -98,9 +104,9 @@ def parse(
                 start=60,
                 stop=61,
             )
-        cursor = Cursor(str(text), Vocabulary(parts, known))
-        return _Parser(cursor, Names(names or {}), strict).query()
+        return read(str(text))
     except PatternError as error:
+        offer_reading(error, read)
         if isinstance(text, Saved):
             error.place = text.place(error.start)
         raise
@@ -132,7 +138,14 @@ class _Parser:
             )
         if self.timed:
             pattern = _opened(pattern)
-        return Endings(cursor, pattern, self.labels).query()
+        query = Endings(cursor, pattern, self.labels).query()
+        if self.names.used and (length := len(str(query))) > _LONGEST:
+            raise cursor.error(
+                f"With all names written out it has {length} characters; {_LONGEST} is the most.",
+                begin,
+                cursor.before,
+            )
+        return query
 
     def let(self, let: Token) -> None:
         """Read ``let NAME = pattern ;``: checked now, read again with each use."""
@@ -144,7 +157,7 @@ class _Parser:
             raise cursor.error(f"An = follows: let {name.text} = mid -> high;", let, name)
         begin = cursor.index
         with self.names.giving(name.text):
-            self.pattern(frozenset((ANYONE,)))
+            self.pattern(frozenset((ANYONE,)), "=")
         if cursor.stands("end"):
             raise cursor.error(
                 'A ";" ends it, and the pattern follows: let up = mid -> high; r_arm low -> @up',
@@ -157,8 +170,8 @@ class _Parser:
         cursor.advance()
         self.labels.clear()
 
-    def pattern(self, carried: frozenset[Mover]) -> Choice:
-        alternatives = [self.lines(carried, "")]
+    def pattern(self, carried: frozenset[Mover], after: str = "") -> Choice:
+        alternatives = [self.lines(carried, after)]
         while self.cursor.take("word", "or"):
             alternatives.append(self.lines(carried, "or"))
         return Choice(tuple(alternatives))

@@ -12,6 +12,7 @@ from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import UNITS
 
 _LONGEST_NUMBER = 9
+_OFTEN = {"1": "once", "2": "twice"}
 _EDGES = "--tolerance tells how far the edges may lie apart."
 _UNBOUNDED = {
     "during": "one lies inside the other.",
@@ -55,7 +56,7 @@ def time_at(cursor: Cursor) -> Time:
         raise cursor.error("A time goes here: 0.3s, 300ms, 9f, 2b", cursor.before)
     said = _checked(cursor, number, number.text)
     if not cursor.stands("word", *UNITS):
-        counted = f"; x{said} means {'twice' if said == '2' else f'{said} times'}"
+        counted = f"; x{said} means {_OFTEN.get(said, f'{said} times')}"
         raise cursor.error(
             f"{said} what? {said}s is seconds, {said}b beats, {said}f frames"
             f"{counted if said.isdecimal() else ''}.",
@@ -142,10 +143,16 @@ def _close(cursor: Cursor, opening: Token) -> None:
         raise cursor.error('This bracket is never closed: a "]" is missing.', opening)
 
 
+def _example(relation: str) -> str:
+    return "1s" if relation in ("with", "without") else "<1s"
+
+
 def within_at(cursor: Cursor, relation: str) -> Length | None:
     """Read the limit of a relation, if one stands here: ``after[<1s]``, ``with[1s]``."""
     begin = cursor.before
     opening = cursor.take("mark", "[")
+    if opening is None and (cursor.stands("compare") or cursor.stands("number")):
+        raise cursor.error(f"A time goes into square brackets: {relation}[{_example(relation)}]")
     if opening is None:
         return None
     if relation in _UNBOUNDED:
@@ -160,8 +167,8 @@ def within_at(cursor: Cursor, relation: str) -> Length | None:
     else:
         length = length_at(cursor)
     if length is None:
-        example = "1s" if plain else "<1s"
-        raise cursor.error(f"A time goes into the brackets: {relation}[{example}]", opening)
+        sentence = f"A time goes into the brackets: {relation}[{_example(relation)}]"
+        raise cursor.error(sentence, opening)
     if plain and (cursor.stands("mark", "+") or cursor.stands("range")):
         raise cursor.error(f"A plain time: {relation}[1s] is less than 1s between.")
     _close(cursor, opening)

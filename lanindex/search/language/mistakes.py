@@ -103,7 +103,8 @@ def nothing(cursor: Cursor, after: str) -> PatternError:
             return cursor.error("Two arrows, and no movement between them.")
         return cursor.error("Nothing before the arrow. Name a part first: r_arm low -> high")
     if token.kind in ("unknown", "string"):
-        return stranger(cursor)
+        known = _STRAY_MARKS.get(token.text)
+        return cursor.error(known) if known else stranger(cursor)
     if token.text in _NO_STEPS:
         return cursor.error(_STRAY_WORDS[token.text])
     if after == "":
@@ -117,15 +118,15 @@ def nothing(cursor: Cursor, after: str) -> PatternError:
 def stray(cursor: Cursor) -> PatternError:
     """Return the error of what follows a line that is complete."""
     token = cursor.token
-    known = token.text in _STRAY_MARKS
-    if is_strange(cursor) or (token.kind in ("unknown", "string") and not known):
-        return stranger(cursor)
     if token.kind == "word" and cursor.ahead(1).text == ":":
         return cursor.error(
             "A label goes before a step, behind the arrow: r_arm low -> a: high",
             token,
             cursor.ahead(1),
         )
+    known = token.text in _STRAY_MARKS
+    if is_strange(cursor) or (token.kind in ("unknown", "string") and not known):
+        return stranger(cursor)
     if token.kind == "word" and cursor.vocabulary.mover(token.text):
         return cursor.error(
             'Another part: "with" sets it beside, "->" puts it after, "or" is either of them.'

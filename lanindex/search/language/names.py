@@ -13,6 +13,7 @@ from lanindex.errors import PatternError, shown
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.lexer import Token
 from lanindex.search.language.mistakes import COUNT
+from lanindex.search.language.steps import NO_PART
 from lanindex.search.language.words import LANGUAGE, VALUES, Mover
 
 ANYONE = Mover("any part", "one", ("r_any",))
@@ -72,6 +73,11 @@ class Names:
         """Keep what was read since `begin` under a name."""
         self._let[name] = cursor.cut(begin)
 
+    @property
+    def used(self) -> bool:
+        """Whether any was written out."""
+        return self._read > 0
+
     def known(self, name: str) -> bool:
         """Tell whether a let has given this name."""
         return name in self._let
@@ -99,6 +105,9 @@ class Names:
         if name in self._inside:
             raise cursor.error(f'"@{name}" speaks of itself.', at, token)
         found = self._found(cursor, name)
+        if found is None and cursor.stands("mark", ".") and cursor.ahead(1).text in ("lq", "lnd"):
+            file = cursor.ahead(1)
+            raise cursor.error("A pattern in a file stands alone: search @raise.lq", at, file)
         if found is None:
             raise cursor.error(self._stranger(name), at, token)
         self._read += len(found.tokens)
@@ -128,4 +137,8 @@ class Names:
 
 def within(cursor: Cursor, at: Token, error: PatternError) -> PatternError:
     """Return the error of a named pattern, as one about its use, which was just read."""
-    return cursor.error(f"{cursor.said(at, cursor.before)}: {error.found}", at, cursor.before)
+    name = cursor.said(at, cursor.before)
+    found = f"{name}: {error.found}"
+    if error.found == NO_PART:
+        found = f"{name} begins without a part. Let one carry into it: r_arm low -> {name}"
+    return cursor.error(found, at, cursor.before)

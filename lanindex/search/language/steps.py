@@ -17,8 +17,11 @@ _WHERE = {
     "at": "At what? Say where: at high, at place low",
     "via": "Via what? Say where it goes through: via right, via any",
 }
+NO_PART = "Name the part first: r_arm high"
+"""What is said where a pattern begins without one."""
+
 _NO_PART = {
-    "": "Name the part first: r_arm high",
+    "": NO_PART,
     "start": "Name the part here: start -> r_arm high",
     "or": 'Name the part here; "/" is either-or between words: high/low.',
 }
@@ -73,16 +76,19 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
 
 
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
-    words: tuple[Word, ...] = ()
+    words: list[Word] = []
+    telling: list[Word] = []  # what is denied once more tells nothing, and is not looked at again
     while cursor.stands("word", "not", *VALUES) and cursor.ahead(1).text != ":":
         begin = cursor.token
         negated = cursor.take("word", "not") is not None
         if not cursor.stands("word", *VALUES):
             raise _no_value(cursor, "Not what? A direction or level follows: not low")
-        words = (*words, _word(cursor, negated))
-        if found := _complaint(words, mover, manner):
-            raise cursor.error(found, begin, cursor.before)
-    return words
+        words.append(_word(cursor, negated))
+        if not (negated and words[-1] in telling):
+            telling.append(words[-1])
+            if found := _complaint(tuple(telling), mover, manner):
+                raise cursor.error(found, begin, cursor.before)
+    return tuple(words)
 
 
 def _word(cursor: Cursor, negated: bool) -> Word:

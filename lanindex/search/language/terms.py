@@ -89,6 +89,8 @@ def condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
     if compare is None:
         if cursor.stands("word", "mirrors"):
             raise cursor.error("Two labels: a mirrors b", begin, cursor.token)
+        if cursor.stands("word") or cursor.token.text in ("*", "/"):
+            raise cursor.error("Here goes =, !=, <, <=, > or >=: a.level = high")
         raise cursor.error("Compared with what? a.level = high", begin, cursor.before)
     if again := cursor.take("mark", "="):
         remedy = "Write != once." if compare.text == "!=" else 'One "=" is enough.'
@@ -153,23 +155,33 @@ def _fields(name: str) -> str:
     return "clip.label, clip.path or another column" if name == CLIP else " ".join(FIELDS)
 
 
+_COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")
+"""What people ask a clip for."""
+
+
 def _no_reference(name: str, labels: Collection[str]) -> str:
     if name in FIELDS:
         return f'"{name}" of what? match.{name}' + (
             f", {next(iter(labels))}.{name}" if labels else ""
         )
-    if name in ("label", "path", "format", "dataset", "fps"):
+    if name in _COLUMNS:
         return f'"{name}" of what? clip.{name}'
     if name in labels or name in (CLIP, MATCH):
         return f"What of it? {name}.{'label' if name == CLIP else 'start'}"
     return f'"{name}" of what? match.start, clip.label, or a label: a.start'
 
 
+_MEANT = {"duration": "length", "time": "length", "begin": "start", "stop": "end"}
+_MEANT |= {"height": "level", "fit": "margin", "limb": "part"}
+"""Fields by other names."""
+
+
 def _no_field(name: str, field: str) -> str:
     from rapidfuzz import process
 
     guess = process.extractOne(field, FIELDS, score_cutoff=60)
-    meant = f"Did you mean {name}.{guess[0]}?" if guess else f"It has: {' '.join(FIELDS)}"
+    near = _MEANT.get(field) or (guess[0] if guess else "")
+    meant = f"Did you mean {name}.{near}?" if near else f"It has: {' '.join(FIELDS)}"
     return f'"{name}" has no "{field}". {meant}'
 
 
@@ -214,8 +226,19 @@ def _term_at(cursor: Cursor, labels: Collection[str]) -> Term:
     raise _no_term(cursor, token, labels)
 
 
+_NO_CONDITION = {
+    "not": "A condition is not denied but turned round: a.level != high",
+    "(": "Conditions stand without brackets; + and - add times up from left to right.",
+    "-": "Times and numbers are 0 or more; turn it round: a.start - b.end < 1s",
+    "'": 'Double quotation marks, please: clip.label = "wave"',
+}
+"""What stands where a term should, and what to do about it."""
+
+
 def _no_term(cursor: Cursor, token: Token, labels: Collection[str]) -> PatternError:
-    if token.text in (*labels, *FIELDS, CLIP, MATCH):
+    if token.text in _NO_CONDITION:
+        return cursor.error(_NO_CONDITION[token.text])
+    if token.text in (*labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
         return cursor.error(_no_reference(token.text, labels))
     if token.kind == "word" and token.text not in LANGUAGE and not COUNT.fullmatch(token.text):
         said = cursor.said(token)

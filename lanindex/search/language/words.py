@@ -278,7 +278,7 @@ class Vocabulary:
     def stranger(self, word: str, part_expected: bool) -> str:
         """Return the sentence about a word that is not in the vocabulary."""
         elsewhere = word.lower() in _movers(DEFAULT_PARTS)
-        guess = None if elsewhere else self._guess(word.lower())
+        guess = None if elsewhere else self._guess(word.lower(), part_expected)
         if guess:
             return f'I don\'t know "{word}". Did you mean "{guess}"?'
         if part_expected or elsewhere:
@@ -289,16 +289,21 @@ class Vocabulary:
             f"and a level (high, mid, low)."
         )
 
-    def _guess(self, word: str) -> str | None:
+    def _guess(self, word: str, part_expected: bool) -> str | None:
         from rapidfuzz import process
         from rapidfuzz.distance import OSA
 
+        from lanindex.search.dictionary import load
+
+        named = {name: f"@{name}" for name in load()} if part_expected else {}
+        if word in named:
+            return named[word]
         if word in _MEANT:
             return _MEANT[word]
         side = next((it for it in ("right_", "left_", "r_", "l_") if word.startswith(it)), "")
         limb = (side[:1] and f"{side[0]}_") + _LIMBS.get(word.removeprefix(side), "")
         if limb in self.movers:
             return limb
-        known = [*VALUES, *self.movers, *LANGUAGE]
+        known = [*VALUES, *self.movers, *LANGUAGE, *named]
         found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.6)
-        return found[0] if found else None
+        return named.get(found[0], found[0]) if found else None

@@ -11,12 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
-from lanindex.search.automaton import Companion, Group, Program
+from lanindex.search.automaton import Companion, Group
 from lanindex.search.plain.candidates import Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Open, Path, distinct, longest
 from lanindex.search.plain.relations import FORBIDDEN, NO_FRAMES, Stretch, stands
 from lanindex.search.plain.track import Claim
+from lanindex.search.plain.wanted import Sides
+
+MOST_WAYS = 1_000_000
+"""How many ways to stand beside one end of a line are tried, before it is given up."""
 
 
 class Hull(NamedTuple):
@@ -47,10 +51,11 @@ def smallest(ways: Iterable[Hull], alike: bool) -> list[Hull]:
     Only ways that remember the same are compared, and of these, where it is asked for, those alike
     in their frames.
     """
-    kept: dict[tuple[Memory, int, int], list[Hull]] = {}
+    kept: dict[object, list[Hull]] = {}
     for way in sorted(ways, key=lambda way: (way.high, -way.low, -way.fit)):
-        frames = (way.low, way.high) if alike else (0, 0)
-        others = kept.setdefault((way.memory, *frames), [])
+        frames = (way.low, way.high) if alike else ()
+        _, *rest = way.memory  # the groups are the same in all of them
+        others = kept.setdefault((*rest, *frames), [])
         if not any(it.low >= way.low and it.fit >= way.fit for it in others):
             others.append(way)
     return [way for others in kept.values() for way in others]
@@ -64,7 +69,7 @@ class Company:
     recording : Recording
         The capture.
     paths : callable
-        Program → all paths of that line, from wherever it can begin.
+        Line → all its paths, from wherever it can begin.
     slack : int
         Frames by which edges may differ that should agree.
     clauses : Clauses
@@ -76,13 +81,14 @@ class Company:
     def __init__(
         self,
         recording: Recording,
-        paths: Callable[[Program], list[Path]],
+        paths: Callable[[Sides], list[Path]],
         slack: int,
         clauses: Clauses,
         wholes: frozenset[Group],
     ) -> None:
         self._recording, self._paths, self._slack = recording, paths, slack
         self._clauses, self._wholes = clauses, wholes
+        self._matches: dict[Sides, list[Path]] = {}
 
     def close(
         self, group: Group, match: Match, memory: Memory
@@ -102,14 +108,8 @@ class Company:
         hulls = [Hull(line.low, max(line.beyond, match.end), memory)]
         for companion in group.companions:
             if companion.relation not in FORBIDDEN:
-                hulls = smallest(
-                    (
-                        hull.joined(path, companion.relation)
-                        for hull in hulls
-                        for path in self._partners(companion, stretch, hull, group in self._wholes)
-                    ),
-                    self._clauses.of_match,
-                )
+                ways = self._with(companion, stretch, hulls, group in self._wholes)
+                hulls = smallest(ways, self._clauses.of_match)
         for companion in group.companions:
             if companion.relation in FORBIDDEN:
                 hulls = [
@@ -120,6 +120,16 @@ class Company:
                 ]
         return hulls
 
+    def _with(
+        self, companion: Companion, stretch: Stretch, hulls: list[Hull], whole: bool
+    ) -> Iterator[Hull]:
+        """Yield each of some ways with each path that can stand beside it."""
+        if len(hulls) * len(self._paths(companion.programs)) > MOST_WAYS:
+            raise self._recording.too_many(MOST_WAYS)
+        for hull in hulls:
+            for path in self._partners(companion, stretch, hull, whole):
+                yield hull.joined(path, companion.relation)
+
     def _partners(
         self, companion: Companion, stretch: Stretch, hull: Hull, whole: bool
     ) -> list[Path]:
@@ -129,17 +139,15 @@ class Company:
         as far as they can be told yet.
         """
         used, seen = hull.memory.used, hull.memory.seen if whole else ()
-        found = []
-        for program in companion.programs:
-            paths = [
-                path
-                for path in self._paths(program)
-                if stands(companion, stretch, path, self._recording, self._slack)
-                and not path.memory.used & used
-                and self._clauses.may_hold((*seen, *path.memory.seen))
-            ]
-            found += distinct(longest(paths)) if program.open_ended else paths
-        return found
+        paths = [
+            path
+            for path in self._paths(companion.programs)
+            if stands(companion, stretch, path, self._recording, self._slack)
+            and not path.memory.used & used
+            and self._clauses.may_hold((*seen, *path.memory.seen))
+        ]
+        runs_on = any(program.open_ended for program in companion.programs)
+        return distinct(longest(paths)) if runs_on else paths
 
     def _disturbing(
         self, companion: Companion, alone: bool, hull: Hull
@@ -148,8 +156,18 @@ class Company:
         stretch = Stretch(hull.low, hull.high, alone)
         return frozenset(
             path.memory.used
-            for program in companion.programs
-            for path in self._paths(program)
+            for path in self._alone(companion.programs)
             if not path.memory.used & hull.memory.used
             and stands(companion, stretch, path, self._recording, self._slack)
         )
+
+    def _alone(self, line: Sides) -> list[Path]:
+        """Return the matches of a line by itself, one of those in the same place."""
+        if line not in self._matches:
+            places = {
+                (path.start, path.until, path.alone, path.memory.used): path
+                for path in self._paths(line)
+                if not path.memory.owed
+            }
+            self._matches[line] = list(places.values())
+        return self._matches[line]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
+from lanindex.errors import LanindexError
 from lanindex.model import Capture, Symbol, Track
 from lanindex.search.automaton import State
 from lanindex.search.language.query import Arrow
@@ -104,6 +105,15 @@ class Recording:
         self._events: dict[State, tuple[list[Event], ...]] = {}
         self._matches: dict[tuple[State, tuple[Event, ...]], Match | None] = {}
         self._bounds: dict[Length, tuple[int, int | None]] = {}
+
+    def too_many(self, ways: int) -> LanindexError:
+        """Return what is said where a pattern fits in more ways than can be tried."""
+        return LanindexError(
+            f"the pattern fits in more than {ways} ways",
+            place=self.capture.path,
+            remedy='Put fewer "..." into repeats, name the part after "without", or ask less of '
+            'labels in "where"',
+        )
 
     def timeline(self, part: str) -> Timeline | None:
         """Return a part's timeline, None if the capture lacks the part."""

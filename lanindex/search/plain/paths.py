@@ -83,9 +83,10 @@ class Memory(NamedTuple):
         owed: frozenset[frozenset[Claim]] = frozenset(),
     ) -> Memory:
         """Return it with more that is used, seen and owed."""
-        used = self.used | claims
-        left = frozenset(it for it in self.owed | owed if not it & used)
-        return self._replace(used=used, owed=left, seen=self.seen + seen)
+        used, owed = self.used | claims, self.owed | owed
+        if owed:
+            owed = frozenset(it for it in owed if not it & used)
+        return Memory(self.groups, used, owed, self.seen + seen, self.beats)
 
 
 @dataclass(slots=True, eq=False)

@@ -6,20 +6,18 @@ one node, so their number stays small whatever the pattern repeats.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from functools import cached_property
 from heapq import heappop, heappush
 from math import floor, inf
 
-from lanindex.errors import LanindexError
 from lanindex.search.automaton import Edge, Exit, Program, State
 from lanindex.search.plain.beside import Company
 from lanindex.search.plain.candidates import First, Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, longest, seen_in
 from lanindex.search.plain.track import Claim
+from lanindex.search.plain.wanted import Sides, Wanted
 
 MOST_NODES = 200_000
 """How many nodes a walk from one first match may have, before it is given up."""
@@ -49,39 +47,11 @@ class Walker:
     ) -> None:
         self._recording, self._programs, self._clauses = recording, programs, clauses
         self._timed = frozenset(programs) if clauses.timed else frozenset()
-        self._paths: dict[Program, list[Path]] = {}
+        self._wanted = Wanted(recording, programs)
+        self._paths: dict[Sides, list[Path]] = {}
         slack = floor(tolerance * recording.capture.rate)
         wholes = frozenset(program.whole for program in programs)
         self._company = Company(recording, self.paths, slack, clauses, wholes)
-
-    # Which movements more than one line may want.
-
-    @cached_property
-    def _wanted(self) -> frozenset[Claim]:
-        wanted: set[Claim] = set()
-        for program in self._programs:
-            if any(group.companions for group in (program.whole, *program.brackets)):
-                tally: Counter[Claim] = Counter()
-                self._tally(program, 1, tally)
-                wanted |= {claim for claim, lines in tally.items() if lines > 1}
-        return frozenset(wanted)
-
-    def _tally(self, program: Program, lines: int, tally: Counter[Claim]) -> None:
-        """Count how many lines may want a movement; a line in a bracket may come again."""
-        for claim in {
-            claim
-            for state in program.states
-            for events in self._recording.events(state)
-            for event in events
-            for claim in event.claims
-        }:
-            tally[claim] += lines
-        for group in (program.whole, *program.brackets):
-            for companion in group.companions:
-                for inner in companion.programs:
-                    self._tally(inner, lines if group is program.whole else 2, tally)
-
-    # Walking.
 
     def leading(self, program: Program, first: First | None = None) -> Iterator[Path]:
         """Yield the best path of a leading line from each of its first matches, or from one.
@@ -110,17 +80,25 @@ class Walker:
         """
         return not path.alone and not path.memory.owed and self._clauses.met_by(path)
 
-    def paths(self, program: Program) -> list[Path]:
-        """Return all paths of a line that stands beside another, from wherever it can begin."""
-        if program not in self._paths:
+    def paths(self, line: Sides) -> list[Path]:
+        """Return all paths of a line that stands beside another, from wherever it can begin.
+
+        Of what they have used they remember what others may want.
+        """
+        if line not in self._paths:
             found = [
                 path
+                for program in line
                 for root in self._roots(program)
                 for _, ending in self._from(program, root)
                 for path in ending
             ]
-            self._paths[program] = found if program.open_ended else distinct(found)
-        return self._paths[program]
+            outside = self._wanted.outside(line)
+            for path in found:
+                path.memory = path.memory._replace(used=path.memory.used & outside)
+            runs_on = any(program.open_ended for program in line)
+            self._paths[line] = found if runs_on else distinct(found)
+        return self._paths[line]
 
     def _roots(self, program: Program) -> Iterator[Node]:
         for entry in program.entries:
@@ -133,7 +111,7 @@ class Walker:
                     yield Node(state, match, self._timing(program, match, memory))
 
     def _claims(self, match: Match) -> frozenset[Claim]:
-        return match.claims & self._wanted if self._wanted else self._wanted
+        return match.claims & self._wanted.twice if self._wanted.twice else frozenset()
 
     def _seen(self, state: State, match: Match) -> tuple[Seen, ...]:
         spoken = [label for label in state.labels if label in self._clauses.labels]
@@ -166,11 +144,7 @@ class Walker:
                     else:
                         known.came += new.came
             if len(seen) > MOST_NODES:
-                raise LanindexError(
-                    f"the pattern fits in more than {MOST_NODES} ways",
-                    place=self._recording.capture.path,
-                    remedy='Put fewer "..." into repeats, or name the part after "without"',
-                )
+                raise self._recording.too_many(MOST_NODES)
 
     def _finish(self, root: Node, node: Node, leaving: Exit) -> Iterator[Path]:
         """Yield the paths that end at a node."""

@@ -1,0 +1,58 @@
+"""What a query means that is a word of the dictionary: said beside the results."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lanindex.app.output import Output
+    from lanindex.pipeline import Library
+
+
+def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | None) -> str:
+    """Return the pattern that a query stands for, and say so; itself where it is one.
+
+    Parameters
+    ----------
+    out : Output
+        Where to say it.
+    library : Library
+        Whose captures may be labelled with the same word.
+    asked : str
+        As typed: ``walk``, or a pattern.
+    words : path-like or None
+        The user's own words.
+
+    Raises
+    ------
+    UsageError
+        Where that file is no dictionary.
+    """
+    from lanindex.pipeline.words import meant, unknown
+
+    entry = meant(asked, words)
+    if entry is not None:
+        told = f": {entry.sentence}" if entry.sentence else ""
+        out.note(f"{entry.name}{told} (lanindex words {entry.name})")
+        _labelled(out, library, entry.name)
+        return entry.pattern
+    if name := unknown(asked):
+        out.note(f'no word "{name}" in the dictionary of movement: lanindex words')
+        _labelled(out, library, name)
+    return asked
+
+
+def _labelled(out: Output, library: Library, name: str) -> None:
+    """Say which captures are labelled with a word."""
+    from lanindex.app.formatting import counted
+    from lanindex.pipeline.words import glob_of, said_by
+
+    labelled = library.captures(where=[("label", glob_of(name))])
+    if labelled:
+        label = said_by(labelled, glob_of(name))
+        verb = "is" if len(labelled) == 1 else "are"
+        out.note(
+            f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '
+            f'lanindex list --where "label={label}"'
+        )

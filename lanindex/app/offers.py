@@ -1,0 +1,77 @@
+"""What a shell offers to complete an argument with: words of a pattern, captures."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lanindex.errors import LanindexError
+
+if TYPE_CHECKING:
+    from typer import Context
+
+    from lanindex.pipeline import Library
+
+_FRAGMENT = re.compile(r"[\w@]*\Z")
+_MOST = 200
+"""Captures that are offered at once; a longer list helps nobody."""
+
+
+def patterns(ctx: Context, incomplete: str) -> list[str]:
+    """Return what a pattern that was begun may go on with: parts and words, each with all before.
+
+    Parameters
+    ----------
+    ctx : Context
+        Tells the library.
+    incomplete : str
+        What was typed of the argument.
+    """
+    if incomplete.startswith("@"):
+        return sorted(f"@{path}" for path in _files(incomplete[1:]))
+    begin = len(incomplete) - len(_FRAGMENT.search(incomplete)[0])  # type: ignore[index]
+    before, fragment = incomplete[:begin], incomplete[begin:].lower()
+    return [before + word for word in _words(ctx, not before.strip()) if word.startswith(fragment)]
+
+
+def captures(ctx: Context, incomplete: str) -> list[str]:
+    """Return the paths of captures that begin with what was typed, or whose file's name does."""
+    fitting = [
+        path
+        for path in _held(ctx, lambda library: [one.path for one in library.captures()])
+        if path.startswith(incomplete) or Path(path).name.startswith(incomplete)
+    ]
+    return fitting[:_MOST]
+
+
+def _files(begun: str) -> list[str]:
+    folder, name = begun.rpartition("/")[::2]
+    found = Path(folder or ".").glob("*")
+    prefix = f"{folder}/" if folder or begun.startswith("/") else ""
+    return [
+        prefix + path.name
+        for path in found
+        if path.name.startswith(name) and path.suffix.lower() in (".lq", ".lnd")
+    ]
+
+
+def _words(ctx: Context, only_parts: bool) -> list[str]:
+    from lanindex.search.language.words import DEFAULT_PARTS, LANGUAGE, VALUES, Vocabulary
+
+    parts = _held(ctx, lambda library: library.parts(checked=False)) or DEFAULT_PARTS
+    movers = {mover.name for mover in Vocabulary(parts).movers.values()}
+    own = {name for _, name in VALUES.values()}
+    return sorted(movers if only_parts else {*movers, *own, *LANGUAGE})
+
+
+def _held(ctx: Context, asked: Callable[[Library], list[str]]) -> list[str]:
+    """Return what the library tells; nothing where it cannot be asked."""
+    from lanindex.pipeline import open_library
+
+    try:
+        with open_library(ctx.params["db"], readonly=True) as library:
+            return asked(library)
+    except (LanindexError, OSError):
+        return []

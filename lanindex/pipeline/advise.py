@@ -1,0 +1,120 @@
+"""Ask a library what would be found where a pattern finds nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from lanindex.alphabet import PARTS
+from lanindex.errors import LanindexError, PatternError
+from lanindex.library.store import Store
+from lanindex.model import Capture, Track
+from lanindex.search.explain.advice import SECONDS, Advice, Found, LeftOut, advise
+from lanindex.search.explain.budget import Budget
+from lanindex.search.explain.tree import places
+from lanindex.search.fast import Finder
+from lanindex.search.language import Query, parse
+from lanindex.search.language.query import Arrow, steps_of
+
+_MOST_WORK = 1e6
+"""How much the plain matcher may be asked for: rows to the power that `_power` tells, summed."""
+
+
+def suggest(
+    library: Store,
+    query: Query,
+    numbers: Sequence[int] | None,
+    *,
+    tolerance: Fraction,
+    overlaps: str,
+    budget: Budget | None = None,
+) -> Advice:
+    """Return what to do about a query that finds nothing.
+
+    Parameters
+    ----------
+    library : Store
+        Where it was looked for.
+    query : Query
+        Which finds nothing.
+    numbers : sequence of int, optional
+        The captures that were looked at; by default all.
+    tolerance, overlaps
+        As in `lanindex.pipeline.search.search`.
+    budget : Budget, optional
+        How long it may take, about.
+    """
+    budget = budget or Budget(SECONDS)
+    query = replace(query, stages=())  # a pipe finds nothing by itself
+
+    def count(query: Query, among: Sequence[int] | None = numbers) -> Found | None:
+        if budget.late():
+            return None
+        try:
+            return _counted(library, query, among, tolerance, overlaps, budget)
+        except (TimeoutError, LanindexError):  # or it fits in too many ways
+            return None
+
+    elsewhere = None if numbers is None else count(query, None)
+    roster, _ = library.columns(query.parts, numbers)
+    if not len(roster):
+        fitting = "" if numbers is None else " that fits --in and --where"
+        advice = Advice(str(query), remark=f"There is no capture{fitting}.")
+    else:
+        advice = advise(query, count, reader(library), budget=budget)
+    if elsewhere and elsewhere[0]:
+        advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
+    return advice
+
+
+def _counted(
+    library: Store,
+    query: Query,
+    numbers: Sequence[int] | None,
+    tolerance: Fraction,
+    overlaps: str,
+    budget: Budget,
+) -> Found:
+    """Return how many hits there are, and in how many captures; give up what takes too long."""
+    roster, columns = library.columns(query.parts, numbers)
+    power = _power(query)
+
+    def watch(done: int, captures: int) -> None:
+        if budget.late():
+            raise TimeoutError
+
+    def recordings(
+        captures: Sequence[int], parts: Collection[str]
+    ) -> Iterable[tuple[Capture, Mapping[str, Track]]]:
+        """Return some for the plain matcher, which nobody can break off, if they are small."""
+        chosen = np.array(captures)
+        rows = [np.diff(columns[part].bounds)[chosen] for part in parts if part in columns]
+        most = np.max(rows, axis=0) if rows else np.zeros(0)
+        if float((most.astype(float) ** power).sum()) > _MOST_WORK:
+            raise TimeoutError
+        return list(library.tracks(roster.number[chosen].tolist(), parts))
+
+    found = Finder(query, roster, columns, recordings, tolerance).find(overlaps, watch)
+    return len(found), found.captures
+
+
+def _power(query: Query) -> int:
+    """Return with which power of a track's length the plain matcher's work grows, about."""
+    later = sum(isinstance(it.node, Arrow) and it.node.later for it in places(query))
+    return 2 + any(it.mover.form == "both" for it in steps_of(query.pattern)) + (later > 1)
+
+
+def reader(library: Store) -> Callable[[str], Query | None]:
+    """Return what reads a pattern for a library: None where it is not understood."""
+    parts = library.parts(checked=False)
+
+    def read(text: str) -> Query | None:
+        try:
+            return parse(text, parts, known=PARTS)
+        except PatternError:
+            return None
+
+    return read

@@ -1,0 +1,279 @@
+"""Search by example: a capture, a file, a hit or a stretch of one is the question."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lanindex.errors import CaptureError, LibraryError, NotationError, UsageError, shown
+from lanindex.library.find import is_number
+from lanindex.library.store import Store
+from lanindex.model import Capture, Hit, Span, Track
+from lanindex.pipeline.requests import from_lines
+from lanindex.search.example.align import Pair, pairs
+from lanindex.search.example.moves import Clips, clips_of, joined
+from lanindex.search.example.nearest import Found, Near, nearest
+from lanindex.search.hits import Hits
+
+BEST = 100
+"""How many captures are told where no limit is set."""
+
+_BATCH = 256
+"""Captures that are laid out at a time."""
+
+_RANGE = re.compile(r"(.+):(\d+)-(\d+)", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """A clip that others shall be like.
+
+    Attributes
+    ----------
+    named : str
+        As the user named it.
+    capture : Capture or None
+        Of the library, if it comes from there.
+    path : str
+        Of its file.
+    tracks : Mapping of str to Track
+        By part.
+    rate : float
+        Frames a second.
+    span : Span
+        Frames of its source.
+    """
+
+    named: str
+    capture: Capture | None
+    path: str
+    tracks: Mapping[str, Track]
+    rate: float
+    span: Span
+
+    def clip(self) -> Clips:
+        """Return it laid out, the parts in which it moves or stands.
+
+        Raises
+        ------
+        UsageError
+            Where nothing moves in it.
+        """
+        rows = {part: track.symbols for part, track in self.tracks.items() if len(track)}
+        clip = clips_of([rows], [self.rate], list(rows)) if rows else None
+        clip = clip and clip.cut(0, self.span.start, self.span.stop)
+        if clip is None or not clip.moves.sizes.any():
+            place = f"--like {shown(self.named)}"
+            raise UsageError("nothing moves there", place=place, wanted="one movement at least")
+        return clip
+
+
+def example(library: Store, named: int | str | os.PathLike[str]) -> Example:
+    """Return the clip that a person names.
+
+    Parameters
+    ----------
+    library : Store
+        The one that is searched.
+    named : int, str or path-like
+        A capture of the library by path or number, a capture file or score elsewhere, either with
+        ``:from-to`` (frames, half-open) behind it, or a line of ``search --json``.
+
+    Raises
+    ------
+    UsageError
+        Where there is no such thing, or nothing in the range.
+    CaptureError, NotationError
+        Where the file cannot be read.
+    """
+    if is_number(named):
+        return _stored(library, library.capture(int(named)), str(named), None)
+    text = os.fspath(named) if not isinstance(named, int) else str(named)
+    if text.lstrip().startswith("{"):
+        return _hit(library, text)
+    match = _RANGE.fullmatch(text)
+    path = match[1] if match else text
+    span = Span(int(match[2]), int(match[3])) if match else None
+    try:
+        capture = library.capture(int(path) if path.isdecimal() else path)
+    except LibraryError as error:
+        if not os.path.isfile(path):
+            found = f"there is no capture and no file {shown(path)}"
+            raise UsageError(found, place="--like", remedy=error.remedy) from error
+        return _read(library, path, text, span)
+    return _stored(library, capture, text, span)
+
+
+def _hit(library: Store, line: str) -> Example:
+    try:
+        (request,) = from_lines(library, [line])
+    except UsageError as error:
+        raise UsageError(error.found, place="--like", wanted=error.wanted) from error
+    named = f"{request.capture.path}:{request.hit.start}-{request.hit.stop}"
+    return _stored(library, request.capture, named, request.hit)
+
+
+def _stored(library: Store, capture: Capture, named: str, span: Span | None) -> Example:
+    (found,) = library.tracks([capture.id])
+    whole = _within(span, capture.frames, named)
+    return Example(named, capture, capture.location, found[1], float(capture.rate), whole)
+
+
+def _read(library: Store, path: str, named: str, span: Span | None) -> Example:
+    """Return a file's clip, written down as most captures of the library are."""
+    from lanindex.encode.profile import load
+    from lanindex.pipeline.prepare import Task, prepare
+
+    profiles = {name: count for name, count in library.stats().profiles.items() if name}
+    name = max(profiles, key=profiles.__getitem__, default="default")
+    try:
+        profile = load(name)
+    except NotationError as error:
+        raise UsageError(
+            f'the library is written down by the profile "{name}", which is not built in',
+            place=f"--like {shown(named)}",
+            remedy="Ingest the file with that profile, and name it as a capture of the library.",
+        ) from error
+    outcome = prepare(Task(path, profile))
+    if outcome.score is None:
+        raise CaptureError(outcome.error or "cannot be read")
+    score = outcome.score
+    whole = _within(span, score.frames, named)
+    return Example(named, None, path, score.tracks, float(score.rate), whole)
+
+
+def _within(span: Span | None, frames: int, named: str) -> Span:
+    """Return a span that lies in a capture: all of it, if none is asked for."""
+    if span is None:
+        return Span(0, frames)
+    if not span.start < span.stop <= frames:
+        found = f"frames {span.start} to {span.stop}"
+        wanted = f"from less than to, and no more than its {frames} frames"
+        raise UsageError(found, place=f"--like {shown(named)}", wanted=wanted)
+    return span
+
+
+@dataclass(frozen=True, slots=True)
+class Alike:
+    """What is like an example.
+
+    Attributes
+    ----------
+    example : Example
+        What was asked.
+    hits : Hits
+        The likest first; the fit is the likeness, the symbols are those that correspond in the
+        part that has most in common.
+    captures, aligned : int
+        How many there were to choose from, and how many were looked at closely.
+    sure : bool
+        Whether none that was not looked at could be among them.
+    told : tuple of str
+        Why a file could not be used to rank them, a sentence each.
+    """
+
+    example: Example
+    hits: Hits
+    captures: int
+    aligned: int
+    sure: bool
+    told: tuple[str, ...] = ()
+
+
+def alike(library: Store, one: Example, chosen: Iterable[int] | None, limit: int = BEST) -> Alike:
+    """Return the captures of a library that are most like a clip; its own is left out.
+
+    Parameters
+    ----------
+    library : Store
+        To look through.
+    one : Example
+        The clip.
+    chosen : iterable of int or None
+        Numbers of captures; None: all.
+    limit : int
+        How many are wanted.
+    """
+    query = one.clip()
+    captures, clips = laid_out(library, chosen, query.parts, one.capture)
+    frames = [capture.frames for capture in captures]
+    rates = [float(capture.rate) for capture in captures]
+    found = Found([], 0, True)
+    if clips is not None:
+        found = nearest(query, len(one.span) / one.rate, clips, frames, rates, limit)
+    hits = Hits(_hits(library, query, captures, found.near), f"like {one.named}")
+    return Alike(one, hits, len(captures), found.aligned, found.sure)
+
+
+def laid_out(
+    library: Store,
+    chosen: Iterable[int] | None,
+    parts: Iterable[str],
+    but: Capture | None = None,
+) -> tuple[list[Capture], Clips | None]:
+    """Return captures and their movements side by side; None where there is no capture.
+
+    Parameters
+    ----------
+    library : Store
+        Where they are.
+    chosen : iterable of int or None
+        Their numbers; None: all.
+    parts : iterable of str
+        Which parts, in order.
+    but : Capture, optional
+        One that is left out.
+    """
+    captures: list[Capture] = []
+    batches: list[Clips] = []
+    rows: list[dict[str, Any]] = []
+    names = list(parts)
+    for capture, tracks in library.tracks(chosen, names):
+        if but is not None and capture.id == but.id:
+            continue
+        captures.append(capture)
+        rows.append({part: track.symbols for part, track in tracks.items()})
+        if len(rows) == _BATCH:
+            batches.append(_batch(rows, captures, names))
+            rows = []
+    if rows:
+        batches.append(_batch(rows, captures, names))
+    return captures, joined(batches) if batches else None
+
+
+def _batch(rows: list[dict[str, Any]], captures: list[Capture], parts: list[str]) -> Clips:
+    rates = [float(capture.rate) for capture in captures[-len(rows) :]]
+    return clips_of(rows, rates, parts)
+
+
+def _hits(library: Store, query: Clips, captures: list[Capture], near: list[Near]) -> Iterator[Hit]:
+    """Yield what is near as hits, with the symbols that correspond."""
+    numbers = [captures[one.clip].id for one in near]
+    found = {capture.id: tracks for capture, tracks in library.tracks(numbers, query.parts)}
+    for one in near:
+        capture = captures[one.clip]
+        tracks = found[capture.id]
+        rows = {part: track.symbols for part, track in tracks.items()}
+        clip = clips_of([rows], [float(capture.rate)], query.parts)
+        whole = one.begin == 0 and one.end == capture.frames
+        clip = clip if whole else clip.cut(0, one.begin, one.end)
+        matched = [pairs(query, clip, part) for part in range(len(query.parts))]
+        best = int(np.argmax([sum(pair.saving for pair in part) for part in matched]))
+        index = [int(clip.moves.rows[pair.row]) for pair in matched[best]]
+        symbols = [tracks[query.parts[best]].listed()[row] for row in index]
+        span = Span(0, capture.frames) if whole else _hull(clip, matched, one)
+        yield Hit(capture, span, one.likeness, (tuple(symbols),))
+
+
+def _hull(clip: Clips, matched: list[list[Pair]], one: Near) -> Span:
+    """Return the frames from the first movement that corresponds to the end of the last."""
+    rows = np.array([pair.row for part in matched for pair in part], np.int64)
+    if not len(rows):
+        return Span(one.begin, one.end)
+    moves = clip.moves.some(rows)
+    return Span(int(moves.starts.min()), int(moves.stops.max()))

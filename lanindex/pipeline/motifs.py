@@ -1,0 +1,133 @@
+"""What recurs in a library: sequences of symbols, ready to be searched for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from lanindex.errors import UsageError
+from lanindex.library.store import Store
+from lanindex.model import Capture, Span
+from lanindex.search.example.motifs import LONGEST, Motif, line_of, motifs, told_first
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a motif occurs."""
+
+    capture: Capture
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Recurring:
+    """A sequence that recurs.
+
+    Attributes
+    ----------
+    pattern : str
+        As one types it into a search, which finds just these hits.
+    part : str
+        Whose it is.
+    steps : int
+        How many symbols it has.
+    captures, hits : int
+        In how many captures it occurs, and how often.
+    places : tuple of Place
+        Where.
+    """
+
+    pattern: str
+    part: str
+    steps: int
+    captures: int
+    hits: int
+    places: tuple[Place, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Motifs:
+    """What recurs in a library.
+
+    Attributes
+    ----------
+    found : list of Recurring
+        First what accounts for most symbols, then what accounts for most of the others.
+    captures : int
+        How many were looked through.
+    told : list of str
+        What was not looked at, a sentence each.
+    """
+
+    found: list[Recurring]
+    captures: int
+    told: list[str]
+
+
+def recurring(
+    library: Store,
+    chosen: Iterable[int] | None,
+    parts: Iterable[str] | None,
+    *,
+    least: int,
+    shortest: int,
+) -> Motifs:
+    """Return the sequences that recur in the captures of a library.
+
+    Parameters
+    ----------
+    library : Store
+        To look through.
+    chosen : iterable of int or None
+        Numbers of captures; None: all.
+    parts : iterable of str or None
+        Which parts; None: all.
+    least, shortest : int
+        How often a sequence occurs, and how many symbols it has, at least.
+
+    Raises
+    ------
+    UsageError
+        Where a number makes no sense, or the library has no such part.
+    """
+    known = library.parts()
+    for part in (names := list(parts or known)):
+        if part not in known:
+            raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(known))
+    if least < 2:
+        raise UsageError(f"{least}", place="--min-count", wanted="2 or more")
+    if not 2 <= shortest <= LONGEST:
+        raise UsageError(f"{shortest}", place="--length", wanted=f"2 to {LONGEST}")
+    captures: dict[int, Capture] = {}
+    rows: dict[str, list[NDArray[Any]]] = {part: [] for part in names}
+    owners: dict[str, list[int]] = {part: [] for part in names}
+    for capture, tracks in library.tracks(chosen, names):
+        captures[capture.id] = capture
+        for part, track in tracks.items():
+            rows[part].append(track.symbols)
+            owners[part].append(capture.id)
+    found: list[Motif] = []
+    told: list[str] = []
+    for part in names:
+        if not rows[part]:
+            continue
+        line = line_of(rows.pop(part), owners[part])
+        own = motifs(part, line, least=least, shortest=shortest)
+        if own.cut:
+            told.append(f"{part}: too many places for motifs of {own.cut} steps and more")
+        found += own.found
+    listed = [
+        Recurring(
+            motif.pattern,
+            motif.part,
+            len(motif.cells),
+            motif.captures,
+            motif.hits,
+            tuple(Place(captures[at], Span(*span)) for at, *span in motif.places.tolist()),
+        )
+        for motif in told_first(found)
+    ]
+    return Motifs(listed, len(captures), told)

@@ -1,0 +1,91 @@
+"""A library in groups: captures that are like each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from lanindex.errors import UsageError
+from lanindex.library.store import Store
+from lanindex.model import Capture
+from lanindex.pipeline.example import laid_out
+from lanindex.search.example.groups import Grouped, grouped
+
+ALIKE = 0.4
+"""The mean likeness down to which groups are joined where nothing else is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class Similar:
+    """Captures that are like each other.
+
+    Attributes
+    ----------
+    captures : tuple of Capture
+        The one that is most like all others first, then the likest to it.
+    likeness : float
+        The mean over all pairs, 0 to 1; of one capture alone 1.
+    """
+
+    captures: tuple[Capture, ...]
+    likeness: float
+
+
+@dataclass(frozen=True, slots=True)
+class Groups:
+    """A library in groups.
+
+    Attributes
+    ----------
+    groups : list of Similar
+        The largest first; a capture that is like no other is a group by itself.
+    captures, pairs : int
+        How many there are, and how many pairs were aligned.
+    every : bool
+        Whether those were all pairs.
+    """
+
+    groups: list[Similar]
+    captures: int
+    pairs: int
+    every: bool
+
+
+def similar(
+    library: Store,
+    chosen: Iterable[int] | None,
+    *,
+    least: float = ALIKE,
+    wanted: int | None = None,
+) -> Groups:
+    """Return the captures of a library in groups.
+
+    Parameters
+    ----------
+    library : Store
+        The one.
+    chosen : iterable of int or None
+        Numbers of captures; None: all.
+    least : float
+        The mean likeness of a group's captures, pair by pair, at least.
+    wanted : int, optional
+        How many groups there shall be, instead.
+
+    Raises
+    ------
+    UsageError
+        Where a number makes no sense.
+    """
+    if not 0 < least <= 1:
+        raise UsageError(f"{least}", place="--alike", wanted="more than 0, 1 at the most")
+    if wanted is not None and wanted < 1:
+        raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
+    captures, clips = laid_out(library, chosen, library.parts())
+    found = Grouped([], 0, True)
+    if clips is not None:
+        found = grouped(clips, least=least, wanted=wanted)
+    groups = [
+        Similar(tuple(captures[one] for one in group.members), group.likeness)
+        for group in found.groups
+    ]
+    return Groups(groups, len(captures), found.pairs, found.every)

@@ -1,0 +1,103 @@
+"""A whole query that is a word of the dictionary: what it stands for, and who is labelled so."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING
+
+from lanindex.search.dictionary import inside, load, spelled
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lanindex.model import Capture
+    from lanindex.search.dictionary import Entry
+
+
+def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
+    """Return the entry that a whole query names: ``walk``, ``@walk``, ``jumping jack``.
+
+    Parameters
+    ----------
+    text : str
+        The query.
+    words : path-like, optional
+        A file of one's own words.
+
+    Returns
+    -------
+    Entry or None
+        None where the query is something else.
+
+    Raises
+    ------
+    UsageError
+        Where that file is no dictionary.
+    """
+    name = spelled(text)
+    return load(words).get(name) if name.isidentifier() else None
+
+
+def said(text: str, words: str | PathLike[str] | None = None) -> str:
+    """Return a query, or the pattern that it names.
+
+    Parameters
+    ----------
+    text, words
+        As for `meant`.
+    """
+    entry = meant(text, words)
+    return entry.pattern if entry else text
+
+
+def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
+    """Return the patterns that a query may name with ``@``; nothing where it names none.
+
+    Parameters
+    ----------
+    text, words
+        As for `meant`.
+    """
+    if "@" not in text:
+        return {}
+    return {name: inside(entry.pattern) for name, entry in load(words).items()}
+
+
+def unknown(text: str) -> str:
+    """Return the one word of a query that means nothing, neither alone nor in a pattern.
+
+    Parameters
+    ----------
+    text : str
+        A query that is no word of the dictionary: ``jump``.
+
+    Returns
+    -------
+    str
+        Empty where it has several words, or may be understood.
+    """
+    from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
+
+    name = spelled(text)
+    one = name.isidentifier() and len(text.split()) == 1
+    means = name in LANGUAGE or name in VALUES or Vocabulary().mover(name) is not None
+    return name if one and not means else ""
+
+
+def glob_of(name: str) -> str:
+    """Return the glob of labels that say the same as a word: ``jumping?jack*``."""
+    return name.replace("_", "?") + "*"
+
+
+def said_by(captures: Sequence[Capture], glob: str) -> str:
+    """Return the glob of labels, or the one label where that is all that fits it.
+
+    Parameters
+    ----------
+    captures : sequence of Capture
+        Those whose label fits.
+    glob : str
+        As from `glob_of`.
+    """
+    labels = {capture.label for capture in captures}
+    return labels.pop() if len(labels) == 1 else glob

@@ -1,0 +1,255 @@
+"""Groups of clips that are like each other: average linkage over the pairs that may be alike.
+
+Two groups are joined while the mean likeness of their members, pair by pair, is the greatest there
+is and no less than a threshold. Of few clips all pairs are aligned. Of many only each one's nearest
+by a rough signature (how much each part moves to which cell) are, and what was not aligned counts
+as not alike; then each group is stood for by its medoid, the clip that is most like all others of
+it, and the medoids are grouped in the same way, round by round, until nothing is joined any more.
+So the work grows with the number of clips, not with its square, and groups may be of any size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from heapq import heapify, heappop, heappush
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.search.example.align import paired
+from lanindex.search.example.moves import POINTS, Clips, Floats, Numbers
+
+PAIRS = 200_000
+"""Pairs that are aligned, about; of each clip `FEWEST` at least."""
+
+FEWEST = 8
+"""Neighbours of a clip that are aligned at least."""
+
+_AXES = 32
+"""Numbers of a signature that are compared."""
+
+_AT_ONCE = 1 << 14
+"""Pairs that are aligned at a time."""
+
+_NOTHING = 0.01
+"""A likeness from which on two clips have nothing in common."""
+
+_BLOCK = 512
+"""Clips whose neighbours are looked for at a time."""
+
+
+class Group(NamedTuple):
+    """Clips that are like each other.
+
+    Attributes
+    ----------
+    members : list of int
+        Which, the medoid first: the one that is most like all others; then the likest to it.
+    likeness : float
+        The mean of the others' likeness to the medoid; of one clip alone 1.
+    """
+
+    members: list[int]
+    likeness: float
+
+
+class Grouped(NamedTuple):
+    """All clips in groups.
+
+    Attributes
+    ----------
+    groups : list of Group
+        The largest first.
+    pairs : int
+        How many were aligned to find them.
+    every : bool
+        Whether those were all pairs.
+    """
+
+    groups: list[Group]
+    pairs: int
+    every: bool
+
+
+def grouped(clips: Clips, *, least: float, wanted: int | None = None) -> Grouped:
+    """Return clips in groups.
+
+    Parameters
+    ----------
+    clips : Clips
+        All.
+    least : float
+        The mean likeness down to which groups are joined.
+    wanted : int, optional
+        How many groups there shall be, instead; more are left where no more pairs are alike.
+    """
+    found = signatures(clips)
+    groups = [[clip] for clip in range(len(clips))]
+    aligned = rounds = 0
+    floor, every = least, False
+    while not every and floor > _NOTHING:
+        medoids = np.array([group[0] for group in groups], np.int64)
+        reach = max(FEWEST, 2 * PAIRS // max(1, len(groups)))
+        every = reach >= len(groups) - 1
+        pairs = near(found[medoids], reach)
+        alike = _aligned(clips, medoids[pairs])
+        weights = [len(group) for group in groups]
+        last = 0.0 if wanted and every else floor
+        joined = linked(weights, pairs, alike, last, wanted or 1)
+        order = _medoids_first(joined, weights, pairs, alike)
+        aligned, rounds = aligned + len(pairs), rounds + 1
+        settled = len(order) == len(groups)
+        groups = [[clip for one in group for clip in groups[one]] for group in order]
+        if len(groups) == wanted or (settled and not wanted):
+            break
+        floor = floor / 2 if settled else floor
+    return Grouped(_told(clips, groups), aligned, every and rounds == 1)
+
+
+def _aligned(clips: Clips, pairs: Numbers) -> NDArray[np.float64]:
+    """Return how alike pairs of clips are."""
+    whole = clips.whole()
+    values = [
+        paired(clips, whole.some(some[:, 0]), clips, whole.some(some[:, 1]))
+        for some in np.array_split(pairs, len(pairs) // _AT_ONCE + 1)
+    ]
+    return np.concatenate(values).astype(np.float64)
+
+
+def near(found: Floats, reach: int) -> Numbers:
+    """Return the pairs that may be alike: (K, 2), the lower number first, each once.
+
+    Parameters
+    ----------
+    found : ndarray
+        (C, A) signatures.
+    reach : int
+        Of how many nearest of one clip it is a pair; if it has no more others, all pairs are.
+    """
+    count = len(found)
+    if reach >= count - 1:
+        return np.stack(np.triu_indices(count, 1), axis=1)
+    squares = np.square(found).sum(axis=1)
+    pairs = []
+    for first in range(0, count, _BLOCK):
+        apart = squares - 2 * found[first : first + _BLOCK] @ found.T
+        apart[np.arange(len(apart)), first + np.arange(len(apart))] = np.inf
+        nearest = np.argpartition(apart, reach, axis=1)[:, :reach]
+        owner = np.repeat(first + np.arange(len(apart)), reach)
+        pairs.append(np.sort(np.stack([owner, nearest.ravel()], axis=1), axis=1))
+    return np.unique(np.concatenate(pairs), axis=0)
+
+
+def signatures(clips: Clips) -> Floats:
+    """Return how much each part of each clip moves to which cell, in a few numbers: (C, A)."""
+    cells, count = POINTS.reshape(-1, 3), len(clips)
+    table = np.zeros((count, len(clips.parts) * len(cells)), np.float32)
+    for part, borders in enumerate(clips.first):
+        rows = slice(borders[0], borders[-1])
+        points = clips.moves.points[rows]
+        nearest = np.argmax(points @ cells.T - np.square(cells).sum(axis=1) / 2, axis=1)
+        owner = np.repeat(np.arange(count), np.diff(borders))
+        places = owner * table.shape[1] + part * len(cells) + nearest
+        table += np.bincount(places, clips.moves.sizes[rows], table.size).reshape(table.shape)
+    table = np.sqrt(table)
+    table -= table.mean(axis=0)
+    _, axes = np.linalg.eigh(table.T @ table)
+    found: Floats = table @ axes[:, -_AXES:]
+    return found
+
+
+def linked(
+    weights: Sequence[int],
+    pairs: Numbers,
+    alike: NDArray[np.float64],
+    least: float,
+    wanted: int,
+) -> list[list[int]]:
+    """Return groups by average linkage; a pair that is not told is not alike.
+
+    Parameters
+    ----------
+    weights : sequence of int
+        For how many clips each stands.
+    pairs, alike : ndarray
+        (K, 2) and (K,), those that are told, and how alike they are.
+    least : float
+        The mean likeness down to which groups are joined.
+    wanted : int
+        How many groups shall be left.
+    """
+    sums: dict[int, dict[int, float]] = {one: {} for one in range(len(weights))}
+    for (one, two), value in zip(pairs.tolist(), alike.tolist(), strict=True):
+        if value > 0:
+            sums[one][two] = sums[two][one] = value * weights[one] * weights[two]
+    size = dict(enumerate(weights))
+    members = {one: [one] for one in sums}
+    queue = [
+        (-value / (size[one] * size[two]), one, two)
+        for one in sums
+        for two, value in sums[one].items()
+        if one < two
+    ]
+    heapify(queue)
+    new = len(weights)
+    while queue and len(members) > wanted:
+        value, one, two = heappop(queue)
+        if one not in members or two not in members:
+            continue
+        if -value < least:
+            break
+        members[new] = members.pop(one) + members.pop(two)
+        size[new] = size[one] + size[two]
+        for third, total in _merged(sums, one, two, new).items():
+            heappush(queue, (-total / (size[new] * size[third]), third, new))
+        new += 1
+    return list(members.values())
+
+
+def _merged(sums: dict[int, dict[int, float]], one: int, two: int, new: int) -> dict[int, float]:
+    """Put a new group in place of two, and return what it has in common with others."""
+    own, other = sums.pop(one), sums.pop(two)
+    both = {
+        third: own.get(third, 0.0) + other.get(third, 0.0)
+        for third in sorted((own.keys() | other.keys()) - {one, two})
+    }
+    for third, total in both.items():
+        sums[third].pop(one, None)
+        sums[third].pop(two, None)
+        sums[third][new] = total
+    sums[new] = both
+    return both
+
+
+def _medoids_first(
+    joined: list[list[int]], weights: Sequence[int], pairs: Numbers, alike: NDArray[np.float64]
+) -> list[list[int]]:
+    """Return groups, the member of each first that is most like all others of it."""
+    count = len(weights)
+    owner = np.zeros(count, np.int64)
+    for number, group in enumerate(joined):
+        owner[group] = number
+    inside = owner[pairs[:, 0]] == owner[pairs[:, 1]]
+    (one, two), value = pairs[inside].T, alike[inside]
+    weight = np.array(weights, np.float64)
+    total = np.bincount(one, value * weight[two], count)
+    total += np.bincount(two, value * weight[one], count)
+    order = np.lexsort((np.arange(count), -total, owner))
+    ends = np.cumsum(np.bincount(owner, minlength=len(joined)))
+    return [part.tolist() for part in np.split(order, ends[:-1])]
+
+
+def _told(clips: Clips, groups: list[list[int]]) -> list[Group]:
+    """Return groups, the largest first, their members by likeness to the medoid."""
+    owner = np.repeat([group[0] for group in groups], [len(group) for group in groups])
+    members = np.array([one for group in groups for one in group], np.int64)
+    alike = _aligned(clips, np.stack([owner, members], axis=1))
+    told, first = [], 0
+    for group in groups:
+        own = alike[first + 1 : first + len(group)]
+        order = np.argsort(-own, kind="stable").tolist()
+        mean = float(own.mean()) if len(own) else 1.0
+        told.append(Group([group[0], *(group[1 + place] for place in order)], mean))
+        first += len(group)
+    return sorted(told, key=lambda group: (-len(group.members), group.members[0]))

@@ -1,0 +1,327 @@
+"""Why a query finds nothing: what each of its conditions keeps out, and what is found instead."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+
+from lanindex.search.explain.budget import Budget
+from lanindex.search.explain.conditions import Condition, Limit, conditions
+from lanindex.search.explain.edits import edited
+from lanindex.search.explain.measure import nearest
+from lanindex.search.explain.tree import places
+from lanindex.search.language.query import Choice, Item, Line, Lines, Query, Step
+
+SECONDS = 2.0
+"""How long may be spent on looking for what would be found."""
+
+MOST = 5
+"""Patterns that are offered."""
+
+_LEFT_OUT = 2.5
+_OTHER_NUMBER = 1.05
+"""What it costs to leave a condition out, and to ask for the nearest number; see `EDITS`."""
+
+_FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
+"""The shares of the time until which lengths and counts are left out, and until which patterns
+alike are tried; the rest is for the other conditions."""
+
+_COMBINED = 60
+"""Changes, and changes of what they led to, that are tried where no single one helps."""
+
+Found = tuple[int, int]
+"""How many hits, and in how many captures."""
+
+Count = Callable[[Query], Found | None]
+"""Counts the hits of a query; None: there was no time for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """What a query finds without one of its conditions.
+
+    Attributes
+    ----------
+    condition : str
+        As written; empty: the choice of captures.
+    hits, captures : int
+        How many.
+    nearest : str
+        How near the condition came to be met, where that is a number.
+    step : str
+        Which step says it, where several do.
+    """
+
+    condition: str
+    hits: int
+    captures: int
+    nearest: str = ""
+    step: str = ""
+
+    def __str__(self) -> str:
+        """Return it in a line."""
+        near = f", {self.nearest}" if self.nearest else ""
+        of = f' of "{self.step}"' if self.step else ""
+        where = f'without "{self.condition}"{of}' if self.condition else "in all captures"
+        return f"{where}: {_counted(self.hits, 'hit')}{near}"
+
+
+@dataclass(frozen=True, slots=True)
+class Suggestion:
+    """A pattern that finds something, and how much."""
+
+    pattern: str
+    hits: int
+    captures: int
+
+    @property
+    def counts(self) -> str:
+        """How much it finds, in words."""
+        return f"{_counted(self.hits, 'hit')} in {_counted(self.captures, 'capture')}"
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """What to do about a pattern that finds nothing.
+
+    Attributes
+    ----------
+    pattern : str
+        Which.
+    never : tuple of str
+        Those of its steps that nothing is at any time.
+    left_out : tuple of LeftOut
+        The conditions without which it finds something, in the order of the pattern.
+    instead : tuple of Suggestion
+        Patterns that find something, the nearest first.
+    untried : int
+        Changes for which there was no time.
+    remark : str
+        What else there is to say, before all this.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     advice = library.suggest("arms low -> high")
+    >>> print(advice.instead[0].pattern)
+    arms low ... high
+    >>> advice.brief
+    'nearest: arms low ... high (18 hits in 7 captures)'
+    """
+
+    pattern: str
+    never: tuple[str, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    instead: tuple[Suggestion, ...] = ()
+    untried: int = 0
+    remark: str = ""
+
+    def __str__(self) -> str:
+        """Return it in lines, as for a terminal."""
+        lines = [self.remark] if self.remark else []
+        lines += [f'"{step}" is nowhere to be found' for step in self.never]
+        lines += map(str, self.left_out)
+        if self.instead:
+            width = max(len(it.pattern) for it in self.instead)
+            lines.append("The nearest patterns that find something:")
+            lines += [f"  {it.pattern.ljust(width)}  {it.counts}" for it in self.instead]
+        elif not self.left_out and not self.remark:
+            tried = " that could be tried" if self.untried else ""
+            lines.append(f"Nor does anything near it{tried} find something.")
+        if self.untried:
+            lines.append(f"{_counted(self.untried, 'change')} could not be tried in time.")
+        return "\n".join(lines)
+
+    @property
+    def brief(self) -> str:
+        """The same in one line."""
+        if self.instead:
+            return f"nearest: {self.instead[0].pattern} ({self.instead[0].counts})"
+        remark = [self.remark] if self.remark else []
+        return [*remark, *map(str, self.left_out), "nothing near it finds something"][0]
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def advise(
+    query: Query,
+    count: Count,
+    read: Callable[[str], Query | None],
+    *,
+    budget: Budget | None = None,
+) -> Advice:
+    """Return why a query finds nothing, and what would be found.
+
+    Parameters
+    ----------
+    query : Query
+        Which finds nothing.
+    count : Count
+        Counts hits where it was looked for.
+    read : callable
+        Reads a pattern; returns None where it is not understood.
+    budget : Budget, optional
+        How long it may take, about; by default `SECONDS` from now.
+
+    Returns
+    -------
+    Advice
+        Each pattern in it parses to exactly the query that was counted.
+    """
+    return _Adviser(query, count, read, budget or Budget(SECONDS)).advice()
+
+
+class _Adviser:
+    """Tries what is near a query, for as long as there is time."""
+
+    def __init__(
+        self,
+        query: Query,
+        count: Count,
+        read: Callable[[str], Query | None],
+        budget: Budget,
+    ) -> None:
+        self.query, self.count, self.read = query, count, read
+        self.budget = budget
+        self.untried = 0
+        self.tried: set[Query] = {query}
+        self.found: list[tuple[float, Suggestion]] = []
+
+    def advice(self) -> Advice:
+        """Try what is likeliest first: limits, then what is alike, then all other conditions."""
+        all_of_them = list(conditions(self.query))
+        often = Counter(condition.said for condition in all_of_them)
+        left_out: dict[int, LeftOut] = {}
+
+        def leave_out(limits: bool, share: float) -> None:
+            for index, condition in enumerate(all_of_them):
+                if (condition.limit is not None) == limits:
+                    told = self.left_out(condition, often[condition.said] > 1, share)
+                    left_out.update({index: told} if told else {})
+
+        leave_out(True, _FOR_LIMITS)
+        self.offer(edited(self.query), _FOR_EDITS)
+        never = tuple(self.never())
+        leave_out(False, 1)
+        if all(cost == _LEFT_OUT for cost, _ in self.found) and not self.untried:
+            self.offer(self.combined(), 1)
+            self.untried = 0
+        best = sorted(self.found, key=lambda it: (it[0], -it[1].hits))[:MOST]
+        instead = tuple(suggestion for _, suggestion in best)
+        told = tuple(left_out[index] for index in sorted(left_out))
+        return Advice(str(self.query), never, told, instead, self.untried)
+
+    def late(self, share: float = 1) -> bool:
+        return self.budget.late(share)
+
+    def offer(self, changes: Iterable[tuple[float, Query]], share: float) -> None:
+        """Keep what finds something, until there are enough; what costs alike is compared."""
+        dearest = float("inf")
+        for cost, query in changes:
+            if cost > dearest:
+                return
+            if self.late(share):
+                self.untried += 1
+            elif (known := self.known(query)) and known not in self.tried:
+                self.tried.add(known)
+                self.keep(cost, known)
+                if sum(other != _LEFT_OUT for other, _ in self.found) >= MOST:
+                    dearest = min(dearest, cost)
+
+    def keep(self, cost: float, query: Query) -> Found | None:
+        found = self.count(query)
+        if found is None:
+            self.untried += 1
+        elif found[0]:
+            self.found.append((cost, Suggestion(str(query), *found)))
+        return found
+
+    def known(self, query: Query) -> Query | None:
+        """Return a query if its text says just that; else None."""
+        return query if self.read(str(query)) == query else None
+
+    def never(self) -> Iterator[str]:
+        """Yield the steps of which there is none by itself."""
+        steps = _alone(self.query)
+        for said, alone in steps.items() if len(steps) > 1 else ():
+            known = None if self.late() else self.known(alone)
+            if known and self.count(known) == (0, 0):
+                yield said
+
+    def left_out(self, condition: Condition, often: bool, share: float) -> LeftOut | None:
+        """Return what is found without a condition; `often`: others are said alike."""
+        known = self.known(condition.rest)
+        if known is None:
+            return None
+        if self.late(share):
+            self.untried += 1
+            return None
+        self.tried.add(known)
+        found = self.keep(_LEFT_OUT, known)
+        if not found or not found[0]:
+            return None
+        near = self.nearest(condition)
+        step = condition.step if often else ""
+        return LeftOut(condition.said, *found, near, step)
+
+    def nearest(self, condition: Condition) -> str:
+        """Return how near a condition came to be met, and offer what that would find."""
+        asking = condition.asking
+        if asking is None or condition.limit is None:
+            return ""
+
+        def met(limit: Limit) -> bool:
+            found = None if self.late() else self.count(asking(limit))
+            if found is None:
+                raise _LateError
+            return bool(found[0])
+
+        try:
+            near = nearest(condition.limit, met)
+        except _LateError:
+            return ""
+        if near is None:
+            return ""
+        limit, number = near
+        if known := self.known(asking(limit)):
+            self.keep(_OTHER_NUMBER, known)
+        return condition.told.format(number)
+
+    def combined(self) -> Iterator[tuple[float, Query]]:
+        """Return what two changes make, the smallest ones first."""
+        first = list(islice(_changes(self.query), _COMBINED))
+        second = [
+            (cost + more, other)
+            for cost, query in first
+            for more, other in islice(_changes(query), _COMBINED)
+        ]
+        return iter(sorted(second, key=lambda it: it[0]))
+
+
+class _LateError(Exception):
+    """The time is up."""
+
+
+def _changes(query: Query) -> Iterator[tuple[float, Query]]:
+    yield from edited(query)
+    yield from ((_LEFT_OUT, condition.rest) for condition in conditions(query))
+
+
+def _alone(query: Query) -> dict[str, Query]:
+    """Return each step of a query as one of its own; the first of a line may be a beginning."""
+    alone: dict[str, Query] = {}
+    firsts = [it.node.items[0] for it in places(query) if isinstance(it.node, Line)]
+    for place in places(query):
+        if not isinstance(place.node, Item) or not isinstance(place.node.unit, Step):
+            continue
+        step = replace(place.node.unit, named=True)
+        said = str(step)
+        if step.manner == "move" and step.words and place.node in firsts:
+            step = replace(step, manner="at")
+        alone[said] = Query(Choice((Lines(Line((Item(step),))),)))
+    return alone

@@ -1,0 +1,91 @@
+"""``similar`` and ``motifs`` as a user types them."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+from terminal import screen, written
+
+from lanindex.pipeline import open_library
+
+MAIN = "from lanindex.app.cli import main; main()"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("similar")
+    dance(folder / "bow.bvh", BOW)
+    dance(folder / "raise.bvh", RAISE)
+    dance(folder / "again.bvh", RAISE, 60)
+    with open_library(folder / "own.db", create=True) as library:
+        library.ingest(folder)
+        library.label("raise.bvh", "raise")
+    return folder
+
+
+@pytest.fixture
+def run(place: Path):
+    def call(*words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
+        env = {**os.environ, "NO_COLOR": "1", "LANINDEX_DB": "own.db"}
+        return subprocess.run(
+            command, cwd=place, capture_output=True, text=True, env=env, check=False
+        )
+
+    return call
+
+
+def test_groups_are_told(run, place: Path) -> None:
+    done = run("similar", "--json")
+    assert done.returncode == 0, done.stderr
+    groups = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [group["count"] for group in groups] == [2, 1]
+    assert groups[0]["captures"][0] == groups[0]["capture"]
+    assert done.stderr == "1 group of 3 captures; 1 capture like no other\n"
+    piped = [line.split("\t") for line in run("similar").stdout.splitlines()]
+    assert [line[0] for line in piped] == ["captures", "2", "1"]
+    command = f'{sys.executable} -c "{MAIN}" similar --db own.db'
+    shown = screen(written(command, place)).splitlines()
+    assert shown[0].split()[:2] == ["captures", "alike"]
+    assert len(shown) == 3  # a capture by itself is counted only
+
+
+def test_motifs_are_told(run, place: Path) -> None:
+    words = ("motifs", "--min-count", "2", "--length", "2", "--part", "r_arm")
+    done = run(*words, "--json")
+    assert done.returncode == 0, done.stderr
+    motifs = [json.loads(line) for line in done.stdout.splitlines()]
+    for motif in motifs[:3]:
+        found = run("search", motif["pattern"], "--json")
+        hits = [json.loads(line) for line in found.stdout.splitlines()]
+        keys = ("capture", "capture_id", "start_frame", "end_frame")
+        assert [{key: hit[key] for key in keys} for hit in hits] == motif["places"]
+        assert motif["hits"] == len(hits)
+    piped = run(*words).stdout.splitlines()
+    assert [line.split("\t")[2] for line in piped] == [motif["pattern"] for motif in motifs]
+    command = f'{sys.executable} -c "{MAIN}" {" ".join(words)} --limit 1 --db own.db'
+    shown = screen(written(command, place)).splitlines()
+    assert shown[0] == motifs[0]["pattern"]
+    assert shown[1].strip().startswith(f"{motifs[0]['hits']} hits in ")
+    assert "are shown, --limit shows more" in shown[2]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (("similar", "--groups", "2", "--alike", "0.5"), 2, "--groups and --alike, wanted one"),
+        (("similar", "--alike", "2"), 2, "--alike: 2.0"),
+        (("similar", "--in", "none"), 1, "0 groups of 0 captures"),
+        (("motifs", "--min-count", "99"), 1, "0 motifs in 3 captures"),
+        (("motifs", "--part", "tail"), 2, '--part: "tail", wanted one of'),
+    ],
+)
+def test_what_cannot_be_is_told(run, words: tuple[str, ...], code: int, message: str) -> None:
+    done = run(*words)
+    assert done.returncode == code
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr

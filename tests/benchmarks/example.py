@@ -1,0 +1,332 @@
+"""How well a search by example finds captures of the same kind, beside edit distance and warping.
+
+    python tests/benchmarks/example.py
+
+Of each labelled capture the others are ranked by how like it they are: 1-NN is how often the first
+has the same label, MAP the mean average precision; "others" allows only captures of other styles
+(or performers). Two sets of LANINDEX_CAPTURES: `bvh/bandai2`, 80 clips of ten classes (raise up
+and wave: left, right and both hands; run; walk; walk and turn left, right), twice each in four
+styles; `bvh/mae_openni`, 84 clips of fourteen gestures of the arms by depth camera, 6 a class by
+three performers. No weight was fitted to labels: the costs were chosen by hand among a few values.
+
+Milliseconds are of one ranking of all other clips of the set, medians of rankings that took turns:
+edit distance by rapidfuzz, the compiled alignment by numba, the others in numpy.
+
+bandai2                                       1-NN all, others  MAP all, others      ms
+  edit distance of symbols                        .850  .675      .529  .580        0.5
+  alignment with angles (whole clips)             .912  .725      .532  .637       32
+  as `search --like` does (stretches, too)        .875  .713      .508  .618
+  warped joint positions, by the frame            .675  .588      .429  .535      918
+  warped joint positions, in all                  .775  .650      .477  .536
+mae_openni
+  edit distance of symbols                        .750  .786      .559  .577        0.8
+  alignment with angles (whole clips)             .857  .869      .770  .812       17
+  as `search --like` does (stretches, too)        .845  .845      .779  .816
+  warped joint positions, by the frame            .810  .738      .633  .692     1052
+  warped joint positions, in all                  .786  .738      .634  .654
+
+So the alignment beats warping in all four figures of both sets, plain in a fifteenth to a sixtieth
+of its time; compiled a ranking of bandai2 took 2.1 ms where warping took 1524, a 700th. The machine
+was busy with other work meanwhile: the times are rough.
+
+What was tried, on bandai2; on mae_openni:
+
+    the bound alone: best partners, no order      .863 .738 .545 .644; .845 .821 .733 .773
+    dwelling: time in cells, blurred              .650 .487 .433 .516; .714 .702 .568 .605
+    all parts jointly: poses of symbols, warped   .637 .500 .407 .512; .774 .750 .648 .695
+    without runner-up cells                       .900 .688 .531 .622; .833 .810 .731 .775
+    without swings                                .887 .725 .535 .632; .833 .857 .775 .816
+    REPLACED 0.4 in place of 0.8                  .887 .750 .572 .642; .774 .821 .647 .689
+    REPLACED 1.6                                  .912 .738 .470 .602; .929 .917 .863 .886
+    STEP 0.1 in place of 0.2                      .912 .713 .521 .631; .869 .893 .795 .839
+    STEP 0.4                                      .900 .750 .546 .647; .833 .810 .724 .765
+
+Order matters little. The two sets pull opposite ways: whole limbs against small differences of one
+arm; the values stand between. PACE and POSE change little. Left, too: weights of parts by how
+rarely they move in the set (.01 to .03 worse in the mean of all figures), the logarithm of how far
+each part moves added (MAP of bandai2 .02 better, of mae_openni .03 worse).
+"""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+from places import CAPTURES
+from rapidfuzz.distance import Levenshtein
+
+from lanindex.alphabet import PARTS
+from lanindex.encode import encode
+from lanindex.formats import read
+from lanindex.pipeline.labels import read_labels
+from lanindex.search.example import align, compiled, moves, nearest
+from lanindex.search.example.candidates import promises
+from lanindex.search.example.moves import Clips, clips_of
+from lanindex.search.example.positions import normalised, warped
+
+STYLES: dict[str, Callable[[Path], str]] = {
+    "bandai2": lambda path: path.stem.split("_")[-2],
+    "mae_openni": lambda path: path.stem.split("_")[0],
+}
+"""What tells a clip's style or performer, by set."""
+
+TIMED = 20
+"""Rankings whose time is taken."""
+
+
+@dataclass(frozen=True)
+class Set:
+    """Labelled clips: their words, their symbols, their joints."""
+
+    name: str
+    labels: np.ndarray
+    styles: np.ndarray
+    frames: list[int]
+    rates: list[float]
+    rows: list[dict[str, np.ndarray]]
+    joints: list[np.ndarray]
+    cells: list[list[bytes]]
+
+    def clips(self, change: Callable[[np.ndarray], np.ndarray] = np.asarray) -> Clips:
+        rows = [{part: change(own) for part, own in clip.items()} for clip in self.rows]
+        return clips_of(rows, self.rates, [part for part in PARTS if part in rows[0]])
+
+
+def loaded(name: str) -> Set:
+    labels = {path: label for path, (label, _) in read_labels(CAPTURES / "labels.csv").items()}
+    paths = sorted((CAPTURES / "bvh" / name).rglob("*.bvh"))
+    motions = [read(path) for path in paths]
+    scores = [encode(motion) for motion in motions]
+    rows = [
+        {part: np.array(track.symbols) for part, track in score.tracks.items()} for score in scores
+    ]
+    joints = []
+    for motion in motions:
+        body = motion.skeleton.body
+        own = np.asarray(motion.positions[motion.first :])[:, body]
+        own[:, body < 0] = np.nan
+        joints.append(normalised(own, float(motion.rate)))
+    return Set(
+        name,
+        np.array([labels[str(path)] for path in paths]),
+        np.array([STYLES[name](path) for path in paths]),
+        [len(motion) for motion in motions],
+        [float(motion.rate) for motion in motions],
+        rows,
+        joints,
+        [[cells(clip, part) for part in PARTS] for clip in rows],
+    )
+
+
+def cells(clip: dict[str, np.ndarray], part: str) -> bytes:
+    if part not in clip:
+        return b""
+    shown = clip[part][~clip[part]["passing"]]
+    return bytes((shown["direction"] * 3 + shown["level"]).astype(np.uint8))
+
+
+Ranking = Callable[[int], np.ndarray]
+"""From a clip to how far all are from it."""
+
+
+def edited(own: Set) -> Ranking:
+    def far(one: int) -> np.ndarray:
+        mine = own.cells[one]
+        pairs = (zip(mine, other, strict=True) for other in own.cells)
+        return np.array([sum(Levenshtein.distance(*pair) for pair in each) for each in pairs])
+
+    return far
+
+
+def aligned(own: Set, change: Callable[[np.ndarray], np.ndarray] = np.asarray) -> Ranking:
+    clips = own.clips(change)
+    windows = clips.whole()
+    each = [clips.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
+    return lambda one: -align.compared(each[one], clips, windows)
+
+
+def searched(own: Set) -> Ranking:
+    clips = own.clips()
+    each = [clips.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
+
+    def far(one: int) -> np.ndarray:
+        seconds = own.frames[one] / own.rates[one]
+        found = nearest.nearest(each[one], seconds, clips, own.frames, own.rates, len(own.frames))
+        distance = np.zeros(len(own.frames))
+        for near in found.near:
+            distance[near.clip] = -near.likeness
+        return distance
+
+    return far
+
+
+def bounded(own: Set) -> Ranking:
+    clips = own.clips()
+    each = [clips.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
+    return lambda one: -promises(each[one], clips).whole
+
+
+def dwelling(own: Set) -> Ranking:
+    """How long each part is in each cell, blurred over neighbouring ones: no order at all."""
+    table = []
+    middles = moves.POINTS.reshape(-1, 3)
+    blur = np.exp(-np.square(middles[:, None] - middles).sum(axis=2) / 0.5)
+    blur /= blur.sum(axis=1, keepdims=True)
+    for clip, frames in zip(own.rows, own.frames, strict=True):
+        there = np.zeros((len(PARTS), len(middles)))
+        for number, part in enumerate(PARTS):
+            if part in clip:
+                shown = clip[part][~clip[part]["passing"]]
+                until = np.append(shown["stop"][1:], frames)
+                cell = shown["direction"].astype(int) * 3 + shown["level"]
+                np.add.at(there[number], cell, (until - shown["stop"]) / frames)
+        table.append((there @ blur).ravel())
+    held = np.array(table)
+    return lambda one: np.abs(held - held[one]).sum(axis=1)
+
+
+def jointly(own: Set, rate: float = 10.0) -> Ranking:
+    """All parts at once: poses made of the symbols, ten a second, warped upon each other."""
+    poses = []
+    for clip, frames, frequency in zip(own.rows, own.frames, own.rates, strict=True):
+        times = np.arange(0, frames, frequency / rate)
+        pose = np.zeros((len(times), len(PARTS), 3), np.float32)
+        for number, part in enumerate(PARTS):
+            if part in clip:
+                own_clip = clips_of([{part: clip[part]}], [frequency], [part]).moves
+                ends = np.stack([own_clip.starts, own_clip.stops], axis=1).ravel()
+                before = np.concatenate([own_clip.points[:1], own_clip.points[:-1]])
+                knots = np.stack([before, own_clip.points], axis=1).reshape(-1, 3)
+                for axis in range(3):
+                    pose[:, number, axis] = np.interp(times, ends, knots[:, axis])
+        poses.append(pose)
+    return lambda one: np.array([warped(poses[one], other) for other in poses])
+
+
+def warping(own: Set, whole: bool = False) -> Ranking:
+    def far(one: int) -> np.ndarray:
+        mine = own.joints[one]
+        return np.array(
+            [warped(mine, other) * (len(mine) + len(other) if whole else 1) for other in own.joints]
+        )
+
+    return far
+
+
+def figures(own: Set, table: np.ndarray) -> list[float]:
+    """Return 1-NN and MAP over all others, and over those of other styles."""
+    first: list[list[float]] = [[], []]
+    precision: list[list[float]] = [[], []]
+    for one in range(len(table)):
+        for kind, allowed in enumerate((own.labels != "", own.styles != own.styles[one])):
+            others = np.flatnonzero(allowed & (np.arange(len(table)) != one))
+            order = others[np.argsort(table[one, others], kind="stable")]
+            same = own.labels[order] == own.labels[one]
+            places = np.flatnonzero(same)
+            first[kind].append(bool(same[0]))
+            precision[kind].append(float(np.mean(np.arange(1, len(places) + 1) / (places + 1))))
+    return [
+        float(np.mean(values)) for pair in zip(first, precision, strict=True) for values in pair
+    ]
+
+
+def without(name: str) -> Callable[[np.ndarray], np.ndarray]:
+    def changed(rows: np.ndarray) -> np.ndarray:
+        plain = rows.copy()
+        plain[name] = {"margin": 1.0}.get(name, 0)
+        return plain
+
+    return changed
+
+
+def told(name: str, own: Set, far: Ranking) -> None:
+    table = np.array([far(one) for one in range(len(own.labels))])
+    one, precision, other, others = figures(own, table)
+    print(f"  {name:44} {one:.3f} {other:.3f}  {precision:.3f} {others:.3f}", flush=True)
+
+
+def main() -> None:
+    for name in STYLES:
+        own = loaded(name)
+        print(f"{name}: {len(own.labels)} clips        1-NN all, others; MAP all, others")
+        ways = {
+            "edit distance of symbols": edited(own),
+            "alignment with angles (whole clips)": aligned(own),
+            "as `search --like` does (stretches, too)": searched(own),
+            "warped joint positions, by the frame": warping(own),
+            "warped joint positions, in all": warping(own, whole=True),
+        }
+        for told_as, far in ways.items():
+            told(told_as, own, far)
+        print(" ideas")
+        told("the bound alone: best partners, no order", own, bounded(own))
+        told("dwelling: time in cells, blurred", own, dwelling(own))
+        told("all parts jointly: poses of symbols, warped", own, jointly(own))
+        told("without runner-up cells", own, aligned(own, without("margin")))
+        told("without swings", own, aligned(own, without("swings")))
+        for constant in ("REPLACED", "PACE", "POSE"):
+            kept = getattr(align, constant)
+            for value in (0.0, kept / 2, 2 * kept):
+                setattr(align, constant, value)
+                told(f"{constant} {value:g} in place of {kept:g}", own, aligned(own))
+            setattr(align, constant, kept)
+        kept = moves.STEP
+        for value in (0.0, kept / 2, 2 * kept):
+            moves.STEP = value
+            told(f"STEP {value:g} in place of {kept:g}", own, aligned(own))
+        moves.STEP = kept
+        timed(own, ways)
+
+
+def timed(own: Set, ways: dict[str, Ranking]) -> None:
+    print(" milliseconds of a ranking")
+    chosen = np.linspace(0, len(own.labels) - 1, TIMED).astype(int)
+    took: dict[str, list[float]] = {name: [] for name in ways}
+    for one in chosen:
+        for name, far in ways.items():
+            begin = perf_counter()
+            far(int(one))
+            took[name].append(1000 * (perf_counter() - begin))
+    for name, times in took.items():
+        print(f"  {name:44} {median(times):.2f}")
+    many = replace(
+        own,
+        frames=own.frames * 25,
+        rates=own.rates * 25,
+        rows=own.rows * 25,
+    )
+    clips = many.clips()
+    each = own.clips()
+    for limit in (10, 100):
+        times = []
+        for one in chosen:
+            query = each.cut(int(one), 0, own.frames[one])
+            seconds = own.frames[one] / own.rates[one]
+            begin = perf_counter()
+            nearest.nearest(query, seconds, clips, many.frames, many.rates, limit)
+            times.append(1000 * (perf_counter() - begin))
+        print(f"  the best {limit} of {len(many.frames)} clips{'':24} {median(times):.1f}")
+    print(f"  {'alignment with angles, compiled':44} {compiled_time(own, chosen):.2f}")
+
+
+def compiled_time(own: Set, chosen: np.ndarray) -> float:
+    """Return the milliseconds of a ranking by the compiled alignment, not a number without it."""
+    way = compiled.compiled()
+    if way is None:
+        return float("nan")
+    kept, compiled.chosen = compiled.chosen, lambda cells: way
+    far, times = aligned(own), []
+    far(0)  # compiles
+    for one in chosen:
+        begin = perf_counter()
+        far(int(one))
+        times.append(1000 * (perf_counter() - begin))
+    compiled.chosen = kept
+    return median(times)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,99 @@
+"""How well the intended score of a gesture finds the gesture as people do it.
+
+    python tests/benchmarks/fuzzy.py
+
+The scores of fourteen gestures before a depth camera, as their makers drew them, are patterns as
+they stand; a class is found where one of its scores has a hit. One allowance for all classes:
+printed is the mean F1 over the fourteen, and over the clips of the nine that are no whole-arm
+exercises, for exact search and for a row of allowances. The captures are those of
+LANINDEX_CAPTURES.
+"""
+
+import xml.etree.ElementTree as ElementTree
+from collections import defaultdict
+from fractions import Fraction
+from pathlib import Path
+
+from places import CAPTURES
+
+from lanindex.alphabet import PARTS
+from lanindex.encode import encode
+from lanindex.formats import read
+from lanindex.model import Capture
+from lanindex.model.columns import columns_of, roster_of
+from lanindex.search import fuzzy, plain
+from lanindex.search.language import parse
+
+ALLOWED = ("0", "0.5", "1", "5%", "10%", "15%", "20%", "25%", "30%")
+EXERCISES = {"cut", "indi", "raise", "sequential", "wheel"}
+COLUMNS = {"4": "r_arm", "-4": "l_arm"}
+LIMBS = {"lower_arm": "forearm", "upper_arm": "upper_arm"}
+
+
+def said(element: ElementTree.Element, name: str) -> str:
+    return next((it.text or "").strip() for it in element.iter() if it.tag.endswith(f"}}{name}"))
+
+
+def lnd(path: Path) -> str:
+    """Return a score as LND: what stands at its beginning are starting positions."""
+    score = ElementTree.parse(path).getroot()
+    columns, symbols = dict(COLUMNS), []
+    for column in (it for it in score.iter() if it.tag.endswith("}columnDefinition")):
+        limbs = [(it.text or "").strip() for it in column.iter() if it.tag.endswith("}limb")]
+        side = said(column, "side")[0]
+        columns[said(column, "index")] = f"{side}_{LIMBS[next(filter(None, limbs))]}"
+    beats = int(said(score, "beats"))
+    for movement in (it for it in score.iter() if it.tag.endswith("}movement")):
+        start = Fraction(said(movement, "measure")) * beats + Fraction(said(movement, "beat"))
+        stop = start + Fraction(said(movement, "duration")) if start else start
+        flat = said(movement, "horizontal").replace("middle", "place").replace("backward", "back")
+        where = f"{flat.replace('-', '_')} {said(movement, 'vertical')}"
+        symbols.append((columns[said(movement, "column")], start, stop, where))
+    return "\n".join(
+        f"direction {part} {where} {float(start):g} {float(stop):g}"
+        for part, start, stop, where in sorted(symbols)
+    )
+
+
+def f1(found: dict[str, set[int]], labels: dict[int, str], classes: list[str]) -> float:
+    """Return the mean over some classes, on their clips alone."""
+    figures = []
+    for name in classes:
+        got = {number for number in found[name] if labels[number] in classes}
+        wanted = {number for number, label in labels.items() if label == name}
+        figures.append(2 * len(got & wanted) / (len(got) + len(wanted)))
+    return sum(figures) / len(figures)
+
+
+def main() -> None:
+    recordings, labels = [], {}
+    for number, path in enumerate(sorted((CAPTURES / "bvh" / "mae_openni").rglob("*.bvh"))):
+        score = encode(read(path))
+        capture = Capture(number, str(path), "bvh", "", "", score.rate, score.frames)
+        recordings.append((capture, score.tracks))
+        labels[number] = path.parent.name
+    captures, tracks = zip(*recordings, strict=True)
+    roster = roster_of(captures)
+    columns = {part: columns_of(part, captures, [it.get(part) for it in tracks]) for part in PARTS}
+    scores = {
+        path: parse(lnd(path)) for path in sorted((CAPTURES / "laban" / "mae").rglob("*.laban"))
+    }
+    classes = sorted(set(labels.values()))
+    nine = [name for name in classes if name not in EXERCISES]
+    print(f"{len(recordings)} clips, {len(scores)} scores, {len(classes)} and {len(nine)} classes")
+    ways = {"exact": lambda query: plain.find(query, recordings)}
+    for allowed in ALLOWED:
+        allowance = fuzzy.Allowance.read(allowed)
+        ways[f"--fuzzy {allowed}"] = lambda query, allowance=allowance: fuzzy.find(
+            query, roster, columns, lambda places: [recordings[it] for it in places], allowance
+        )
+    for way, find in ways.items():
+        found = defaultdict(set)
+        for path, query in scores.items():
+            found[path.parent.name] |= {hit.capture.id for hit in find(query)}
+        every, some = f1(found, labels, classes), f1(found, labels, nine)
+        print(f"{way:12}  fourteen {every:.3f}  nine {some:.3f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

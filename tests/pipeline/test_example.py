@@ -1,0 +1,124 @@
+"""Search by example through a library: what may be an example, and what is told of what is like."""
+
+import json
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+
+from lanindex.errors import CaptureError, UsageError
+from lanindex.pipeline import Library, open_library
+
+TWICE = RAISE.replace("unit_total 2", "unit_total 8") + "".join(
+    f"#unit{unit}\ndirection r_arm {cell} mid 0.5 1.5\ndirection r_arm place low 2 3.5\n"
+    for unit, cell in ((4, "left"), (5, "back"), (6, "left"), (7, "back"))
+)
+
+
+@pytest.fixture
+def library(tmp_path: Path):
+    dance(tmp_path / "raise.bvh")
+    dance(tmp_path / "again.bvh", rate=60)
+    dance(tmp_path / "bow.bvh", BOW)
+    dance(tmp_path / "long.bvh", TWICE)
+    (tmp_path / "raise.lnd").write_text(RAISE)
+    with open_library(tmp_path / "l.db", create=True) as opened:
+        opened.ingest(tmp_path)
+        yield opened
+
+
+def names(hits) -> list[str]:
+    return [Path(hit.path).name for hit in hits]
+
+
+def test_the_likest_is_first_and_the_example_is_left_out(library: Library) -> None:
+    found = library.like("raise.bvh")
+    assert set(names(found.hits)[:2]) == {"again.bvh", "long.bvh"}  # which begins alike
+    assert "raise.bvh" not in names(found.hits)
+    assert found.hits[1].fit > 0.9
+    assert list(found.hits) == list(found.hits.by_fit())
+    assert (found.captures, found.sure) == (4, True)
+    assert all(symbol.part == found.hits[0].symbols[0].part for symbol in found.hits[0].symbols)
+
+
+def test_a_file_a_number_and_a_hit_are_examples_too(library: Library, tmp_path: Path) -> None:
+    wanted = [(hit.path, hit.span, round(hit.fit, 5)) for hit in library.like("raise.bvh").hits]
+    elsewhere = tmp_path / "elsewhere" / "same.bvh"
+    elsewhere.parent.mkdir()
+    elsewhere.write_bytes((tmp_path / "raise.bvh").read_bytes())
+    number = library.capture("raise.bvh").id
+    frames = library.capture("raise.bvh").frames
+    line = {"capture": str(tmp_path / "raise.bvh"), "start_frame": 0, "end_frame": frames}
+    for named in (number, str(number), json.dumps(line), f"raise.bvh:0-{frames}"):
+        told = [(hit.path, hit.span, round(hit.fit, 5)) for hit in library.like(named).hits]
+        assert told == wanted
+    outside = {Path(hit.path).name: hit.fit for hit in library.like(elsewhere).hits}
+    assert outside["raise.bvh"] == pytest.approx(1)
+    assert outside["bow.bvh"] < 0.5 < outside["again.bvh"]
+
+
+def test_of_a_long_capture_the_best_stretch_is_told(library: Library) -> None:
+    hits = {Path(hit.path).name: hit for hit in library.like("raise.bvh").hits}
+    hit = hits["long.bvh"]
+    assert hit.span.stop <= library.capture("raise.bvh").frames + 15
+    assert hit.fit > 0.8
+    assert hits["again.bvh"].span.stop == library.capture("again.bvh").frames
+
+
+def test_only_captures_that_fit_are_looked_through(library: Library) -> None:
+    assert names(library.like("raise.bvh", within="*.lnd").hits) == ["raise.lnd"]
+    assert names(library.like("raise.bvh", where={"format": "lnd"}).hits) == ["raise.lnd"]
+    assert len(library.like("raise.bvh", limit=1).hits) == 1
+    assert names(library.like("raise.bvh", within="none").hits) == []
+
+
+@pytest.mark.parametrize(
+    ("named", "message"),
+    [
+        ("none.bvh", r"no capture and no file none.bvh"),
+        ("raise.bvh:9-9", r"frames 9 to 9, wanted from less than to, and no more than its"),
+        ("raise.bvh:0-99999", r"frames 0 to 99999"),
+        ("raise.bvh:0-2", r"nothing moves there, wanted one movement at least"),
+        ('{"capture": 1}', r"capture is 1, wanted text"),
+        ("{", r"wanted a line of"),
+        (99, r"there is no capture 99"),
+    ],
+)
+def test_what_is_no_example_is_told(library: Library, named, message: str) -> None:
+    with pytest.raises(Exception, match=message) as caught:
+        library.like(named)
+    assert caught.type.__module__ == "lanindex.errors"
+
+
+def test_a_limit_is_one_at_least(library: Library) -> None:
+    with pytest.raises(UsageError, match="a limit of 0"):
+        library.like("raise.bvh", limit=0)
+
+
+def test_a_file_that_cannot_be_read_is_told(library: Library, tmp_path: Path) -> None:
+    (tmp_path / "empty.bvh").write_text("")
+    with pytest.raises(CaptureError, match=r"empty\.bvh"):
+        library.like(tmp_path / "empty.bvh")
+
+
+def test_the_best_are_ranked_by_their_joints(library: Library, tmp_path: Path) -> None:
+    found = library.like("raise.bvh", rerank=True)
+    assert "again.bvh" in names(found.hits)[:2]
+    assert names(found.hits)[-1] == "raise.lnd"  # a score has no joints
+    assert [line for line in found.told if "a score has no joints" in line] == list(found.told)
+
+
+def test_files_that_are_gone_or_changed_are_told(library: Library, tmp_path: Path) -> None:
+    before = library.like("raise.bvh", rerank=True)
+    (tmp_path / "again.bvh").unlink()
+    dance(tmp_path / "bow.bvh", BOW, rate=25)
+    found = library.like("raise.bvh", rerank=True)
+    assert set(names(found.hits)) == set(names(before.hits))
+    assert len(found.told) == 3
+    assert any("again.bvh" in line for line in found.told)
+    assert any("bow.bvh: has changed since" in line for line in found.told)
+    (tmp_path / "raise.bvh").unlink()
+    with pytest.raises(UsageError, match=r"--rerank: no joint positions: .*raise\.bvh"):
+        library.like("raise.bvh", rerank=True)
+    with pytest.raises(UsageError, match="a score has no joints"):
+        library.like("raise.lnd", rerank=True)

@@ -1,0 +1,87 @@
+"""What conditions say of the ways that the twin has tried, worked out word by word."""
+
+from fractions import Fraction
+
+from lanindex.alphabet import DIRECTIONS, LEVELS, MIRRORED, mirrored_part
+from lanindex.search.language.clauses import Mirrors, Number, Reference, Text, Value
+from lanindex.search.language.times import Clock
+
+
+def symbols_of(tracks, thing):
+    """Yield the symbols of a thing as dictionaries; a stay or rest lends them its frames."""
+    for part, rows in thing.members:
+        for row in rows:
+            symbol = tracks[part].symbols[row]
+            own = thing.manner == "move"
+            yield {
+                "part": part,
+                "direction": DIRECTIONS[symbol["direction"]] if symbol["direction"] >= 0 else None,
+                "level": LEVELS[symbol["level"]] if symbol["level"] >= 0 else None,
+                "swings": Fraction(int(symbol["swings"])),
+                "margin": Fraction(round(1000 * float(symbol["margin"])), 1000),
+                "start": int(symbol["start"]) if own else thing.start,
+                "end": int(symbol["stop"]) if own else thing.end,
+            }
+
+
+def names_of(condition):
+    if isinstance(condition, Mirrors):
+        return {condition.first, condition.second}
+    terms = [term for side in (condition.left, condition.right) for _, term in side.terms]
+    return {term.name for term in terms if isinstance(term, Reference)} - {"clip"}
+
+
+def is_true(condition, capture, told):
+    """Tell whether a condition holds; `told` has the symbols by name, in order."""
+    if isinstance(condition, Mirrors):
+        one, two = told.get(condition.first, []), told.get(condition.second, [])
+        return bool(one) and [mirror(it) for it in one] == [
+            (it["part"], it["direction"], it["level"]) for it in two
+        ]
+    left, right = (total(side, capture, told) for side in (condition.left, condition.right))
+    if left is None or right is None:
+        return False
+    if left in LEVELS and right in LEVELS:
+        left, right = LEVELS.index(left), LEVELS.index(right)
+    return {
+        "<": lambda: left < right,
+        "<=": lambda: left <= right,
+        ">": lambda: left > right,
+        ">=": lambda: left >= right,
+        "=": lambda: left == right,
+        "!=": lambda: left != right,
+    }[condition.compare]()
+
+
+def mirror(symbol):
+    direction = symbol["direction"]
+    if direction is not None:
+        direction = DIRECTIONS[MIRRORED[DIRECTIONS.index(direction)]]
+    return mirrored_part(symbol["part"]), direction, symbol["level"]
+
+
+def total(side, capture, told):
+    values = [value(term, capture, told) for _, term in side.terms]
+    if len(values) == 1 or None in values:
+        return None if None in values else values[0]
+    return sum(sign * it for (sign, _), it in zip(side.terms, values, strict=True))
+
+
+def value(term, capture, told):
+    if isinstance(term, Number | Value):
+        return term.value
+    if isinstance(term, Text):
+        return term.text
+    if not isinstance(term, Reference):
+        clock = Clock(capture.rate, capture.meter.speed / 60)
+        return term.frames(clock) / capture.rate
+    if term.name == "clip":
+        return {"label": capture.label, "path": capture.path}[term.field] or None
+    symbols = told.get(term.name)
+    if not symbols:
+        return None
+    start, end = min(it["start"] for it in symbols), max(it["end"] for it in symbols)
+    times = {"start": start, "end": end, "length": end - start}
+    if term.field in times:
+        return Fraction(times[term.field]) / capture.rate
+    return symbols[-1][term.field]

@@ -1,0 +1,111 @@
+"""The alignment of symbols against its plain twin, and its laws."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_clips import PARTS, clips, mirrored
+from plain_example import likeness, middle
+
+from lanindex.search.example.align import compared, pairs
+from lanindex.search.example.candidates import promises
+from lanindex.search.example.moves import POINTS, clips_of, joined
+from lanindex.search.example.nearest import nearest
+from lanindex.search.example.stretches import reach_of
+
+RATE = 30.0
+
+
+def side_by_side(many):
+    return clips_of(many, [RATE] * len(many), PARTS)
+
+
+def alike(one, many):
+    found = side_by_side(many)
+    return compared(side_by_side([one]), found, found.whole())
+
+
+def test_cells_lie_where_their_angles_say() -> None:
+    for direction in range(9):
+        for level in range(3):
+            assert POINTS[direction, level] == pytest.approx(middle(direction, level), abs=1e-6)
+
+
+@settings(max_examples=40)
+@given(clips(), st.lists(clips(), min_size=1, max_size=4))
+def test_it_is_what_the_plain_one_says(one, many) -> None:
+    wanted = [likeness(one, other, PARTS) for other in many]
+    assert alike(one, many) == pytest.approx(wanted, abs=1e-5)
+
+
+@settings(max_examples=40)
+@given(clips(), clips())
+def test_laws(one, two) -> None:
+    (value,) = alike(one, [two])
+    assert 0 <= value <= 1
+    assert alike(one, [one])[0] == pytest.approx(1, abs=1e-5)
+    assert alike(two, [one])[0] == pytest.approx(value, abs=1e-5)
+    assert alike(mirrored(one), [mirrored(two)])[0] == pytest.approx(value, abs=1e-5)
+
+
+@settings(max_examples=40)
+@given(clips(), st.lists(clips(), min_size=1, max_size=4))
+def test_no_clip_is_more_like_than_was_promised(one, many) -> None:
+    promise = promises(side_by_side([one]), side_by_side(many))
+    assert (promise.whole >= alike(one, many) - 1e-5).all()
+
+
+@settings(max_examples=40)
+@given(st.lists(clips(), min_size=2, max_size=5), st.integers(1, 4))
+def test_batches_make_no_difference(many, first) -> None:
+    batches = [batch for batch in (many[:first], many[first:]) if batch]
+    found, wanted = joined([side_by_side(batch) for batch in batches]), side_by_side(many)
+    assert np.array_equal(found.first, wanted.first)
+    assert np.array_equal(found.moves.points, wanted.moves.points)
+    assert np.array_equal(found.moves.sizes, wanted.moves.sizes)
+
+
+@settings(max_examples=40)
+@given(clips(), clips(most=12), st.integers(0, 60), st.integers(1, 90))
+def test_a_stretch_is_as_like_as_the_clip_cut_from_it(one, two, begin, length) -> None:
+    query, clip = side_by_side([one]), side_by_side([two])
+    window = clip.windows(0, np.array([begin]), np.array([begin + length]))
+    piece = clip.cut(0, begin, begin + length)
+    (inside,) = compared(query, clip, window)
+    assert inside == pytest.approx(compared(query, piece, piece.whole())[0], abs=1e-5)
+
+
+@settings(max_examples=40)
+@given(clips(), clips(most=12), st.integers(0, 60), st.integers(1, 90))
+def test_no_stretch_is_more_like_than_its_bound(one, two, begin, length) -> None:
+    query, clip = side_by_side([one]), side_by_side([two])
+    window = clip.windows(0, np.array([begin]), np.array([begin + length]))
+    most = reach_of(query, clip, promises(query, clip)).most(window)
+    assert most[0] >= compared(query, clip, window)[0] - 1e-5
+
+
+@settings(max_examples=40)
+@given(clips(), clips())
+def test_what_corresponds_saves_what_is_not_different(one, two) -> None:
+    query, clip = side_by_side([one]), side_by_side([two])
+    sizes = query.moves.sizes.sum() + clip.moves.sizes.sum()
+    saved = sum(pair.saving for part in range(3) for pair in pairs(query, clip, part))
+    begun = 0.0
+    for (a, end), (b, last) in zip(query.first, clip.first, strict=True):
+        if a < end and b < last:
+            apart = np.linalg.norm(query.moves.points[a] - clip.moves.points[b])
+            swings = query.moves.swings[a], clip.moves.swings[b]
+            begun += sum(swings) - abs(swings[0] - swings[1]) - 0.5 * apart
+    wanted = np.clip(1 - (sizes - saved - begun) / (sizes + 1), 0, 1)
+    assert compared(query, clip, clip.whole())[0] == pytest.approx(wanted, abs=1e-4)
+
+
+@settings(max_examples=40)
+@given(clips(), st.lists(clips(), min_size=1, max_size=6), st.integers(1, 3))
+def test_the_nearest_are_the_nearest_of_all(one, many, limit) -> None:
+    found = nearest(
+        side_by_side([one]), 1e6, side_by_side(many), [200] * len(many), [RATE] * len(many), limit
+    )
+    every = sorted((value for value in alike(one, many) if value > 0), reverse=True)
+    assert [near.likeness for near in found.near] == pytest.approx(every[:limit], abs=1e-6)
+    assert found.sure

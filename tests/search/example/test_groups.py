@@ -1,0 +1,100 @@
+"""Groups of clips that are alike: average linkage against its definition, and the few pairs."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_clips import PARTS, clips, dance
+
+from lanindex.search.example import groups
+from lanindex.search.example.align import compared
+from lanindex.search.example.groups import grouped, linked, near, signatures
+from lanindex.search.example.moves import clips_of
+
+
+def plainly(count: int, table: np.ndarray, least: float) -> set[frozenset[int]]:
+    """Join the two groups that are most alike on average, again and again."""
+    groups = [frozenset([one]) for one in range(count)]
+
+    def mean(pair) -> float:
+        return float(np.mean([table[a, b] for a in pair[0] for b in pair[1]]))
+
+    while len(groups) > 1:
+        best = max(combinations(groups, 2), key=mean)
+        if mean(best) < least or mean(best) <= 0:
+            break
+        groups = [group for group in groups if group not in best] + [best[0] | best[1]]
+    return set(groups)
+
+
+@settings(max_examples=40)
+@given(st.integers(1, 8), st.integers(0, 999), st.sampled_from([0.2, 0.5, 0.8]))
+def test_linkage_is_what_it_says(count, seed, least) -> None:
+    table = np.random.default_rng(seed).random((count, count))
+    table = np.triu(table, 1) + np.triu(table, 1).T
+    pairs = np.stack(np.triu_indices(count, 1), axis=1)
+    found = linked([1] * count, pairs, table[pairs[:, 0], pairs[:, 1]], least, 1)
+    assert {frozenset(group) for group in found} == plainly(count, table, least)
+
+
+@settings(max_examples=20)
+@given(st.lists(clips(), min_size=1, max_size=6))
+def test_groups_hold_every_clip_and_their_medoid_is_first(many) -> None:
+    laid_out = clips_of(many, [30.0] * len(many), PARTS)
+    found = grouped(laid_out, least=0.3)
+    assert found.every
+    assert sorted(one for group in found.groups for one in group.members) == list(range(len(many)))
+    table = np.array(
+        [compared(clips_of([one], [30.0], PARTS), laid_out, laid_out.whole()) for one in many]
+    )
+    for group in found.groups:
+        inside = table[np.ix_(group.members, group.members)]
+        assert inside[0].sum() == pytest.approx(inside.sum(axis=1).max(), abs=1e-3)
+        assert list(inside[0, 1:]) == pytest.approx(sorted(inside[0, 1:], reverse=True), abs=1e-5)
+        if len(group.members) > 1:
+            assert group.likeness == pytest.approx(inside[0, 1:].mean(), abs=1e-3)
+            assert inside[~np.eye(len(inside), dtype=bool)].mean() >= 0.3 - 1e-3
+
+
+def families(count: int, each: int):
+    """Return clips of several families, each of its own cells, with a stray symbol a clip."""
+    random = np.random.default_rng(1)
+    many = []
+    for _ in range(count):
+        cells = [(int(random.integers(9)), int(random.integers(3))) for _ in range(8)]
+        for _ in range(each):
+            own = [*cells]
+            own[int(random.integers(1, 8))] = (int(random.integers(9)), int(random.integers(3)))
+            many.append(dance(own))
+    return clips_of(many, [30.0] * len(many), ["r_arm"])
+
+
+def test_of_many_clips_only_the_nearest_are_compared_and_groups_are_of_any_size(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(groups, "PAIRS", 600)
+    monkeypatch.setattr(groups, "FEWEST", 4)
+    found = grouped(families(3, 60), least=0.5)
+    assert not found.every
+    assert found.pairs < 180 * 10
+    largest = [frozenset(group.members) for group in found.groups[:3]]
+    for first in (0, 60, 120):
+        assert any(len(group & set(range(first, first + 60))) >= 55 for group in largest)
+
+
+def test_so_many_groups_as_are_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    laid_out = families(5, 4)
+    assert len(grouped(laid_out, least=0.9, wanted=5).groups) == 5
+    assert len(grouped(laid_out, least=0.9, wanted=1).groups) == 1
+    monkeypatch.setattr(groups, "PAIRS", 10)
+    monkeypatch.setattr(groups, "FEWEST", 3)
+    assert len(grouped(laid_out, least=0.9, wanted=5).groups) == 5
+
+
+def test_no_pair_stands_twice() -> None:
+    pairs = near(signatures(families(20, 6)), 8)
+    assert (pairs[:, 0] < pairs[:, 1]).all()
+    assert len(np.unique(pairs, axis=0)) == len(pairs)
+    assert (np.bincount(pairs.ravel(), minlength=120) >= 8).all()

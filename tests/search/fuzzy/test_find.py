@@ -1,0 +1,137 @@
+"""What is nearly a pattern, over captures and lines."""
+
+from itertools import pairwise
+
+import made_patterns
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from query_cases import recordings_of
+
+from lanindex.errors import UsageError
+from lanindex.model.columns import columns_of, roster_of
+from lanindex.search.fuzzy import Allowance
+from lanindex.search.fuzzy import find as find_in_columns
+from lanindex.search.language import parse
+from lanindex.search.plain import find as find_exactly
+
+TRACKS = (
+    "fps 10 frames 100; r_arm: place low 0 0, right mid 5 12, r_forward high 12 20, "
+    "place high 30 36, right mid 60 68, place low 70 75; "
+    "l_arm: place low 0 0, left mid 5 15, place high 40 50"
+)
+
+
+def find(query, recordings, allowance, **options):
+    """Find in captures and tracks."""
+    captures, held = zip(*recordings, strict=True)
+    columns = {
+        part: columns_of(part, captures, [tracks.get(part) for tracks in held])
+        for part in query.parts
+    }
+    taken = lambda places: [recordings[place] for place in places]  # noqa: E731
+    return find_in_columns(query, roster_of(captures), columns, taken, allowance, **options)
+
+
+def recordings():
+    return [(one.capture, one.tracks) for one in recordings_of(TRACKS)]
+
+
+def spans(text: str, allowed: str, **options) -> list[tuple[int, int]]:
+    found = find(parse(text), recordings(), Allowance.read(allowed), **options)
+    return [(hit.span.start, hit.span.stop) for hit in found]
+
+
+@pytest.mark.parametrize(
+    ("text", "allowed", "expected"),
+    [
+        ("r_arm right mid -> r_forward high -> place high", "0", [(5, 36)]),
+        ("r_arm right mid -> place high", "0", []),
+        ("r_arm right mid -> place high", "0.5", [(5, 20)]),  # r_forward high is next to it
+        ("r_arm place low -> r_forward high", "0", []),
+        ("r_arm place low -> r_forward high", "0.5", [(0, 20)]),  # passes over right mid
+        ("r_arm right mid ... place high", "0", [(5, 36)]),
+        ("r_arm right mid -> forward high", "0.5", [(5, 20)]),  # a neighbour
+        ("r_arm right mid -> r_forward high -> left mid", "0.5", []),
+        ("r_arm right mid -> r_forward high -> left mid", "1", [(5, 20)]),  # a step is missing
+        ("r_arm right mid -> r_forward high with l_arm left mid", "0", [(5, 20)]),
+        ("r_arm right mid -> r_forward high with l_arm left high", "0.5", [(5, 20)]),
+        ("r_arm right mid -> r_forward high with l_arm place low", "0", []),
+        ("r_arm place high without l_arm", "0", [(30, 36)]),
+        ("r_arm right mid without l_arm left mid", "0", [(60, 68)]),
+        ("r_arm place high before l_arm high", "0", [(30, 36)]),
+        ("r_arm right mid -> r_forward high -> place high <0.5s", "0", []),
+        ("r_arm place low", "0", [(70, 75)]),  # a starting position alone is no movement
+    ],
+)
+def test_what_is_allowed(text, allowed, expected):
+    assert spans(text, allowed) == expected
+
+
+def test_of_overlapping_matches_the_one_that_differs_least_stays():
+    everything = spans("r_arm mid -> high", "1", overlaps="all")
+    assert (5, 20) in everything
+    assert len(everything) > 1
+    kept = spans("r_arm mid -> high", "1")
+    assert (5, 20) in kept
+    assert all(a[1] <= b[0] for a, b in pairwise(kept))
+
+
+def test_the_fit_falls_with_what_was_edited():
+    exact, edited = (
+        next(find(parse(text), recordings(), Allowance.read("1"))).fit
+        for text in ("r_arm right mid -> r_forward high", "r_arm right mid -> forward high")
+    )
+    assert exact == 1
+    assert edited == pytest.approx(1 - (31.4 - 22.5) / 45 / 2, abs=0.01)
+
+
+def test_symbols_are_told_line_by_line():
+    (hit,) = find(
+        parse("r_arm place low -> r_forward high with l_arm left high"),
+        recordings(),
+        Allowance.read("1"),
+    )
+    assert [[str(it) for it in line] for line in hit.lines] == [
+        ["r_arm place low [0, 0)", "r_arm r_forward high [12, 20)"],
+        ["l_arm left mid [5, 15)"],
+    ]
+
+
+def test_a_score_is_opened():
+    score = "direction r_arm right mid 0 1 direction r_arm r_forward high 1 2"
+    beside = f"{score} direction l_arm left high 0 1"
+    assert spans(beside, "0.5") == [(5, 20)]
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    made_patterns.bare_lines(),
+    st.sampled_from(("with", "without", "during", "before", "never")),
+    made_patterns.bare_lines("l_arm"),
+    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+)
+def test_whatever_is_found_exactly_costs_nothing(line, relation, other, recordings):
+    query = parse(f"{line} {relation} {other}")
+    nearly = list(find(query, recordings, Allowance.read("0"), overlaps="all"))
+    for hit in find_exactly(query, recordings, overlaps="all"):
+        assert any(it.capture is hit.capture for it in nearly)
+
+
+@pytest.mark.parametrize(("text", "edits"), [("2", 128), ("0.5", 32), ("20%", 64), (" 1 ", 64)])
+def test_allowances(text, edits):
+    assert Allowance.read(text).of(7) == edits
+
+
+@pytest.mark.parametrize("text", ["", "many", "-1", "%", "1/2", "2s", "1e3", "nan"])
+def test_what_is_no_allowance(text):
+    with pytest.raises(UsageError, match="edits"):
+        Allowance.read(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["a: r_arm high where a.length > 1s", "r_arm low -> mid rhythm 1:1"]
+)
+def test_conditions_have_no_edits(text):
+    with pytest.raises(UsageError, match="cannot count edits"):
+        next(find(parse(text), recordings(), Allowance.read("1")))

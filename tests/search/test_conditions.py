@@ -1,0 +1,89 @@
+"""Conditions of ``where``: what they compare, and what is false because it is missing."""
+
+from fractions import Fraction
+
+import pytest
+
+from lanindex.model import Capture, Hit, Meter, Span, Symbol
+from lanindex.search.conditions import holds, names_in
+from lanindex.search.language import parse
+
+
+def symbol(part: str, direction: str | None, level: str | None, start: int, stop: int) -> Symbol:
+    return Symbol(
+        *(part, 0, direction, level, start, stop, start, stop - start, False, 0, 3, 0.75),
+        *(None, None, None),
+    )
+
+
+CAPTURE = Capture(
+    *(1, "walk.bvh", "bvh", "0" * 64, "walk", Fraction(30000, 1001), 300, Meter(Fraction(120))),
+    {"Subject": "7", "style": "old", "empty": ""},
+)
+FIRST, SECOND = symbol("r_arm", "right", "high", 30, 60), symbol("r_arm", "place", "low", 90, 99)
+NOD = symbol("head", None, "mid", 90, 120)
+LEFT = symbol("l_arm", "left", "high", 32, 60)
+HIT = Hit(
+    CAPTURE,
+    Span(30, 120),
+    0.75,
+    ((FIRST, SECOND), (NOD,)),
+    {"a": (FIRST,), "b": (FIRST, SECOND), "c": (NOD,), "d": (LEFT,)},
+)
+
+PATTERN = "a: r_arm high -> b: low with c: head -> d: mid? -> e: mid where "
+
+
+def true(text: str) -> bool:
+    return all(holds(condition, HIT) for condition in parse(PATTERN + text).where)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a.length = 30f and a.length = 1001ms and a.length != 1s",
+        "a.length = 2.002b and a.start + a.length = a.end",
+        "b.end - b.start = 69f and b.length > 2s",
+        "b.level = low and b.direction = place and b.part = r_arm",
+        "a.level > mid and a.level >= high and b.level < a.level",
+        "a.margin = 0.75 and a.swings = 3 and a.swings - a.margin > 2",
+        "match.start = 30f and match.length = 90f and match.level = low",
+        'clip.label = "walk" and clip.label != "run" and clip.path > "run"',
+        'clip.subject > 6 and clip.subject = "7" and clip.style = "old"',
+        "clip.style != 6 and clip.fps < 30 and clip.frames >= 300",
+        "a mirrors d and d mirrors a",
+    ],
+)
+def test_what_holds(text):
+    assert true(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a.length < 30f",
+        "a.level < high",
+        "b.direction = right",
+        "clip.style > 6",
+        'clip.label = "Walk"',
+        "a mirrors b",
+        "a mirrors c",
+    ],
+)
+def test_what_does_not_hold(text):
+    assert not true(text)
+
+
+@pytest.mark.parametrize("compare", ["=", "!=", "<", "<=", ">", ">="])
+def test_what_is_missing_makes_it_false(compare):
+    assert not true(f"e.start {compare} 1s")
+    assert not true(f"clip.nothing {compare} 1")
+    assert not true(f'clip.empty {compare} "x"')
+    assert not true(f"a.start - e.start {compare} 1s")
+    assert not true("c.direction != left")
+    assert not true("e mirrors a")
+
+
+def test_the_names_that_conditions_speak_of():
+    where = parse(PATTERN + 'a mirrors d and b.start > match.start and clip.label = "x"').where
+    assert names_in(where) == {"a", "b", "d", "match", "clip"}
