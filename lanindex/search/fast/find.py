@@ -97,14 +97,15 @@ class Finder:
             Is told how far the search is.
         """
         pieces = self._chained(watch)
-        for first, last in self._blocks() if pieces is None else ():
-            pieces = pieces or []
+        blocks = self._blocks() if pieces is None else []
+        pieces = pieces or []
+        for first, last in blocks:
             answers, doubtful = self._between(first, last, watch)
             pieces.append(answers)
             told = self._told_plainly(doubtful, watch)
             self._told.update(told)
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
-        answers = joined(pieces or [])
+        answers = joined(pieces)
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
         return Found(self, answers, self._kept(answers, overlaps), len(self._told))
 
