@@ -14,7 +14,7 @@ import numpy as np
 from lanindex.model.columns import CELL, THOUSANDTHS
 from lanindex.search import nearly
 from lanindex.search.automaton import State
-from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread
 from lanindex.search.fast.rows import Rows
 
 
@@ -170,6 +170,3 @@ def paired(manner: str, one: Events, other: Events) -> Events:
 def ordered(events: Events) -> bool:
     """Tell whether both members of pairs go on in the same order, so that ranges are ranges."""
     return len(events.first) == 1 or bool((np.diff(events.first[1]) >= 0).all())
-
-
-__all__ = ["Events", "events_of", "ordered", "overlapping", "paired", "starts_of"]

@@ -43,7 +43,7 @@ Recordings = Callable[
 ]
 """Captures with the tracks of some parts, by their places in the roster."""
 
-MOST_ROWS = 1 << 18
+MOST_ROWS = 1 << 16
 """How many rows of a part, or captures, are gone through at once."""
 
 Watch = Callable[[int, int], None]
@@ -97,16 +97,15 @@ class Finder:
             Is told how far the search is.
         """
         pieces = self._chained(watch)
-        for first, last in self._blocks() if pieces is None else ():
-            pieces = pieces or []
-            if watch:
-                watch(first, len(self._roster))
-            answers, doubtful = self._between(first, last)
+        blocks = self._blocks() if pieces is None else []
+        pieces = pieces or []
+        for first, last in blocks:
+            answers, doubtful = self._between(first, last, watch)
             pieces.append(answers)
             told = self._told_plainly(doubtful, watch)
             self._told.update(told)
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
-        answers = joined(pieces or [])
+        answers = joined(pieces)
         answers = answers.at(np.argsort(answers.capture, kind="stable"))
         return Found(self, answers, self._kept(answers, overlaps), len(self._told))
 
@@ -219,15 +218,17 @@ class Finder:
             first = ends[-1][1]
         return ends
 
-    def _between(self, first: int, last: int) -> tuple[Answers, Whole]:
+    def _between(self, first: int, last: int, watch: Watch | None) -> tuple[Answers, Whole]:
         """Return all answers in some captures, and those captures of which nothing is known."""
+        if watch:
+            watch(first, len(self._roster))
         try:
             answers, doubtful = self._in_block(self._block(first, last))
         except TooMuch:  # at once: fewer captures are tried, and one alone plainly
             if last - first == 1:
                 return joined([]), np.array([first])
             middle = (first + last) // 2
-            halves = self._between(first, middle), self._between(middle, last)
+            halves = [self._between(*half, watch) for half in ((first, middle), (middle, last))]
             return joined([it for it, _ in halves]), np.concatenate([it for _, it in halves])
         answers.capture += first
         return answers, np.flatnonzero(doubtful) + first

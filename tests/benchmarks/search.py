@@ -1,0 +1,118 @@
+"""How long searches take: ``python tests/benchmarks/search.py [CAPTURES] [RANDOM PATTERNS]``.
+
+The patterns of `evaluate` and the worst ones known on the real captures; then a synthetic library,
+its columns held in memory: single patterns, how they grow with the library, and random patterns of
+the whole grammar. 400,000 captures are about 60 million symbols and need some GB.
+"""
+
+import sys
+import time
+import tomllib
+from pathlib import Path
+from random import Random
+from statistics import median
+
+import numpy as np
+import synthetic
+from grammar_patterns import random_pattern
+
+from lanindex.errors import LanindexError
+from lanindex.search.fast import Finder, Timeout
+from lanindex.search.language import parse
+
+ROUNDS = 5
+MOST_SECONDS = 20.0
+
+WORST = {
+    "r_arm any x3+ with l_arm any x3+": "",
+    "r_forearm any ... any during l_forearm any ... any": "",
+    "r_forearm low ... high ... low with l_forearm low ... high ... low": "",
+}
+SINGLE = (
+    "r_arm right mid -> high -> low",
+    "r_arm low -> forward mid? -> high",
+    "r_arm low ...[<=3] high",
+    "r_arm high with l_arm high",
+    "(r_arm low ... high -> low) <4s",
+    "r_arm right mid -> high without head",
+)
+
+
+def finder(pattern: str, roster, columns) -> Finder:
+    query = parse(pattern)
+    own = {part: columns[part] for part in query.parts if part in columns}
+    return Finder(query, roster, own, lambda places, parts: [])
+
+
+def seconds(pattern: str, roster, columns, rounds: int = ROUNDS) -> tuple[float, int]:
+    """Return the median of the time that a search takes, and how many hits it has."""
+    times = []
+    for _ in range(rounds):
+        begun = time.perf_counter()
+        found = finder(pattern, roster, columns).find()
+        times.append(time.perf_counter() - begun)
+    return median(times), len(found)
+
+
+def told(patterns, roster, columns) -> None:
+    for pattern in patterns:
+        spent, hits = seconds(pattern, roster, columns)
+        print(
+            f"  {spent * 1e3:9.1f} ms  {hits:8} hits  {' '.join(pattern.split())[:80]}", flush=True
+        )
+
+
+def growth(pattern: str, roster, columns) -> None:
+    """Say how the time grows from a hundredth of the captures to all."""
+    for share in (100, 10, 1):
+        some = np.arange(len(roster) // share)
+        fewer = {part: it.taken(some) for part, it in columns.items() if part in pattern}
+        spent, _ = seconds(pattern, roster.taken(some), fewer)
+        symbols = sum(map(len, fewer.values()))
+        print(f"  {symbols / 1e6:7.2f} M symbols of its parts: {spent * 1e3:9.1f} ms  {pattern}")
+
+
+def randomly(count: int, roster, columns) -> None:
+    """Say how long random patterns take; those for which the plain matcher is needed apart."""
+    times, plainly, broken = [], 0, 0
+    for seed in range(count):
+        text = random_pattern(Random(seed), avoid={"stages", "where", "rhythm"})
+        search = finder(text, roster, columns)
+        begun = time.perf_counter()
+        try:
+            search.find(watch=Timeout(MOST_SECONDS))
+        except LanindexError:
+            broken += 1
+        except (StopIteration, ValueError):  # it asked for rows, which there are none of
+            plainly += 1
+            continue
+        times.append(time.perf_counter() - begun)
+    spent = np.percentile(times, (50, 90, 99, 100)) * 1e3
+    print(
+        f"  {len(times)} patterns: p50 {spent[0]:.0f} ms, p90 {spent[1]:.0f}, p99 {spent[2]:.0f},"
+    )
+    print(f"  longest {spent[3]:.0f}; broken off {broken}; left to the plain matcher: {plainly}")
+
+
+def main(captures: int = 40_000, patterns: int = 200) -> None:
+    found = synthetic.real()
+    page = tomllib.loads((Path(__file__).parent / "bandai2.toml").read_text(encoding="utf-8"))
+    evaluated = [entry["pattern"] for entry in page.values()]
+    print(f"{len(found.roster)} real captures, the worst patterns known")
+    told(WORST, found.roster, found.columns)
+    print("  all patterns of bandai2.toml, encoding apart")
+    begun = time.perf_counter()
+    told(evaluated, found.roster, found.columns)
+    print(f"  {(time.perf_counter() - begun) / ROUNDS:.2f} s together")
+    roster, columns = synthetic.columns(captures)
+    symbols = sum(map(len, columns.values()))
+    print(f"{captures} captures, {symbols / 1e6:.1f} M symbols")
+    told(SINGLE, roster, columns)
+    growth(SINGLE[0], roster, columns)
+    growth(SINGLE[3], roster, columns)
+    print("random patterns of the whole grammar")
+    randomly(patterns, roster, columns)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:3]))
