@@ -12,10 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns
+from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns
 from lanindex.search.automaton import Program, State
 from lanindex.search.fast.answers import Answers
 from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.lines import cost_of, end_of, value_of, with_cost
 from lanindex.search.fast.ragged import Mask, Numbers, Whole, smallest_in
 from lanindex.search.language.query import Arrow
@@ -208,12 +209,7 @@ class Links:
         self.many = [int(part.counts[table].sum()) for table in self.tables]
 
     def _table(self, state: State, number: int) -> Mask:
-        cells = np.arange(256)
-        table = np.ones(256, bool)
-        said = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
-        for kind, codes in state.fits[0].items():
-            if kind in said:
-                table &= np.isin(said[kind], sorted(codes))
+        cells, table = np.arange(256), cells_of(state, 0)
         if not self.passing[number]:
             table &= cells & PASSING == 0
         if number or len(self.chain.states) == 1:

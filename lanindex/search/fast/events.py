@@ -63,17 +63,23 @@ class Events:
 _FRAMES = ("start", "end", "until", "cost", "passing", "starting")
 
 
-def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
-    """Return which rows are what a state says of a member, and what is missing to a fit of 1.
-
-    One may also be so by the cell across its nearest border, if that is near enough.
-    """
+def cells_of(state: State, member: int) -> Mask:
+    """Return which cells a state asks for, (256,) bool, whatever their flags."""
     cells = np.arange(256)
     table = np.ones(256, bool)
     said = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
     for kind, codes in state.fits[member].items():
         if kind in said:
             table &= np.isin(said[kind], sorted(codes))
+    return table
+
+
+def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
+    """Return which rows are what a state says of a member, and what is missing to a fit of 1.
+
+    One may also be so by the cell across its nearest border, if that is near enough.
+    """
+    table = cells_of(state, member)
     fits, cost = table[rows.cell], rows.cost
     if state.near:
         margin = THOUSANDTHS - rows.cost

@@ -33,6 +33,7 @@ from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.found import TOGETHER, Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
+from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
 from lanindex.search.fast.trace import labelled, trace
 from lanindex.search.fast.walk import NotCovered
@@ -42,6 +43,9 @@ Recordings = Callable[
     [Sequence[int], Collection[str]], Iterable[tuple[Capture, Mapping[str, Track]]]
 ]
 """Captures with the tracks of some parts, by their places in the roster."""
+
+MANY = 1000
+"""Captures of which it is asked first which of them can have a hit."""
 
 MOST_ROWS = 1 << 16
 """How many rows of a part, or captures, are gone through at once."""
@@ -79,6 +83,8 @@ class Finder:
         self._query, self._roster, self._columns = query, roster, columns
         self._tolerance = tolerance
         self._programs = plan(query)
+        self._places: Whole = np.arange(len(roster))
+        self._some = columns
         self._parts: list[tuple[str, ...]] = []
         self._recordings = recordings
         self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
@@ -97,6 +103,8 @@ class Finder:
             Is told how far the search is.
         """
         pieces = self._chained(watch)
+        if pieces is None:
+            self._narrow()
         blocks = self._blocks() if pieces is None else []
         pieces = pieces or []
         for first, last in blocks:
@@ -152,7 +160,7 @@ class Finder:
         if answer.cost[0] < 0 or self._labelled:
             return self._teller(place, answer)
         taken = trace(
-            self._block(place, place + 1),
+            self._block(place),
             self._programs[int(answer.program[0])],
             self._parts[int(answer.parts[0])],
             tuple(answer.rows[0].tolist()),
@@ -202,13 +210,24 @@ class Finder:
                     remedy="Search again.",
                 )
 
-    def _block(self, first: int, last: int) -> Block:
-        return Block(self._roster, self._columns, first, last, self._tolerance)
+    def _narrow(self) -> None:
+        """Leave out the captures that cannot have a hit, if these are most of many."""
+        many = len(self._roster)
+        if many < MANY:
+            return
+        possible = Narrowing(self._columns, many).possible(self._programs)
+        if 2 * possible.sum() < many:
+            self._places = np.flatnonzero(possible)
+            self._some = {part: it.taken(self._places) for part, it in self._columns.items()}
+
+    def _block(self, place: int) -> Block:
+        """Return one capture as a block."""
+        return Block(self._roster, self._columns, place, place + 1, self._tolerance)
 
     def _blocks(self) -> list[tuple[int, int]]:
         """Return how the captures are gone through: a block holds few enough rows."""
-        parts = [self._columns[part] for part in self._query.parts if part in self._columns]
-        ends, first, many = [], 0, len(self._roster)
+        parts = [self._some[part] for part in self._query.parts if part in self._some]
+        ends, first, many = [], 0, len(self._places)
         while first < many:
             last = min(first + MOST_ROWS, many)
             for columns in parts:
@@ -221,17 +240,19 @@ class Finder:
     def _between(self, first: int, last: int, watch: Watch | None) -> tuple[Answers, Whole]:
         """Return all answers in some captures, and those captures of which nothing is known."""
         if watch:
-            watch(first, len(self._roster))
+            watch(int(self._places[first]), len(self._roster))
+        roster = self._roster.taken(self._places[first:last])
+        own = {part: it.between(first, last) for part, it in self._some.items()}
         try:
-            answers, doubtful = self._in_block(self._block(first, last))
+            answers, doubtful = self._in_block(Block(roster, own, 0, last - first, self._tolerance))
         except TooMuch:  # at once: fewer captures are tried, and one alone plainly
             if last - first == 1:
-                return joined([]), np.array([first])
+                return joined([]), self._places[first:last]
             middle = (first + last) // 2
             halves = [self._between(*half, watch) for half in ((first, middle), (middle, last))]
             return joined([it for it, _ in halves]), np.concatenate([it for _, it in halves])
-        answers.capture += first
-        return answers, np.flatnonzero(doubtful) + first
+        answers.capture = self._places[answers.capture + first]
+        return answers, self._places[np.flatnonzero(doubtful) + first]
 
     def _in_block(self, block: Block) -> tuple[Answers, Mask]:
         """Return all answers in a block, and the captures of which nothing is known yet."""

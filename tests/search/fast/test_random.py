@@ -9,13 +9,16 @@ from fast_search import find_fast, told
 from grammar_patterns import random_pattern
 from random_library import DIRECTIONS, PARTS, random_library
 
+from lanindex.search.fast import find as find_module
 from lanindex.search.language import parse
 from lanindex.search.nearly import NEAR
 from lanindex.search.plain import find
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_a_hundred_patterns_of_the_whole_grammar(seed: int) -> None:
+def test_a_hundred_patterns_of_the_whole_grammar(seed: int, monkeypatch) -> None:
+    if seed % 2:  # leave out what cannot have a hit, as in a large library
+        monkeypatch.setattr(find_module, "MANY", 1)
     left = captures = 0
     for case in range(100):
         random = Random(f"{seed} {case}")
