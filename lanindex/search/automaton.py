@@ -126,11 +126,6 @@ class Edge:
     entry: Entry
     same: bool
 
-    @property
-    def open(self) -> bool:
-        """Whether it leads to all that is later, without a limit."""
-        return self.arrow.later and not (self.arrow.length or self.arrow.skips)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Program:
