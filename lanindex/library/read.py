@@ -19,9 +19,6 @@ from lanindex.library import checksums, codes, rows, schema, state
 from lanindex.library.encoding import ENCODED, Encoding
 from lanindex.model import Capture, Meter, Score, Span, Track
 
-_MOST = 500
-"""Values in one statement: databases take a thousand at least."""
-
 _FACTS = len(ENCODED) + 2
 """Columns of `CAPTURE` that a capture's checksum is over: `ENCODED`, and its profile."""
 
@@ -61,8 +58,8 @@ def locations(connection: Connection, places: Sequence[str], digests: Sequence[s
     """Return where the captures lie that are at one of these places or have such a sha256."""
     found: list[str] = []
     for column, values in ((schema.capture.c.location, places), (schema.capture.c.sha256, digests)):
-        for first in range(0, len(values), _MOST):
-            chosen = column.in_(values[first : first + _MOST])
+        for first in range(0, len(values), state.MOST):
+            chosen = column.in_(values[first : first + state.MOST])
             found += connection.scalars(select(schema.capture.c.location).where(chosen))
     return found
 

@@ -10,6 +10,9 @@ from sqlalchemy import Connection, Row, select
 from lanindex.errors import LibraryError
 from lanindex.library import schema
 
+MOST = 500
+"""Values in one statement: databases take a thousand at least."""
+
 
 def capture_numbers(connection: Connection) -> list[int]:
     """Return the numbers of all captures, in order.
@@ -26,9 +29,12 @@ def capture_numbers(connection: Connection) -> list[int]:
 
 
 def read_numbers(connection: Connection, numbers: Sequence[int]) -> list[int]:
-    """Return those numbers that captures have."""
-    column = schema.capture.c.id
-    return list(connection.scalars(select(column).where(column.in_(numbers))))
+    """Return those numbers that captures have, in the order in which they are asked for."""
+    column, found = schema.capture.c.id, set[int]()
+    for first in range(0, len(numbers), MOST):
+        chosen = column.in_(numbers[first : first + MOST])
+        found.update(connection.scalars(select(column).where(chosen)))
+    return [number for number in numbers if number in found]
 
 
 def check_numbers(connection: Connection, found: Sequence[int]) -> None:

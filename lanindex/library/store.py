@@ -246,10 +246,13 @@ class Store(Keeper):
         """
         only = None if parts is None else list(parts)
         with self._reading() as connection:
-            numbers = state.capture_numbers(connection)
-        if captures is not None:
-            wanted = {one for one in captures if is_number(one)}
-            numbers = [number for number in numbers if number in wanted]
+            if captures is None:
+                numbers = state.capture_numbers(connection)
+            else:
+                wanted = sorted({int(one) for one in captures if is_number(one)})
+                numbers = state.read_numbers(connection, wanted)
+                if len(numbers) < len(wanted):  # were they never there, or lost?
+                    state.capture_numbers(connection)
         for first in range(0, len(numbers), _BATCH):
             with self._reading() as connection:
                 chosen = read.read_captures(connection, numbers[first : first + _BATCH])
