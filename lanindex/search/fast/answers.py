@@ -121,12 +121,26 @@ def best(answers: Answers) -> Answers:
 
     The best one ends first; of these it begins last, and of those it shows most clearly.
     """
+    if _settled(answers):
+        return answers
     keys = (answers.parts, answers.rows[:, 0], answers.rows[:, 1])
     chosen = best_of_each(keys, (answers.high, -answers.low, answers.cost))
     first = best_of_each(keys, (np.arange(len(answers)),))
     found = answers.at(chosen)
     order = np.lexsort((first, found.cost, found.high, found.low, found.capture))
     return answers.at(chosen[order])
+
+
+def _settled(answers: Answers) -> bool:
+    """Tell whether answers are of one part, one from each place, and in order already."""
+    if not len(answers):
+        return True
+    once = np.diff(answers.rows[:, 0]) > 0
+    if not once.all() or (answers.rows[:, 1] >= 0).any() or np.ptp(answers.parts) > 0:
+        return False
+    rank = np.diff(answers.capture), np.diff(answers.low), np.diff(answers.high)
+    behind = (rank[0] > 0) | ((rank[0] == 0) & ((rank[1] > 0) | ((rank[1] == 0) & (rank[2] >= 0))))
+    return bool(behind.all())
 
 
 def own_rows(

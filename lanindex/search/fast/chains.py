@@ -249,19 +249,20 @@ class Links:
         return rows
 
 
-def table(columns: Columns, chain: Chain, program: int, place: int) -> Answers:
-    """Return the answers of a chain in all captures, rows counted over all of them.
+def table(columns: Columns, chains: list[Chain], program: int, place: int) -> Answers:
+    """Return the answers of a program in all captures, rows counted over all of them.
 
     Parameters
     ----------
     columns : Columns
         Of its part.
-    chain : Chain
-        Which.
+    chains : list of Chain
+        All its ways.
     program, place : int
-        Which program it is of, and where its part stands in the list of `Finder`.
+        Which program it is, and where its part stands in the list of `Finder`.
     """
-    rows, values = answers(part_of(columns), chain)
+    found = [answers(part_of(columns), chain) for chain in chains]
+    rows, values = _best(*(np.concatenate(one) for one in zip(*found, strict=True)))
     capture = np.searchsorted(columns.bounds, rows, side="right") - 1
     many = len(rows)
     firsts = np.stack((rows, np.full(many, -1)), axis=1)
@@ -324,7 +325,7 @@ def _reached(part: Part, rows: Whole, arrow: Arrow) -> tuple[Whole, Whole]:
         return low, high
     least, most = arrow.skips.bounds
     shown, many = part.shown, len(part.shown)
-    behind = np.searchsorted(shown, rows, side="right")
+    behind = np.searchsorted(shown, rows.astype(np.int32), side="right")
     if least:
         skipped = shown[np.minimum(behind + least, many) - 1].astype(np.int64)
         low = np.where(behind + least <= many, skipped + 1, high)

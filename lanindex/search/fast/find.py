@@ -126,13 +126,13 @@ class Finder:
         for number, chains in enumerate(chained):
             if chains is None:
                 return None
-            for chain in chains if None not in chained else ():
-                if watch:
-                    watch(0, len(self._roster))
-                part = chain.states[0].members
-                place, _ = firsts(chain.states[0], self._parts)
-                if part[0] in self._columns:
-                    found.append(table_of(self._columns[part[0]], chain, number, place))
+            if watch:
+                watch(0, len(self._roster))
+            state = self._programs[number].states[0]
+            place, _ = firsts(state, self._parts)
+            if None not in chained and state.members[0] in self._columns:
+                columns = self._columns[state.members[0]]
+                found.append(table_of(columns, chains, number, place))
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
 
