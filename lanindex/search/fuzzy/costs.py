@@ -42,6 +42,9 @@ CHANGE = UNIT
 
 _LEVELS = len(LEVELS)
 
+_BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.int32)
+"""By thousandths of a margin, its step."""
+
 
 @lru_cache(maxsize=1)
 def middles() -> NDArray[np.float64]:
@@ -110,6 +113,17 @@ def _place(cell: NDArray[Any]) -> NDArray[np.intp]:
     return np.where(known, direction * _LEVELS + level, -1)
 
 
+@lru_cache(maxsize=2)
+def _kinds(columns: Columns) -> NDArray[np.int32]:
+    """Return cell, runner-up and margin of each symbol as one number, as in `_turns`: (S,)."""
+    kinds = (columns.cell & CELL).astype(np.int32)
+    kinds *= CELL + 1
+    kinds += columns.runner
+    kinds *= BUCKETS + 1
+    kinds += _BUCKET[columns.margin]
+    return kinds
+
+
 def _asked(state: State, member: int) -> NDArray[np.bool_]:
     """Return which cells a state asks for: (64,) by the bits of a cell."""
     fits = state.fits[member]
@@ -144,9 +158,7 @@ def substitutions(state: State, member: int, columns: Columns) -> NDArray[np.int
     if len(wanted):
         table = _turns()[..., wanted].min(axis=-1)
     table[asked] = 0
-    bucket = columns.margin.astype(np.intp) * BUCKETS // THOUSANDTHS
-    cell = columns.cell & CELL
-    costs: NDArray[np.int64] = table[cell, columns.runner, bucket].astype(np.int64)
+    costs = table.ravel()[_kinds(columns)].astype(np.int64)
     if "change" in state.fits[member]:
         costs += _changed(state.fits[member]["change"], columns)
     return np.minimum(costs, MOST)
