@@ -25,6 +25,9 @@ from lanindex.search.language.words import WORD_KINDS
 MOST_CHAINS = 16
 """Ways through a program that are gone one by one."""
 
+MOST_STEPS = 64
+"""Steps of a program that is taken apart into chains."""
+
 PARTS_KEPT = 4
 """Parts of which more than the columns is kept for the next search."""
 
@@ -50,9 +53,11 @@ class Chain:
 
 def chains_of(program: Program) -> list[Chain] | None:
     """Return all ways through a program, None if it is no bundle of chains."""
+    states = program.states
     if program.open_ended or program.brackets or program.whole.companions:
         return None
-    states = program.states
+    if len(states) > MOST_STEPS:
+        return None
     plain = all(
         state.manner in ("move", "via")
         and state.members == states[0].members

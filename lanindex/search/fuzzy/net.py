@@ -15,6 +15,9 @@ from lanindex.search.fuzzy.costs import UNIT
 MISSING = UNIT
 """What a step costs that is missing."""
 
+MOST_STEPS = 40
+"""Steps of a line that can be aligned: the work grows with their number."""
+
 SKIPPED = UNIT // 2
 """What a shown symbol costs that lies between two steps joined by ``->``."""
 
@@ -56,6 +59,12 @@ def net_of(program: Program) -> Net:
         Where it says what has no edits.
     """
     _refuse(program)
+    if len(program.states) > MOST_STEPS:
+        raise UsageError(
+            f"a fuzzy search for {len(program.states)} steps in a row",
+            wanted=f"{MOST_STEPS} at most",
+            remedy="Look for a shorter piece of it, or search without --fuzzy.",
+        )
     edges = {
         (state, edge.entry.state, edge.arrow.later)
         for state, leaving in enumerate(program.edges)

@@ -66,3 +66,8 @@ def test_hits_of_what_is_gone_or_others_are_refused(place):
         library.remove("bow.lnd")
         with pytest.raises(LanindexError, match=r"1 captures with hits are gone.*Search again"):
             list(hits)
+
+
+def test_a_thousand_steps_in_a_row_come_to_an_end():
+    capture, tracks = random_library(Random(0))[0]
+    assert len(find_fast(parse("r_arm any x1000"), [(capture, tracks)])) == 0

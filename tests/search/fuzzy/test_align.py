@@ -155,3 +155,9 @@ def test_what_has_no_edits_is_refused_by_name(text):
     with pytest.raises(UsageError, match="cannot count edits") as caught:
         net_of(program)
     assert "--fuzzy" in str(caught.value)
+
+
+def test_a_line_of_many_steps_is_refused():
+    (program,) = plan(parse("r_arm low x1000"))
+    with pytest.raises(UsageError, match="1000 steps in a row, wanted 40 at most"):
+        net_of(program)
