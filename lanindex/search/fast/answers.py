@@ -144,8 +144,10 @@ def _settled(answers: Answers) -> bool:
     once = np.diff(answers.rows[:, 0]) > 0
     if not once.all() or (answers.rows[:, 1] >= 0).any() or np.ptp(answers.parts) > 0:
         return False
-    rank = np.diff(answers.capture), np.diff(answers.low), np.diff(answers.high)
-    behind = (rank[0] > 0) | ((rank[0] == 0) & ((rank[1] > 0) | ((rank[1] == 0) & (rank[2] >= 0))))
+    behind = np.ones(len(answers) - 1, bool)
+    for column in (answers.cost, answers.high, answers.low, answers.capture):
+        step = np.diff(column)
+        behind = (step > 0) | ((step == 0) & behind)
     return bool(behind.all())
 
 

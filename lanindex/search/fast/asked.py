@@ -37,6 +37,9 @@ from lanindex.search.language.clauses import (
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import Clock, Time
 
+MET = FAR
+"""What is noted of a label instead, once all that is asked of it is met: ways may be alike then."""
+
 _TIMES = {"start": ("start",), "end": ("end",), "length": ("start", "end")}
 _LAST = ("part", "row")
 """What is noted of a label, by the field that is asked for; of any other one the last symbol."""
@@ -257,6 +260,14 @@ class Clauses:
 
     def holds(self, condition: Condition, told: Told) -> Mask:
         """Tell of which ways a condition is true, (N,) bool."""
+        met = np.zeros(len(told.capture), bool)
+        for label in self._asked.labels[condition]:
+            met |= told.seen[self._asked.place(label)] == MET
+        some = np.flatnonzero(~met)
+        met[some] = self._true_of(condition, told.at(some))
+        return met
+
+    def _true_of(self, condition: Condition, told: Told) -> Mask:
         if isinstance(condition, Mirrors):
             first = told.seen[self._asked.columns[condition.first, "mirrored"]]
             mirrored: Mask = first == told.seen[self._asked.columns[condition.second, "shown"]]

@@ -17,6 +17,7 @@ import numpy as np
 from lanindex.search.automaton import Edge, Exit, Group, Program
 from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import NONE, Reach, begins, way_of
+from lanindex.search.fast.asked import MET
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.lines import Backwards, components, may_leave
 from lanindex.search.fast.memory import (
@@ -165,7 +166,9 @@ class Recall:
         if due.conditions:
             capture = self._block.events(told).capture[rows.columns[EVENT]]
             rows = rows.at(setting.met(due.conditions, capture, rows.columns[self._seen :]))
-        rows.columns[[self._seen + it for it in due.columns]] = -1
+        for column in due.columns:
+            noted = rows.columns[self._seen + column]
+            noted[noted >= 0] = MET
         return rows
 
     def _kept_in_time(self, rows: Memory, frames: Whole) -> Memory:
