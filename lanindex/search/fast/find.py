@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -13,7 +13,7 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of
 from lanindex.model.symbol import listed
 from lanindex.search import plain
-from lanindex.search.automaton import Program, counts, plan
+from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import holds
 from lanindex.search.fast import overlaps as staying
 from lanindex.search.fast.answers import (
@@ -21,32 +21,22 @@ from lanindex.search.fast.answers import (
     best,
     firsts,
     joined,
-    of_line,
     own_rows,
-    roots,
-    table,
 )
-from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.asked import Asked
-from lanindex.search.fast.asking import remembering
+from lanindex.search.fast.asking import answers_of, possible
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
-from lanindex.search.fast.claims import contested
-from lanindex.search.fast.company import Company
 from lanindex.search.fast.found import TOGETHER, Found
-from lanindex.search.fast.lines import Backwards, remembers, value_of
+from lanindex.search.fast.lines import value_of
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
 from lanindex.search.fast.setting import Setting
+from lanindex.search.fast.source import Recordings, Source
 from lanindex.search.fast.trace import labelled, trace
 from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.query import Query
-
-Recordings = Callable[
-    [Sequence[int], Collection[str]], Iterable[tuple[Capture, Mapping[str, Track]]]
-]
-"""Captures with the tracks of some parts, by their places in the roster."""
 
 MANY = 1000
 """Captures of which it is asked first which of them can have a hit."""
@@ -266,7 +256,7 @@ class Finder:
         """Return all answers in a block, and the captures of which nothing is known yet."""
         found: list[Answers] = []
         doubtful = np.zeros(len(block), bool)
-        source = _Source(self._recordings, here, block, self._programs)
+        source = Source(self._recordings, here, block, self._programs)
 
         def tick() -> None:
             if watch:
@@ -319,93 +309,6 @@ class Finder:
                 )
                 told[place] = list(found)
         return told
-
-
-@dataclass(slots=True)
-class _Source:
-    """What columns do not tell of the captures of a block."""
-
-    recordings: Recordings
-    places: Whole
-    block: Block
-    programs: tuple[Program, ...]
-
-    def captures(self, places: Sequence[int]) -> list[Capture]:
-        """Return captures by their places in the block."""
-        return [it for it, _ in self.recordings(self.places[list(places)].tolist(), ())]
-
-    def swings(self, part: str) -> Whole:
-        """Return how often each row of a part swings, -1 where nothing can match anyway."""
-        rows = self.block.rows(part)
-        found = np.full(len(rows), -1)
-        matching = np.any([possible(self.block, it) for it in self.programs], axis=0)
-        places = np.flatnonzero(matching & (np.diff(rows.bounds) > 0))
-        recordings = self.recordings(self.places[places].tolist(), (part,))
-        for place, (_, tracks) in zip(places.tolist(), recordings, strict=True):
-            found[slice(*rows.bounds[place : place + 2])] = tracks[part].symbols["swings"]
-        return found
-
-
-def answers_of(
-    setting: Setting, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> list[Answers]:
-    """Return the answers of a program in a block.
-
-    Raises
-    ------
-    NotCovered
-        Where only the plain matcher can tell.
-    """
-    if setting.asked:
-        return remembering(setting, number, program, parts)
-    if remembers(program):
-        try:
-            return with_company(setting.block, number, program, parts)
-        except NotCovered:
-            return remembering(setting, number, program, parts)
-    found, passing = of_line(setting.block, number, program, parts)
-    if passing:
-        found += remembering(setting, number, program, parts, passing_only=True)
-    return found
-
-
-def with_company(
-    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> list[Answers]:
-    """Return the answers of a program with lines beside; their fits are not known.
-
-    Raises
-    ------
-    NotCovered
-        Where only the plain matcher can tell.
-    """
-    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
-    found = []
-    for place, entry in enumerate(program.entries):
-        own = entries == place
-        state = program.states[entry.state]
-        events = block.events(state).at(roots_at[own])
-        unknown = np.full(len(events), -1)
-        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
-    return found
-
-
-def possible(block: Block, program: Program) -> Mask:
-    """Tell in which captures a program can match at all: with all that it remembers left out."""
-    found = _line_possible(block, program)
-    for companion in program.whole.companions:
-        if companion.relation not in ("without", "never"):
-            found &= np.any([possible(block, inner) for inner in companion.programs], axis=0)
-    return found
-
-
-def _line_possible(block: Block, program: Program) -> Mask:
-    backwards = Backwards(block, program)
-    found = np.zeros(len(block), bool)
-    for entry in program.entries:
-        fits = roots(block, program, entry) & (backwards.values[entry.state] < NONE)
-        found[block.events(program.states[entry.state]).capture[fits]] = True
-    return found
 
 
 def _columns_of(place: int, hits: list[Hit]) -> Answers:

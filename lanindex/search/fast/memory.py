@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lanindex.search.fast import taken
-from lanindex.search.fast.ragged import Numbers, Whole, starts_of
+from lanindex.search.fast.ragged import Mask, Numbers, TooMuch, Whole, spread, starts_of
 from lanindex.search.fast.taken import Taken, filled
 
 ROOT, EVENT, GROUPS = range(3)
@@ -44,7 +44,7 @@ class Memory:
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return self.columns.shape[1]
+        return int(self.columns.shape[1])
 
     def at(self, chosen: Numbers) -> Memory:
         """Return some of them."""
@@ -109,7 +109,7 @@ class Nodes:
         self._after.append(own[which[fits]])
         return own
 
-    def behind(self, line: Whole, node: Whole, most: int) -> Whole:
+    def behind(self, line: Whole, node: Whole, most: int) -> Mask:
         """Tell, of nodes of some lines, which go on in another one of the same line, (N,) bool.
 
         Parameters
@@ -124,8 +124,6 @@ class Nodes:
         TooMuch
             Where there are more.
         """
-        from lanindex.search.fast.ragged import TooMuch, spread
-
         before = np.concatenate(self._before or [np.empty(0, np.int64)])
         after = np.concatenate(self._after or [np.empty(0, np.int64)])
         order = np.argsort(after, kind="stable")
@@ -141,4 +139,5 @@ class Nodes:
             todo = np.unique(base[one] + before[place])
             todo = todo[~behind[todo]]
             behind[todo] = True
-        return behind[own * self.many + node]
+        found: Mask = behind[own * self.many + node]
+        return found

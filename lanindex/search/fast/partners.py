@@ -320,10 +320,11 @@ def _gathered(tables: list[Others], walks: list[Nodes]) -> Others:
 
 def _all_hulls(tables: list[Hulls]) -> Hulls:
     """Return the ways of several tables, in order of their lines."""
-    hulls = Hulls(
-        *(np.concatenate([getattr(it, name) for it in tables]) for name in ("line", "low", "high")),
-        taken.beside_each_other([it.taken for it in tables]),
-        filled([it.owed for it in tables]),
-        np.concatenate([it.seen for it in tables], axis=1),
+    line, low, high = (
+        np.concatenate([getattr(it, name) for it in tables]) for name in ("line", "low", "high")
     )
+    had = taken.beside_each_other([it.taken for it in tables])
+    owed = filled([it.owed for it in tables])
+    seen = np.concatenate([it.seen for it in tables], axis=1)
+    hulls = Hulls(line, low, high, had, owed, seen)
     return hulls.at(np.argsort(hulls.line, kind="stable"))

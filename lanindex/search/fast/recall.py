@@ -98,9 +98,15 @@ class Recall:
         self._beats = GROUPS + 3 * (1 + max(self._depths))
         self._seen = self._beats + (len(setting.asked.rhythm) if timed else 0)
         self._due = setting.due(program)
-        self._alive = [it < NONE for it in Backwards(self._block, program, runs_on=False).values]
+        to_end = self._block, program
+        self._alive = [self._leads_on(*it) for it in enumerate(Backwards(*to_end).values)]
         self._reaches: dict[int, Reach] = {}
         self._followed = 0
+
+    def _leads_on(self, state: int, values: Whole) -> Mask:
+        """Tell from which events of a state an end can be reached; one may be an end itself."""
+        starting = self._block.events(self._program.states[state]).starting
+        return (values < NONE) | (starting & bool(self._program.exits[state]))
 
     def found(self, *, passing_only: bool = False) -> Found:
         """Return all ways in which the line can match.
@@ -374,8 +380,8 @@ class Recall:
         entry = np.searchsorted(bounds, memory.columns[ROOT], "right") - 1
         first = np.concatenate(self._firsts)[memory.columns[ROOT]]
         start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
-        own = (capture, start, until, low, high, alone, part, row, memory.came, memory)
-        return Found(entry, first, *own)
+        frames = (capture, start, until, low, high)
+        return Found(entry, first, *frames, alone, part, row, memory.came, memory)
 
 
 def _by(ranks: Whole, rows: Memory) -> Iterator[tuple[int, Memory]]:

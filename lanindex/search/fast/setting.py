@@ -10,10 +10,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from lanindex.search.automaton import Group, Program, State
-from lanindex.search.fast.asked import Asked, Clauses, Source, Told
+from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import alike, manner_of
+from lanindex.search.fast.conditions import Clauses, Source, Told
 from lanindex.search.fast.lines import components, reached
 from lanindex.search.fast.ragged import Numbers, Whole
 from lanindex.search.fast.taken import Taken, nothing, one_each

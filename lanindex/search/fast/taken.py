@@ -29,7 +29,7 @@ class Taken:
 
     def __len__(self) -> int:
         """Return of how many lines."""
-        return self.first.shape[1]
+        return int(self.first.shape[1])
 
     def __bool__(self) -> bool:
         """Return whether any line may have taken anything."""
