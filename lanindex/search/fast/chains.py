@@ -8,7 +8,9 @@ planes. What lies further apart is cut there, and what passing symbols match loo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise, product
+from types import ModuleType
 
 import numpy as np
 
@@ -18,7 +20,20 @@ from lanindex.search.fast.answers import Answers
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.lines import cost_of, end_of, value_of, with_cost
-from lanindex.search.fast.planes import Counted, Part, Plane, ahead, holds, packed, part_of, places
+from lanindex.search.fast.planes import (
+    GOES_ON,
+    MOVES,
+    WORD,
+    Counted,
+    Part,
+    Plane,
+    ahead,
+    compiled,
+    holds,
+    packed,
+    part_of,
+    places,
+)
 from lanindex.search.fast.ragged import Mask, Whole, smallest_in
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.words import WORD_KINDS
@@ -31,6 +46,9 @@ MOST_STEPS = 64
 
 MOST_WAYS = 32
 """Ways for a chain's steps to lie apart that are tried one by one."""
+
+CHEAP = 4
+"""By how many powers of two a row costs less here than one that is walked through."""
 
 FEW = 32
 """What is less than one in so many rows is looked up, not counted."""
@@ -105,18 +123,32 @@ class Links:
         self._planes: dict[int, Plane] = {}
 
     def plane(self, number: int) -> Plane:
-        """Return the plane of the shown rows that a step fits."""
+        """Return the plane of the shown rows that a step fits.
+
+        No starting position follows another symbol; a step alone is none.
+        """
         if number not in self._planes:
-            starts = number == 0 and len(self.chain.states) > 1
             plane = self.part.shown_as(self.chain.states[number].fits[0])
-            self._planes[number] = plane if starts else plane & self.part.moving
+            if len(self.chain.states) == 1:
+                plane = plane & self.part.store[self.part.place(*MOVES)]
+            self._planes[number] = plane
         return self._planes[number]
+
+    def groups(self, number: int) -> list[list[int]]:
+        """Return of which planes of the store a step wants one each."""
+        groups = [
+            [self.part.place(kind, code) for code in sorted(codes)]
+            for kind, codes in self.chain.states[number].fits[0].items()
+        ]
+        if len(self.chain.states) == 1:
+            groups.append([self.part.place(*MOVES)])
+        return groups
 
     def passed(self, number: int) -> Whole:
         """Return the passing rows that a step fits."""
         if number not in self._passed:
             rows = self.part.passed if self.passing[number] else np.empty(0, np.int64)
-            self._passed[number] = rows[self._passing(number, rows)]
+            self._passed[number] = rows[self._passing(number, rows)] if len(rows) else rows
         return self._passed[number]
 
     def _passing(self, number: int, rows: Whole) -> Mask:
@@ -179,10 +211,10 @@ class Links:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """Where the steps of a chain lie, in symbols shown from the first, and where it matches so."""
+    """Where the steps of a chain lie, in symbols shown from the first."""
 
+    links: Links
     offsets: tuple[int, ...]
-    plane: Plane
 
 
 def table(columns: Columns, chains: list[Chain], program: int, place: int) -> Answers:
@@ -204,7 +236,8 @@ def table(columns: Columns, chains: list[Chain], program: int, place: int) -> An
     low = part.start[rows].astype(np.int64)
     ends = end_of(values), cost_of(values)
     where = part.captures(rows)
-    return Answers(where, low, *ends, np.full(many, program), np.full(many, place), firsts)
+    same = np.broadcast_to(np.array([[program], [place]]), (2, many))
+    return Answers(where, low, *ends, same[0], same[1], firsts)
 
 
 def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
@@ -231,12 +264,14 @@ def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
         if offsets is None or (passing and len(offsets) > 1):
             found.append(_cut(links))
             continue
-        ways += [Way(it, links.apart(0, it)) for it in offsets]
+        ways += [Way(links, it) for it in offsets]
         if passing:
             rows = links.through(0, len(chain.states) - 1)
             found.append(_valued(part, rows, _ending(part, rows[-1])))
     if ways:
-        found.append(_together(part, ways))
+        ways.sort(key=lambda way: way.offsets[-1])
+        fast = compiled(len(part) >> CHEAP) if len(ways) <= WORD else None
+        found.append(_compiled(fast, part, ways) if fast else _together(part, ways))
     if len(found) == 1:
         return _best(*found[0])
     return _best(*(np.concatenate(one) for one in zip(*found, strict=True)))
@@ -255,22 +290,48 @@ def _offsets(arrows: tuple[Arrow, ...]) -> list[tuple[int, ...]] | None:
 
 def _together(part: Part, ways: list[Way]) -> tuple[Whole, Whole]:
     """Return where ways begin, and how the one that ends first does: with the best fit, of some."""
-    ways = sorted(ways, key=lambda way: way.offsets[-1])
-    every = ways[0].plane
-    for way in ways[1:]:
-        every = every | way.plane
+    planes = [way.links.apart(0, way.offsets) for way in ways]
+    every = reduce(np.bitwise_or, planes)
     ranks = places(every)
     values = np.full(len(ranks), NONE)
     shorter = done = np.zeros_like(every)
-    for number, way in enumerate(ways):
+    for number, (way, plane) in enumerate(zip(ways, planes, strict=True)):
         if number and way.offsets[-1] > ways[number - 1].offsets[-1]:
             shorter = done
-        done = done | way.plane
+        done = done | plane
         mine: Whole | slice = slice(None)
         if len(ways) > 1:
-            mine = np.flatnonzero(holds(way.plane & ~shorter, ranks))
+            mine = np.flatnonzero(holds(plane & ~shorter, ranks))
         rows = [part.rows(ranks[mine] + offset) for offset in way.offsets]
         values[mine] = np.minimum(values[mine], _valued(part, rows, _ending(part, rows[-1]))[1])
+    return part.rows(ranks), values
+
+
+def _compiled(fast: ModuleType, part: Part, ways: list[Way]) -> tuple[Whole, Whole]:
+    """Return the same as `_together`, compiled."""
+    steps, groups, codes = [0], [0], list[int]()
+    longest = max(len(way.offsets) for way in ways)
+    apart, own, placed = [], [], dict[tuple[int, int], int]()
+    for way in ways:
+        last = len(way.offsets) - 1
+        numbers = [*range(last), *[last] * (longest - last)]
+        for number in numbers:
+            key = id(way.links), number
+            if key not in placed:
+                placed[key] = len(placed)
+                for group in way.links.groups(number):
+                    codes += group
+                    groups.append(len(codes))
+                steps.append(len(groups) - 1)
+        apart.append([way.offsets[number] for number in numbers])
+        own.append([placed[id(way.links), number] for number in numbers])
+    lists = (np.array(it, np.int64) for it in (steps, groups, codes, apart, own))
+    goes_on, shown = (
+        part.place(*GOES_ON),
+        np.empty(0, np.int32) if part.shown is None else part.shown,
+    )
+    tables = *lists, shown
+    ranks, values = fast.together(part.store, goes_on, *tables, part.margin, part.stop)
     return part.rows(ranks), values
 
 

@@ -114,7 +114,8 @@ class Finder:
             self._told.update(told)
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
         answers = joined(pieces)
-        answers = answers.at(np.argsort(answers.capture, kind="stable"))
+        if (answers.capture[1:] < answers.capture[:-1]).any():
+            answers = answers.at(np.argsort(answers.capture, kind="stable"))
         return Found(self, answers, self._kept(answers, overlaps), len(self._told))
 
     def _chained(self, watch: Watch | None) -> list[Answers] | None:

@@ -7,8 +7,10 @@ by its rank among these; passing symbols are few, and looked at one by one.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Collection, Mapping
-from functools import cached_property
+from functools import cache, cached_property, reduce
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,8 @@ CELLS = ("direction", "level")
 
 Plane = NDArray[np.uint64]
 """(words + 1,): bit r of it, the lowest of a word first, tells of place r; the last word is 0."""
+
+Planes = NDArray[np.uint64]
 
 Bytes = NDArray[np.uint8]
 
@@ -60,6 +64,8 @@ def ahead(plane: Plane, steps: int) -> Plane:
 def places(plane: Plane) -> Whole:
     """Return the places that a plane holds."""
     words = np.flatnonzero(plane)
+    if 2 * len(words) > len(plane):
+        return np.flatnonzero(np.unpackbits(plane.view(np.uint8), bitorder="little").view(bool))
     bits = np.unpackbits(plane[words].view(np.uint8), bitorder="little")
     found = np.flatnonzero(bits.view(bool))
     first: Whole = (words * WORD)[found >> 6]
@@ -109,8 +115,8 @@ class Part:
     def __init__(self, columns: Columns) -> None:
         self.cell, self.bounds = columns.cell, columns.bounds
         self.margin, self.start, self.stop = columns.margin, columns.start, columns.stop
-        self._together: list[Plane] = []
-        self._said: dict[str, dict[int, Plane]] = {}
+        self._spans: list[Plane] = []
+        self._known: set[int] = set()
 
     def __len__(self) -> int:
         """Return how many rows there are."""
@@ -179,48 +185,61 @@ class Part:
         return Counted(packed(mask)), captures
 
     def captures(self, rows: Whole) -> Whole:
-        """Return in which captures rows are."""
+        """Return in which captures rows are that grow."""
+        found: Whole
+        if fast := compiled(0):
+            found = fast.captures(self.bounds, rows)
+            return found
         first, captures = self._filled
-        found: Whole = captures[first.before(rows + 1) - 1]
+        found = captures[first.before(rows + 1) - 1]
         return found
+
+    @cached_property
+    def store(self) -> Planes:
+        """The planes that patterns are made of, (planes, words + 1); filled as they are needed."""
+        return np.zeros((len(_STORED), len(self.seen) // WORD + 2), _ORDER)
+
+    def place(self, kind: str, code: int) -> int:
+        """Return which plane of the store tells of which shown rows a code is true."""
+        place = _STORED[kind, code]
+        if place not in self._known:
+            self._known.add(place)
+            self.store[place] = packed(_TELLING[kind](self, code))
+        return place
 
     def together(self, steps: int) -> Plane:
         """Return the plane of the ranks whose stretch goes on for so many more."""
-        while len(self._together) <= min(steps, SPANS_KEPT):
-            self._together.append(self._longer(self._together))
-        plane = self._together[min(steps, SPANS_KEPT)]
+        spans = self._spans or [packed(np.ones(len(self.seen), bool))]
+        self._spans, goes_on = spans, self.store[self.place(*GOES_ON)]
+        while len(spans) <= min(steps, SPANS_KEPT):
+            spans.append(spans[-1] & ahead(goes_on, len(spans) - 1))
+        plane = spans[min(steps, SPANS_KEPT)]
         for more in range(SPANS_KEPT, steps):
-            plane = plane & ahead(self._together[1], more)
+            plane = plane & ahead(goes_on, more)
         return plane
 
-    def _longer(self, kept: list[Plane]) -> Plane:
-        if not kept:
-            return packed(np.ones(len(self.seen), bool))
-        if len(kept) > 1:
-            return kept[-1] & ahead(kept[1], len(kept) - 1)
+    def goes_on(self) -> Mask:
+        """Tell which shown rows are followed by another one of their stretch."""
         follows = np.zeros(len(self.seen), bool)
         if self.shown is None:
             follows[:-1] = ~self.begins[1:-1]
         else:
             stretch = np.cumsum(self.begins[:-1], dtype=np.int32)[self.shown]
             follows[:-1] = stretch[1:] == stretch[:-1]
-        return packed(follows)
+        return follows
 
     def saying(self, kind: str, codes: frozenset[int]) -> Plane:
         """Return the plane of the shown rows of which one of some codes is true."""
-        known = self._said.get(kind)
-        if known is None:
-            known = self._said[kind] = {}
         every = range(-1, len(WORD_KINDS[kind].codes))
         wanted = [code for code in every if code in codes]
         others = [code for code in every if code not in codes]
         fewer = min(wanted, others, key=len)
-        found = np.zeros_like(self.together(0))
-        for code in fewer:
-            if code not in known:
-                known[code] = packed(_SAYING[kind](self, code))
-            found |= known[code]
-        return found if fewer is wanted else self.together(0) & ~found
+        if wanted and fewer is wanted:
+            return reduce(np.bitwise_or, [self.store[self.place(kind, code)] for code in wanted])
+        found = self.together(0).copy()
+        for code in others:
+            found &= ~self.store[self.place(kind, code)]
+        return found
 
     def after(self, rows: Whole, passing: bool) -> tuple[Whole, Whole]:
         """Return where ``->`` leads from some rows, passing ones too if they are wanted.
@@ -246,22 +265,14 @@ class Part:
         self, fits: Mapping[str, frozenset[int]], kinds: Collection[str] = tuple(WORD_KINDS)
     ) -> Plane:
         """Return the plane of the shown rows that words of some kinds fit."""
-        plane = self.together(0)
-        for kind, codes in fits.items():
-            if kind in kinds:
-                plane = plane & self.saying(kind, codes)
-        return plane
+        planes = [self.saying(kind, codes) for kind, codes in fits.items() if kind in kinds]
+        return reduce(np.bitwise_and, planes) if planes else self.together(0)
 
     def captures_with(self, plane: Plane) -> Mask:
         """Tell which captures have a shown row that a plane holds, (C,)."""
         before = Counted(plane).before(self.ranks(self.bounds))
         found: Mask = before[1:] > before[:-1]
         return found
-
-    @cached_property
-    def moving(self) -> Plane:
-        """The plane of the shown rows that are movements, not starting positions."""
-        return packed(self.seen < STARTING)
 
     def change(self, code: int) -> Mask:
         """Tell which shown rows' level compares with that before as a code says, -1: not at all."""
@@ -288,12 +299,33 @@ class Part:
 
 _CHANGES = WORD_KINDS["change"].codes
 
-_SAYING: dict[str, Callable[[Part, int], Mask]] = {
+MOVES, GOES_ON = ("moves", 1), ("goes on", 1)
+"""Planes of the movements, without starting positions; of what another follows in its stretch."""
+
+_TELLING: dict[str, Callable[[Part, int], Mask]] = {
     "direction": lambda part, code: (part.seen & 15) == code + 1,
     "level": lambda part, code: (part.seen >> 4 & 3) == code + 1,
     "change": lambda part, code: part.change(code),
+    "moves": lambda part, _: part.seen < STARTING,
+    "goes on": lambda part, _: part.goes_on(),
 }
-"""How it is found out which rows the score shows say a code of a kind of words."""
+"""How it is found out of which rows that the score shows a code is true."""
+
+_STORED = {
+    key: place
+    for place, key in enumerate(
+        [
+            *(
+                (kind, code)
+                for kind in WORD_KINDS
+                for code in range(-1, len(WORD_KINDS[kind].codes))
+            ),
+            MOVES,
+            GOES_ON,
+        ]
+    )
+}
+"""Where in the store each plane has its place."""
 
 
 def part_of(columns: Columns) -> Part:
@@ -311,3 +343,34 @@ def part_of(columns: Columns) -> Part:
 
 
 _KEPT = "lanindex.search.fast.planes"
+
+
+WORTH = 50_000_000
+"""Rows that a process has gone through from which on numba's import (half a second) is risked."""
+
+_FAST = "lanindex.search.fast.planes_fast"
+
+_gone = 0
+
+
+def compiled(rows: int) -> ModuleType | None:
+    """Return the compiled loops once they have been loaded, or much has been done without them.
+
+    Parameters
+    ----------
+    rows : int
+        How many are to be gone through.
+    """
+    global _gone
+    _gone += rows
+    return _loaded() if _FAST in sys.modules or _gone >= WORTH else None
+
+
+@cache
+def _loaded() -> ModuleType | None:
+    """Load the compiled loops; without numba, or a folder for its cache, there are none."""
+    try:
+        from lanindex.search.fast import planes_fast
+    except (ImportError, RuntimeError):
+        return None
+    return planes_fast
