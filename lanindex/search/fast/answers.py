@@ -58,6 +58,8 @@ def joined(answers: list[Answers]) -> Answers:
     if not answers:
         none = np.empty(0, np.int64)
         return Answers(none, none, none, none, none, none, none.reshape(0, 2))
+    if len(answers) == 1:
+        return answers[0]
     return Answers(*(np.concatenate([getattr(it, name) for it in answers]) for name in _FIELDS))
 
 
@@ -167,7 +169,7 @@ def own_rows(
     """
     rows = answers.rows.copy()
     for place, members in enumerate(parts):
-        own = np.flatnonzero(answers.parts == place)
-        for member, part in enumerate(members if len(own) else ()):
+        own = np.flatnonzero(answers.parts == place) if len(parts) > 1 else slice(None)
+        for member, part in enumerate(members if len(answers.parts[own]) else ()):
             rows[own, member] -= bounds(part)[answers.capture[own]]
     return replace(answers, rows=rows)
