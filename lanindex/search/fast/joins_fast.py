@@ -9,8 +9,10 @@ import numba
 import numpy as np
 
 from lanindex.model.columns import PASSING, STARTING
+from lanindex.search.fast.ragged import FAR
 
 _ONE, _NONE = np.uint64(1), np.uint64(0)
+_FAR = np.int64(FAR)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -41,3 +43,70 @@ def in_order(cell, bounds, captures, accepts, first, last, following, found):
             if active & last[shown]:
                 found[place] = True
                 break
+
+
+@numba.njit
+def _longer(table):
+    """Return a table with twice the room."""
+    longer = np.empty((table.shape[0], 2 * table.shape[1]), table.dtype)
+    longer[:, : table.shape[1]] = table
+    return longer
+
+
+@numba.njit
+def _first_from(values, low, high, least):
+    """Return the first place in a range of growing values that holds at least so much."""
+    while low < high:
+        middle = (low + high) >> 1
+        if values[middle] >= least:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+@numba.njit
+def _near_from(values, near, least):
+    """Return the same of all values; it is looked for near a place, in growing steps."""
+    step = 1
+    if near < len(values) and values[near] < least:
+        while near + step < len(values) and values[near + step] < least:
+            near, step = near + step, 2 * step
+        return _first_from(values, near + 1, min(near + step, len(values)), least)
+    while near - step >= 0 and values[near - step] >= least:
+        near, step = near - step, 2 * step
+    return _first_from(values, max(near - step + 1, 0), near, least)
+
+
+@numba.njit(cache=True, nogil=True)
+def sharing_hulls(base, low, high, begin_last, end_first, keys, heads, start, until, latest):
+    """Return the hulls of lines and what they share frames with, as `beside.hulls` tells.
+
+    First come the others that begin within the line: of them the one that ends first. Then, from
+    the line's start back, those that begin the later, the more they reach beyond it.
+    """
+    found, many, first = np.empty((3, len(base) + 16), np.int64), 0, 0
+    for line in range(len(base)):
+        first = _near_from(keys, first, base[line] + low[line])
+        best, head, last = _FAR, first, base[line] + begin_last[line]
+        while head < len(keys) and keys[head] <= last and best > high[line]:
+            place = _first_from(until, heads[head], heads[head + 1], end_first[line])
+            if place < heads[head + 1]:
+                best = min(best, max(until[place], high[line]))
+            head += 1
+        if many + 1 >= found.shape[1]:
+            found = _longer(found)
+        if best < _FAR:
+            found[0, many], found[1, many], found[2, many] = line, low[line], best
+            many += 1
+        head, least = first - 1, base[line] + end_first[line]
+        while best > high[line] and head >= 0 and latest[heads[head + 1] - 1] >= least:
+            place = _first_from(until, heads[head], heads[head + 1], end_first[line])
+            if place < heads[head + 1] and max(until[place], high[line]) < best:
+                if many + 1 >= found.shape[1]:
+                    found = _longer(found)
+                best = max(until[place], high[line])
+                found[0, many], found[1, many], found[2, many] = line, start[place], best
+                many += 1
+            head -= 1
+    return found[0, :many].copy(), found[1, :many].copy(), found[2, :many].copy()
