@@ -8,6 +8,7 @@ out for the frames alone: the plain matcher tells the symbols of those hits that
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from math import floor
 
 import numpy as np
@@ -44,9 +45,6 @@ class Company:
 
     def __init__(self, block: Block, taken: Contested) -> None:
         self._block, self._contested = block, taken
-        rates = block.clocks()
-        slack = np.array([floor(block.tolerance * clock.rate) for clock in rates[0]], np.int64)
-        self._slack = slack[rates[1]]
         self._lines: dict[tuple[Program, bool], Stretches] = {}
         self._others: dict[Companion, tuple[Others, Others]] = {}
 
@@ -58,8 +56,7 @@ class Company:
         tuple of ndarray
             By which entry and at which event it begins, its low and high.
         """
-        ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
-        lines = self._stretches(program, ends)
+        ends, lines = self._found(program)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
         close = self._running_on if program.open_ended else self._ending_first
@@ -150,8 +147,7 @@ class Company:
         longest = program.open_ended and not forbidden
         key = (program, forbidden)
         if key not in self._lines:
-            ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
-            lines = self._stretches(program, ends)
+            ends, lines = self._found(program)
             if longest:
                 if outer_groups(program):
                     raise NotCovered
@@ -171,6 +167,11 @@ class Company:
             keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
             self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
         return self._lines[key]
+
+    def _found(self, program: Program) -> tuple[Ends, Stretches]:
+        """Return the ways of a line, and their frames."""
+        ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
+        return ends, self._stretches(program, ends)
 
     def _stretches(self, program: Program, ends: Ends) -> Stretches:
         """Return the frames of lines."""
@@ -243,12 +244,19 @@ class Company:
 
     def _margins(self, companion: Companion) -> Margins:
         none = np.zeros(len(self._block), np.int64)
+        least, most = none, none - 1
         if companion.within:
             least, most = self._block.bounds(companion.within)
-            return Margins(least, most, self._slack)
-        if companion.relation in ("after", "before"):
-            return Margins(none, none + (FAR >> 1), self._slack)
-        return Margins(none, none - 1, self._slack)
+        elif companion.relation in _IN_TURN:
+            most = none + (FAR >> 1)
+        return Margins(least, most, self._slack if companion.relation in _TOGETHER else none)
+
+    @cached_property
+    def _slack(self) -> Whole:
+        """By how many frames edges may differ, by capture."""
+        clocks, own = self._block.clocks()
+        slack = [floor(self._block.tolerance * clock.rate) for clock in clocks]
+        return np.array(slack, np.int64)[own]
 
     def _partners(self, companion: Companion) -> tuple[Others, Others]:
         """Return the other lines that those stand beside that are not alone, and those that are."""
@@ -347,6 +355,9 @@ class Company:
             disturbed[own] = True
         return disturbed
 
+
+_TOGETHER = ("starting with", "ending with", "exactly with")
+"""Relations of lines whose edges agree."""
 
 _IN_TURN = ("after", "before")
 """Relations that a line which is no more than a starting position has to none."""

@@ -33,6 +33,7 @@ from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.found import TOGETHER, Found
 from lanindex.search.fast.lines import Backwards, remembers, value_of
+from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
 from lanindex.search.fast.trace import labelled, trace
@@ -104,6 +105,8 @@ class Finder:
         """
         pieces = self._chained(watch)
         if pieces is None:
+            pieces = self._linked(watch)
+        if pieces is None:
             self._narrow()
         blocks = self._blocks() if pieces is None else []
         pieces = pieces or []
@@ -135,6 +138,19 @@ class Finder:
                 found.append(table_of(columns, chains, number, place))
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
+
+    def _linked(self, watch: Watch | None) -> list[Answers] | None:
+        """Return all answers where all lines are linked movements of one part, else None."""
+        chains = None if self._query.rhythm or self._query.where else covered(self._programs)
+        if chains is None:
+            return None
+        linked = Linked(self._roster, self._columns, self._programs, self._tolerance)
+        found = []
+        for done, answers in linked.answers(chains, self._parts):
+            if watch:
+                watch(done, len(self._roster))
+            found.append(answers)
+        return found
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""

@@ -54,6 +54,15 @@ def _longer(table):
 
 
 @numba.njit
+def _added(table, many, one, two, three):
+    """Return a table of three columns with one more row, and how many rows it has."""
+    if many == table.shape[1]:
+        table = _longer(table)
+    table[0, many], table[1, many], table[2, many] = one, two, three
+    return table, many + 1
+
+
+@numba.njit
 def _first_from(values, low, high, least):
     """Return the first place in a range of growing values that holds at least so much."""
     while low < high:
@@ -94,19 +103,42 @@ def sharing_hulls(base, low, high, begin_last, end_first, keys, heads, start, un
             if place < heads[head + 1]:
                 best = min(best, max(until[place], high[line]))
             head += 1
-        if many + 1 >= found.shape[1]:
-            found = _longer(found)
         if best < _FAR:
-            found[0, many], found[1, many], found[2, many] = line, low[line], best
-            many += 1
+            found, many = _added(found, many, line, low[line], best)
         head, least = first - 1, base[line] + end_first[line]
         while best > high[line] and head >= 0 and latest[heads[head + 1] - 1] >= least:
             place = _first_from(until, heads[head], heads[head + 1], end_first[line])
             if place < heads[head + 1] and max(until[place], high[line]) < best:
-                if many + 1 >= found.shape[1]:
-                    found = _longer(found)
                 best = max(until[place], high[line])
-                found[0, many], found[1, many], found[2, many] = line, start[place], best
-                many += 1
+                found, many = _added(found, many, line, start[place], best)
             head -= 1
     return found[0, :many].copy(), found[1, :many].copy(), found[2, :many].copy()
+
+
+@numba.njit(cache=True, nogil=True)
+def linked(cell, bounds, captures, tables):
+    """Return capture, first and last row of all ways of a chain, as `linked.rows_of` tells."""
+    found, many, last = np.empty((3, 1024), np.int64), 0, len(tables) - 1
+    there = np.empty(len(tables), np.int64)
+    for capture in captures:
+        behind = bounds[capture + 1]
+        for first in range(bounds[capture], behind):
+            if not tables[0, cell[first]]:
+                continue
+            if not last:
+                found, many = _added(found, many, capture, first, first)
+                continue
+            depth, there[1] = 1, first + 1
+            while depth:
+                row = there[depth]
+                if row >= behind or cell[row] & STARTING:
+                    depth -= 1
+                    continue
+                there[depth] = row + 1 if cell[row] & PASSING else behind
+                if tables[depth, cell[row]]:
+                    if depth == last:
+                        found, many = _added(found, many, capture, first, row)
+                    else:
+                        depth += 1
+                        there[depth] = row + 1
+    return found[:, :many].copy()
