@@ -30,6 +30,7 @@ from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.found import TOGETHER, Found
 from lanindex.search.fast.lines import value_of
+from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
 from lanindex.search.fast.setting import Setting
@@ -100,6 +101,8 @@ class Finder:
         """
         pieces = self._chained(watch)
         if pieces is None:
+            pieces = self._linked(watch)
+        if pieces is None:
             self._narrow()
         blocks = self._blocks() if pieces is None else []
         pieces = pieces or []
@@ -133,6 +136,19 @@ class Finder:
                 found.append(table_of(columns, chains, number, place))
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
+
+    def _linked(self, watch: Watch | None) -> list[Answers] | None:
+        """Return all answers where all lines are linked movements of one part, else None."""
+        chains = None if self._asked else covered(self._programs)
+        if chains is None:
+            return None
+        linked = Linked(self._roster, self._columns, self._programs, self._tolerance)
+        found = []
+        for done, answers in linked.answers(chains, self._parts):
+            if watch:
+                watch(done, len(self._roster))
+            found.append(answers)
+        return found
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""

@@ -185,7 +185,7 @@ class Partners:
         simple = not (runs_on or others.taken or others.owed.size or len(others.seen))
         if simple and not self._setting.asked.of_frames:
             return self._with_best(relation, (here, own), hulls, others, margins)
-        line, other = beside.pairs(relation, here, others.lines, margins)
+        line, other = _pairs(relation, here, others.lines, margins)
         way, place = beside.matched(hulls.line, own[line])
         other = other[place]
         fits = hulls.taken.at(way).apart(others.taken.at(other))
@@ -219,9 +219,9 @@ class Partners:
         """Return the ways of some lines with the best of others that remember nothing."""
         here, own = which
         if relation in NO_FRAMES:
-            held = own[beside.holds(relation, here, others.lines, margins)]
+            held = own[beside.holds(relation, here, beside.Others(others.lines), margins)]
             return hulls.at(np.flatnonzero(np.isin(hulls.line, held)))
-        line, low, high = beside.hulls(relation, here, others.lines, margins)
+        line, low, high = beside.hulls(relation, here, beside.Others(others.lines), margins)
         way, place = beside.matched(hulls.line, own[line])
         found = hulls.at(way)
         found.low = np.minimum(found.low, low[place])
@@ -257,11 +257,11 @@ class Partners:
             if companion.relation == "never":
                 disturbed[own] |= np.isin(capture[own], some.capture)
             else:
-                disturbed[own] |= beside.shares(here.at(own), some, margins)
+                disturbed[own] |= beside.holds(
+                    "without", here.at(own), beside.Others(some), margins
+                )
             owed = np.flatnonzero(fits & ~free)
-            hull, other = beside.pairs(
-                companion.relation, here.at(own), others.lines.at(owed), margins
-            )
+            hull, other = _pairs(companion.relation, here.at(own), others.lines.at(owed), margins)
             hull, other = own[hull], owed[other]
             apart = hulls.taken.at(hull).apart(others.taken.at(other))
             owing.append(np.stack((hull[apart], other[apart] + base)))
@@ -282,6 +282,15 @@ class Partners:
             self._alone[programs] = others, len(self._matches)
             self._matches = taken.beside_each_other([self._matches, others.taken])
         return self._alone[programs]
+
+
+def _pairs(
+    relation: str, lines: Stretches, others: Stretches, margins: Margins
+) -> tuple[Whole, Whole]:
+    """Return all pairs of a line and another one that stands beside it, by place."""
+    ordered = beside.Others(others)
+    line, place = beside.pairs(relation, lines, ordered, margins)
+    return line, ordered.order[place]
 
 
 def _goes_on(others: Others, way: Whole, other: Whole) -> Mask:
