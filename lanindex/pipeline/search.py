@@ -103,7 +103,7 @@ def nearly(
             query,
             roster,
             columns,
-            lambda places: recordings(places, query.parts),
+            recordings,
             allowance,
             tolerance=tolerance,
             overlaps=overlaps,
