@@ -8,6 +8,7 @@ import typer
 
 from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
+from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
     from lanindex.search.explain import Advice, Trace
@@ -91,7 +92,9 @@ def run(
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
+    _refuse_fuzzy(fuzzy, why)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    how["near"] = near
     among: dict[str, Any] = {"within": within, "where": options.where(where)}
     with open_library(db, readonly=True) as library:
         library.tell, library.words = out.note, words
@@ -100,7 +103,7 @@ def run(
             raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
             return _explain(out, library.explain(pattern, strict=strict, **among))
-        found = library.search(pattern, near=near, fuzzy=fuzzy, timeout=timeout, **how, **among)
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
@@ -109,8 +112,13 @@ def run(
             _show(out, found.by_fit() if sort == "fit" else found, limit)
         if not found:
             if not quiet:
-                _advise(out, library.suggest(pattern, **how, **among))
+                _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
             raise typer.Exit(1)
+
+
+def _refuse_fuzzy(fuzzy: str | None, why: str | None) -> None:
+    if fuzzy is not None and why is not None:
+        raise UsageError("--why and --fuzzy", wanted="one of them")
 
 
 def _explain(out: Output, text: str) -> None:
