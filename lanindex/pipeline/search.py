@@ -73,7 +73,10 @@ def _recordings(
             if library.is_open
             else type(library).open(library.place, readonly=True) as opened
         ):
-            found = list(opened.tracks(wanted, parts))
+            if parts:
+                found = list(opened.tracks(wanted, parts))
+            else:
+                found = [(capture, {}) for capture in opened.some(wanted)]
             unchanged = opened.stamp == stamp
         if not unchanged:
             held = {capture.id: (capture, tracks) for capture, tracks in found}

@@ -11,6 +11,7 @@ from lanindex.app.output import Output, one_of
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
+    from lanindex.pipeline import Library
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
@@ -107,7 +108,7 @@ def run(
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
-            _count(out, found)
+            _count(out, library, found)
         else:
             _show(out, found.by_fit() if sort == "fit" else found, limit)
         if not found:
@@ -128,12 +129,13 @@ def _explain(out: Output, text: str) -> None:
         out.text(text)
 
 
-def _count(out: Output, found: Hits) -> None:
-    for capture, number in found.counts():
+def _count(out: Output, library: Library, found: Hits) -> None:
+    tally = dict(found.tally())
+    for number, path in library.called("path", tally).items():
         if out.json:
-            out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
+            out.record({"capture": path, "capture_id": number, "count": tally[number]})
         else:
-            out.row([capture.path, number])
+            out.row([path, tally[number]])
     _summary(out, found, len(found))
 
 
