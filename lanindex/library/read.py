@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, CursorResult, or_, select
 
 from lanindex.errors import LanindexError, LibraryError
-from lanindex.library import checksums, codes, rows, schema, state
+from lanindex.library import checksums, codes, packed, rows, schema, state
 from lanindex.library.encoding import ENCODED, Encoding
 from lanindex.model import Capture, Meter, Score, Span, Track
 
@@ -251,7 +251,7 @@ def read_tracks(
         If one of them is not what was stored.
     """
     wanted = read_wanted(connection, chosen, parts)
-    symbols, first = codes.unpack(read_rows(connection, wanted)[:, 3:]), 0
+    symbols, first = codes.unpack(read_fields(connection, wanted, every=parts is None)), 0
     tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
     for (capture, *_), listed in wanted:
         stretch = symbols[first : first + listed.symbols]
@@ -302,15 +302,29 @@ def known_of(capture: Capture, listed: Listed) -> tuple[Span, ...]:
         raise checksums.damaged(capture.id, capture.location, what) from error
 
 
-def read_rows(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
-    """Return the rows of tracks: (S, C + 3) int64, capture, track, row, fields.
+def read_fields(
+    connection: Connection, wanted: Sequence[Wanted], *, every: bool = False
+) -> NDArray[np.int64]:
+    """Return the fields of the rows of tracks: (S, C) int64, in the order of `codes.COLUMNS`.
+
+    Parameters
+    ----------
+    connection : Connection
+        In a transaction.
+    wanted : sequence
+        Which tracks.
+    every : bool
+        Whether they are all that their captures have.
 
     Raises
     ------
     LibraryError
         If one of them is not what was stored.
     """
-    return _checked(_numbers(connection, wanted), wanted)
+    captures = list(dict.fromkeys(one.capture.id for one, _ in wanted))
+    tracks = [(listed.ordinal, listed.symbols, listed.checksum) for _, listed in wanted]
+    found = packed.read_fields(connection, captures, tracks, every=every) if wanted else None
+    return _checked(_numbers(connection, wanted), wanted)[:, 3:] if found is None else found
 
 
 def _numbers(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
