@@ -16,7 +16,7 @@ from lanindex.search.nearly import NEAR
 if TYPE_CHECKING:
     from lanindex.model import Hit
     from lanindex.model.columns import Columns, Roster
-    from lanindex.search.fast.find import Recordings
+    from lanindex.search.fast.source import Recordings
     from lanindex.search.fuzzy import Allowance
 
 

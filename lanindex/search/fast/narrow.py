@@ -12,8 +12,8 @@ import numpy as np
 
 from lanindex.model.columns import Columns
 from lanindex.search.automaton import NEGATIONS, Program, State
-from lanindex.search.fast.chains import part_of
 from lanindex.search.fast.events import cells_of
+from lanindex.search.fast.planes import CELLS, part_of
 from lanindex.search.fast.ragged import Mask
 
 MOST_STATES = 32
@@ -59,9 +59,10 @@ class Narrowing:
         if key not in self._known:
             found = np.zeros(self._captures, bool)
             if part in self._columns:
-                columns = self._columns[part]
-                rows = part_of(columns).where(table)
-                found[np.searchsorted(columns.bounds, rows, side="right") - 1] = True
+                rows = part_of(self._columns[part])
+                found = rows.captures_with(rows.shown_as(state.fits[member], CELLS))
+                passed = rows.passed[table[rows.cell[rows.passed]]]
+                found[rows.captures(passed)] = True
             self._known[key] = found
         return self._known[key]
 
