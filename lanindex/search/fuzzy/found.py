@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Roster
-from lanindex.search.fast.find import Recordings
+from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.costs import UNIT
 from lanindex.search.fuzzy.wholes import Table
 
