@@ -17,7 +17,7 @@ from lanindex.search.language.query import Query
 
 if TYPE_CHECKING:
     from lanindex.model.columns import Columns, Roster
-    from lanindex.search.fast.find import Recordings
+    from lanindex.search.fast.source import Recordings
     from lanindex.search.fuzzy import Allowance
 
 

@@ -89,16 +89,19 @@ class Others:
     ----------
     lines : Stretches
         In order.
+    order : ndarray
+        (N,) int64: where each of them stood.
     starts : ndarray
         (N,) int64, growing: capture and start as one number.
     """
 
     def __init__(self, lines: Stretches) -> None:
         starts = lines.capture * FAR + lines.start
+        self.order = np.arange(len(lines))
         same = starts[1:] == starts[:-1]
         if not ((starts[1:] > starts[:-1]) | same & (lines.until[1:] >= lines.until[:-1])).all():
-            order = np.lexsort((lines.until, starts))
-            lines, starts = lines.at(order), starts[order]
+            self.order = np.lexsort((lines.until, starts))
+            lines, starts = lines.at(self.order), starts[self.order]
         self.lines, self.starts = lines, starts
 
     def __len__(self) -> int:

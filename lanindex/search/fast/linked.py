@@ -12,17 +12,19 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.model.columns import Columns, Roster
+from lanindex.model.columns import PASSING, STARTING, Columns, Roster
 from lanindex.search.automaton import Group, Program
 from lanindex.search.fast import compiled
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.chains import Chain, Links, Part, chains_of
+from lanindex.search.fast.chains import Chain, Links, chains_of
 from lanindex.search.fast.claims import Contested, all_lines, contested
 from lanindex.search.fast.company import Company
+from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.narrow import Narrowing
-from lanindex.search.fast.ragged import Whole, starts_of
+from lanindex.search.fast.planes import Part
+from lanindex.search.fast.ragged import Mask, Whole, starts_of
 from lanindex.search.fast.walk import Ends, NotCovered
 
 MOST_ROWS = 1 << 19
@@ -170,8 +172,7 @@ def rows_of(columns: Columns, chain: Chain, captures: Whole) -> Whole:
     fast = compiled.chosen(len(columns))
     begin, behind = int(captures[0]), int(captures[-1]) + 1
     if fast:
-        tables = np.stack(Links(_NO_ROWS, chain).tables)
-        found: Whole = fast.linked(columns.cell, columns.bounds, captures, tables)
+        found: Whole = fast.linked(columns.cell, columns.bounds, captures, _tables(chain))
         return found
     own = columns.between(begin, behind)
     links = Links(Part(own), chain)
@@ -183,13 +184,13 @@ def rows_of(columns: Columns, chain: Chain, captures: Whole) -> Whole:
     return np.stack((capture, rows[0] + first, rows[-1] + first))[:, wanted[capture]]
 
 
-_NO_ROWS = Part(
-    Columns(
-        "none",
-        np.zeros(1, np.int64),
-        *(np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, np.uint16)),
-        *(np.empty(0, np.int32), np.empty(0, np.int32)),
-        gaps=np.empty((0, 3), np.int32),
-    )
-)
-"""What tells a chain's tables needs no rows."""
+def _tables(chain: Chain) -> Mask:
+    """Return which cells each step of a chain fits, (steps, 256) bool."""
+    cells, last = np.arange(256), len(chain.states) - 1
+    tables = np.stack([cells_of(state, 0) for state in chain.states])
+    for number, state in enumerate(chain.states):
+        if not (state.manner == "via" or (state.names_passing and 0 < number < last)):
+            tables[number] &= cells & PASSING == 0
+        if number or not last:
+            tables[number] &= cells & STARTING == 0
+    return tables

@@ -33,4 +33,4 @@ def test_a_hundred_patterns_of_the_whole_grammar(seed: int, monkeypatch) -> None
         found = find_fast(query, recordings, **options)
         assert told(found) == told(find(query, recordings, **options)), text
         left, captures = left + found.left, captures + len(recordings)
-    assert left < captures / 5
+    assert not left
