@@ -58,6 +58,11 @@ class Stretches:
         found.used = tuple(it.at(chosen) for it in self.used)
         return found
 
+    @property
+    def plain(self) -> bool:
+        """Whether nothing beside them adds frames."""
+        return bool(((self.low == self.start) & (self.high == self.until)).all())
+
 
 _FIELDS = ("capture", "start", "until", "low", "high", "alone")
 
@@ -124,12 +129,6 @@ class Others:
     def heads(self) -> Whole:
         """Where lines begin that start together, and how many there are of all."""
         return np.append(np.flatnonzero(starts_of(self.starts)), len(self))
-
-    @cached_property
-    def plain(self) -> bool:
-        """Whether nothing beside them adds frames."""
-        lines = self.lines
-        return bool(((lines.low == lines.start) & (lines.high == lines.until)).all())
 
 
 @dataclass(slots=True, eq=False)
@@ -238,7 +237,7 @@ def hulls(
     """
     if relation == "with":
         fast = compiled.chosen(len(lines) + len(others))
-        if fast and others.plain:
+        if fast and others.lines.plain:
             return _compiled_hulls(fast, lines, others, limits(relation, lines, margins))
         line, other = _sharing(lines, others, limits(relation, lines, margins))
     else:
@@ -269,7 +268,7 @@ def _sharing(lines: Stretches, others: Others, limit: Limits) -> tuple[Whole, Wh
     first = np.searchsorted(others.latest[heads[1:] - 1], base + limit.end_first)
     line, head = spread(first, np.searchsorted(keys, base + limit.begin_last, "right"))
     place = _first_from(until, heads[head], heads[head + 1], limit.end_first[line])
-    if others.plain:
+    if others.lines.plain:
         fits = place < heads[head + 1]
         return line[fits], place[fits]
     pair, place = spread(place, heads[head + 1])

@@ -27,7 +27,7 @@ from lanindex.search.fast.beside import (
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import Contested, all_lines, could_want, manner_of
 from lanindex.search.fast.lines import Backwards, end_of
-from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, in_order, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, best_of_each, in_order, starts_of
 from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
 from lanindex.search.fast.ways import Used, Ways, apart, reduced, united
 
@@ -154,18 +154,14 @@ class Company:
                 lines = lines.at(self._last_of_all(program, ends))
             alone = forbidden and program not in self._contested.outside
             if alone:  # the furthest of each beginning will do; any rank is more than any frame
-                ways = self._tried(program, ends, lines, FAR - lines.until)
-            else:
-                ways = self._closed(program, lines)
-            lines = lines.at(ways.line)
-            lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+                lines = _as(self._tried(program, ends, lines, FAR - lines.until), lines)
+            elif outer_groups(program):
+                lines = _as(self._closed(program, lines), lines)
             if program not in self._contested.outside:
                 lines.used = ()
             if alone:
                 lines = lines.at(beside.outermost(lines))
-            keys = [getattr(lines, name) for name in ("capture", "start", "until", "alone")]
-            keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
-            self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
+            self._lines[key] = _different(lines)
         return self._lines[key]
 
     def _found(self, program: Program) -> tuple[Ends, Stretches]:
@@ -243,12 +239,12 @@ class Company:
             ways.used = ()
 
     def _margins(self, companion: Companion) -> Margins:
-        none = np.zeros(len(self._block), np.int64)
-        least, most = none, none - 1
+        none = np.broadcast_to(np.int64(0), len(self._block))
+        least, most = none, np.broadcast_to(np.int64(-1), len(self._block))
         if companion.within:
             least, most = self._block.bounds(companion.within)
         elif companion.relation in _IN_TURN:
-            most = none + (FAR >> 1)
+            most = np.broadcast_to(np.int64(FAR >> 1), len(self._block))
         return Margins(least, most, self._slack if companion.relation in _TOGETHER else none)
 
     @cached_property
@@ -264,8 +260,9 @@ class Company:
             forbidden = companion.relation in FORBIDDEN
             tables = [self.lines(program, forbidden=forbidden) for program in companion.programs]
             others = gathered(tables)
-            moving = others if not others.alone.any() else others.at(~others.alone)
-            self._others[companion] = Others(moving), Others(others)
+            every = Others(others)
+            moving = Others(others.at(~others.alone)) if others.alone.any() else every
+            self._others[companion] = moving, every
         return self._others[companion]
 
     def _accompanied(self, program: Program, lines: Stretches) -> Mask:
@@ -279,6 +276,8 @@ class Company:
                     margins = self._margins(companion)
                     for alone, others in ((False, moving), (True, every)):
                         own = np.flatnonzero(found & (lines.alone == alone))
+                        if not len(own):
+                            continue
                         held = beside.holds(companion.relation, compared.at(own), others, margins)
                         found[own] = held & ~(alone and companion.relation in _IN_TURN)
         return found
@@ -354,6 +353,26 @@ class Company:
                 own = own[np.unique(hull[apart(one, another)])]
             disturbed[own] = True
         return disturbed
+
+
+def _as(ways: Ways, lines: Stretches) -> Stretches:
+    """Return ways as lines of their own."""
+    lines = lines.at(ways.line)
+    lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+    return lines
+
+
+def _different(lines: Stretches) -> Stretches:
+    """Return each line once, in order of capture, start and end."""
+    columns: list[Numbers] = [lines.capture, lines.start, lines.until]
+    if lines.alone.any():
+        columns.append(lines.alone.astype(np.int8))
+    if not lines.plain:
+        columns += [lines.low, lines.high]
+    columns += [rows for it in lines.used for rows in it[1:]]
+    chosen = best_of_each(tuple(columns), ())
+    grown = chosen[1:] > chosen[:-1]
+    return lines if len(chosen) == len(lines) and grown.all() else lines.at(chosen)
 
 
 _TOGETHER = ("starting with", "ending with", "exactly with")
