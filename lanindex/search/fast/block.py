@@ -14,6 +14,9 @@ from lanindex.search.fast.ragged import FAR, Mask, Whole
 from lanindex.search.fast.rows import Rows
 from lanindex.search.language.times import Clock, Length
 
+MOST_CLOCKS = 16
+"""Clocks that are looked for one by one, before all are put in order."""
+
 
 class Block:
     """The captures from `first` up to, not including, `last`; here they are counted from 0.
@@ -79,11 +82,11 @@ class Block:
         if self._clocks is None:
             here = slice(self.first, self.last)
             told = np.concatenate((self.roster.rate[here], self.roster.speed[here]), axis=1)
-            different, own = np.unique(told, axis=0, return_inverse=True)
+            different, own = _different(told)
             clocks = [
                 Clock(Fraction(a, b), Fraction(c, d) / 60) for a, b, c, d in different.tolist()
             ]
-            self._clocks = clocks, own.reshape(-1)
+            self._clocks = clocks, own
         return self._clocks
 
     def bounds(self, length: Length) -> tuple[Whole, Whole]:
@@ -103,6 +106,22 @@ class Block:
         least, most = self.bounds(length)
         meets: Mask = (least[capture] <= frames) & (frames <= most[capture])
         return meets
+
+
+def _different(told: Whole) -> tuple[Whole, Whole]:
+    """Return the different rows of a table, and which of them each row is; mostly they are few."""
+    different: list[Whole] = []
+    own, left = np.zeros(len(told), np.int64), np.arange(len(told))
+    while len(left):
+        if len(different) == MOST_CLOCKS:
+            found, own = np.unique(told, axis=0, return_inverse=True)
+            return found, own.reshape(-1)
+        row = told[left[0]]
+        same = (told[left] == row).all(axis=1)
+        own[left[same]] = len(different)
+        different.append(row)
+        left = left[~same]
+    return np.array(different, np.int64).reshape(-1, told.shape[1]), own
 
 
 def _key(state: State) -> tuple[object, ...]:
