@@ -8,7 +8,6 @@ same event, with the same beginning and the same brackets open, are one.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import prod
 
 import numpy as np
 
@@ -17,7 +16,14 @@ from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.lines import components, may_leave
-from lanindex.search.fast.ragged import TooMuch, Whole, best_of_each, spread, starts_of
+from lanindex.search.fast.ragged import (
+    TooMuch,
+    Whole,
+    best_of_each,
+    in_order,
+    spread,
+    starts_of,
+)
 
 ROOT, EVENT, OPENED = range(3)
 """What the columns of a row are: where it began, at which event it stands, and from `OPENED` on in
@@ -264,33 +270,12 @@ def _depths(program: Program, outer: int) -> list[int]:
 
 
 def _distinct(rows: Whole) -> Whole:
-    """Return rows once each, in order."""
-    key = _key(rows)
-    if key is None:
-        order = np.lexsort(rows[::-1])
-        new = np.zeros(len(order), bool)
-        for column in rows:
-            new |= starts_of(column[order])
-        return rows[:, order[new]]
-    if (key[1:] > key[:-1]).all():
-        return rows
-    order = np.argsort(key, kind="stable")
-    return rows[:, order[starts_of(key[order])]]
-
-
-def _key(rows: Whole) -> Whole | None:
-    """Return a number for each row, in the same order; None where they have no room for it."""
-    if not rows.shape[1]:
-        return None
-    least, most = rows.min(axis=1), rows.max(axis=1)
-    sizes = [int(it) for it in most - least + 1]
-    if prod(sizes) >= 1 << 62:
-        return None
-    key = rows[0] - least[0]
-    for column, low, size in zip(rows[1:], least[1:], sizes[1:], strict=True):
-        key = key * size + (column - low)
-    found: Whole = key
-    return found
+    order = in_order(tuple(rows))
+    rows = rows[:, order]
+    new = np.zeros(rows.shape[1], bool)
+    for column in rows:
+        new |= starts_of(column)
+    return rows[:, new]
 
 
 class _Seen:
