@@ -8,7 +8,7 @@ is the cheapest, of the cheapest the one that begins last, and of these the clea
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,8 @@ class Rows(NamedTuple):
         (R,) bool: where a stretch begins; the first one does.
     shown : ndarray
         (R,) bool: which symbols a score shows.
+    skipped : ndarray
+        (R,) int64: how many shown ones that match no step lie between each and the one before.
     costs : ndarray
         (K, R) int16: by step what each symbol costs as that one.
     blur : ndarray
@@ -71,6 +73,7 @@ class Rows(NamedTuple):
 
     new: NDArray[np.bool_]
     shown: NDArray[np.bool_]
+    skipped: Keys
     costs: NDArray[np.int16]
     blur: NDArray[np.int16]
     entry: NDArray[np.int32]
@@ -114,6 +117,7 @@ def align(net: Net, rows: Rows, most: int, ask: Ask) -> Keys:
             ask()
         here = begins[: count[position]] + position
         held = waiting[:, : len(here)]
+        _pass(net, held, rows.skipped[here])
         arrived = [_arrived(net, state, rows, here, held, most) for state in range(len(net.states))]
         found[here] = _ended(net, rows, here, arrived, most)
         _wait(net, held, arrived, rows.shown[here], most)
@@ -155,11 +159,9 @@ def _wait(
     net: Net, waiting: Keys, arrived: list[Keys], shown: NDArray[np.bool_], most: int
 ) -> None:
     """Let what waits pass over a row, and what has arrived wait; then let steps be missing."""
-    passed = np.where(shown, SKIPPED << COST, 0)
-    for door, (_, later) in enumerate(net.doors):
-        if not later:
-            waiting[door] += passed
-        for before in net.comes[door]:
+    _pass(net, waiting, shown)
+    for door, comes in enumerate(net.comes):
+        for before in comes:
             np.minimum(waiting[door], arrived[before], out=waiting[door])
     for _ in range(net.rounds(most)) if most >= MISSING else ():
         for state, doors in enumerate(net.goes):
@@ -168,3 +170,11 @@ def _wait(
                 for door in doors:
                     np.minimum(waiting[door], missing, out=waiting[door])
     waiting[:] = _within(waiting, most)
+
+
+def _pass(net: Net, waiting: Keys, shown: NDArray[Any]) -> None:
+    """Let what waits pass over so many shown symbols."""
+    passed = shown.astype(np.int64) * (SKIPPED << COST)
+    for door, (_, later) in enumerate(net.doors):
+        if not later:
+            waiting[door] += passed
