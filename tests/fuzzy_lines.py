@@ -56,4 +56,4 @@ def counted_lines(draw) -> str:
     items = [f"{step}{count}" for step, count in zip(steps, counts, strict=True)]
     arrows = [draw(st.sampled_from((" -> ", " ... "))) for _ in steps[1:]]
     line = "".join(map("".join, zip(items, [*arrows, ""], strict=True)))
-    return f"r_arm any -> ({line}) x1+" if draw(st.booleans()) else f"r_arm any -> {line}"
+    return f"(r_arm any -> {line}) x1+" if draw(st.booleans()) else f"r_arm any -> {line}"

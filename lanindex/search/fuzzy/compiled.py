@@ -72,29 +72,36 @@ def scan(
     ask : callable
         Is asked now and then whether to go on.
     """
-    doors = np.array(net.doors, np.int64).reshape(-1, 2)
-    comes = _pairs([(door, state) for door, it in enumerate(net.comes) for state in it])
-    goes = _pairs([(door, state) for state, it in enumerate(net.goes) for door in it])
     bits = np.int64(1) << np.arange(len(tables))
     steps = ((tables <= most) * bits[:, None]).sum(axis=0)
     needed = int(bits[list(net.unavoidable)].sum()) if most < MISSING else 0
     part = kinds.code, kinds.begins, columns.margin, kinds.passing, steps
-    rounds = net.rounds(most) if most >= MISSING else 0
     reach = net.reach(most)
-    far = -1 if reach is None else reach
-    numbers = rounds, far, most // SKIPPED, most, THOUSANDTHS, needed
+    numbers = -1 if reach is None else reach, most // SKIPPED, most, THOUSANDTHS, needed
     ends = np.array((net.entry[FREE], net.exit[FREE]), np.int64)
-    rows = max(AT_ONCE // ((len(net.states) + len(comes)) * max(rounds, 1)), 1)
-    rest = tables, ends, doors, comes, goes, numbers
+    ways = _ways(net, most)
+    rows = max(AT_ONCE // (len(net.states) + sum(map(len, ways))), 1)
     keys, last, first, row = [], [], 0, 0
     while first < len(seeds[0]):
         ask()
-        *found, first, row = scanned(seeds[0], first, row, seeds[1], rows, part, *rest)
+        *found, first, row = scanned(
+            seeds[0], first, row, seeds[1], rows, part, tables, ends, ways, numbers
+        )
         keys.append(found[0])
         last.append(found[1])
     none = np.empty(0, np.int64)
     return np.concatenate([none, *keys]), np.concatenate([none, *last])
 
 
-def _pairs(pairs: list[tuple[int, int]]) -> Keys:
-    return np.array(pairs, np.int64).reshape(-1, 2)
+def _ways(net: Net, most: int) -> tuple[NDArray[Any], ...]:
+    """Return a net as the compiled way has it."""
+    waits = np.full((2, len(net.states)), len(net.doors))  # a door that nobody waits at
+    for state, doors in enumerate(net.waits):
+        waits[: len(doors), state] = doors
+    comes = [(door, state) for door, it in enumerate(net.comes) for state in it]
+    return (
+        waits,
+        np.array([not later for _, later in net.doors], np.bool_),
+        np.array(comes, np.int64).reshape(-1, 2),
+        np.array(net.missing(most), np.int64).reshape(-1, 3),
+    )

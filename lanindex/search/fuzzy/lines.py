@@ -130,7 +130,7 @@ class Line:
             return self._of(*self._stays(rows, ask))
         work = len(rows) * WINDOW if not whole else len(self.columns)
         work += POSITION * self._kinds.longest
-        fast = chosen(work * len(self.net.states)) if self._plain else None
+        fast = chosen(work * (len(self.net.states) + len(self.net.edges))) if self._plain else None
         if fast is None:
             return self._of(*self._moves(rows, whole, ask))
         tables = np.array(self._tables)

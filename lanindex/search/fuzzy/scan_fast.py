@@ -36,13 +36,11 @@ def _reached(seed, step, behind, code, begins, passing, steps, reach, spare):
 
 
 @numba.njit(cache=True, nogil=True)
-def _arrive(row, kind, blur, tables, entry, doors, most, waiting, arrived):
+def _arrive(row, kind, blur, tables, entry, waits, most, waiting, arrived):
     """Write the best match that stands at each step with a row."""
     for state in range(len(tables)):
         key = (entry[state] << COST) + (np.int64(LATEST - row) << FIRST)
-        for door in range(len(doors)):
-            if doors[door, 0] == state and waiting[door] < key:
-                key = waiting[door]
+        key = min(key, waiting[waits[0, state]], waiting[waits[1, state]])
         cost = np.int64(tables[state, kind])
         key += cost << COST
         if cost == 0 and key & BLUR < blur:
@@ -51,28 +49,26 @@ def _arrive(row, kind, blur, tables, entry, doors, most, waiting, arrived):
 
 
 @numba.njit(cache=True, nogil=True)
-def _wait(shown, doors, comes, goes, rounds, most, waiting, arrived):
+def _wait(shown, tight, comes, missing, most, waiting, arrived):
     """Let what waits pass over a row, what has arrived wait, and then let steps be missing.
 
     Returns
     -------
     bool
+        Whether anything waits.
     """
-    for door in range(len(doors)):
-        if shown and not doors[door, 1] and waiting[door] < NOTHING:
+    alive = False
+    for door in range(len(tight)):
+        if shown and tight[door] and waiting[door] < NOTHING:
             waiting[door] += _SKIPPED
     for pair in range(len(comes)):
-        door, key = comes[pair, 0], arrived[comes[pair, 1]]
-        if key < waiting[door]:
-            waiting[door] = key
-    for _ in range(rounds):
-        for pair in range(len(goes)):  # by the step that is left out, in order
-            onto, state = goes[pair]
-            for door in range(len(doors)):
-                if doors[door, 0] == state:
-                    waiting[onto] = min(waiting[onto], waiting[door] + _MISSING)
-    alive = False
-    for door in range(len(doors)):
+        key = arrived[comes[pair, 1]]
+        if key < waiting[comes[pair, 0]]:
+            waiting[comes[pair, 0]] = key
+    for way in range(len(missing)):
+        near, far, steps = missing[way]
+        waiting[far] = min(waiting[far], waiting[near] + steps * _MISSING)
+    for door in range(len(tight)):
         if waiting[door] >> COST > most:
             waiting[door] = NOTHING
         alive |= waiting[door] < NOTHING
@@ -80,7 +76,7 @@ def _wait(shown, doors, comes, goes, rounds, most, waiting, arrived):
 
 
 @numba.njit(cache=True, nogil=True)
-def scanned(seeds, first, row, whole, rows, part, tables, ends, doors, comes, goes, numbers):
+def scanned(seeds, first, row, whole, rows, part, tables, ends, net, numbers):
     """Return the matches around some rows, or in the `whole` stretches that begin with them.
 
     Parameters
@@ -100,11 +96,11 @@ def scanned(seeds, first, row, whole, rows, part, tables, ends, doors, comes, go
         (K, kinds) int16: by step what each kind costs.
     ends : ndarray
         (2, K) int64: what is missing before and after each step.
-    doors, comes, goes : ndarray
-        The step behind each door and whether what lies between is free; by which steps one comes
-        to a door; to which door one goes from a step that is left out.
+    net : tuple of ndarray
+        The doors before each step, (2, K); whether what lies between costs anything, by door; by
+        which steps one comes to a door; from which door to which one comes by missing steps.
     numbers : tuple of int
-        Rounds, reach (-1: any), what may be passed over, what a match may cost, a margin of 1, and
+        The reach (-1: any), what may be passed over, what a match may cost, a margin of 1, and
         the steps that a match cannot do without.
 
     Returns
@@ -113,9 +109,10 @@ def scanned(seeds, first, row, whole, rows, part, tables, ends, doors, comes, go
         (M,) int64 keys and last rows; where to go on.
     """
     code, begins, margin, passing, steps = part
-    rounds, reach, spare, most, clear, needed = numbers
+    reach, spare, most, clear, needed = numbers
+    waits, tight, comes, missing = net
     keys, last, many = np.empty(256, np.int64), np.empty(256, np.int64), 0
-    waiting, arrived = np.empty(len(doors), np.int64), np.empty(len(tables), np.int64)
+    waiting, arrived = np.empty(len(tight) + 1, np.int64), np.empty(len(tables), np.int64)
     while first < len(seeds) and rows > 0:
         seed = seeds[first]
         first += 1
@@ -136,7 +133,7 @@ def scanned(seeds, first, row, whole, rows, part, tables, ends, doors, comes, go
             kind = code[row]
             blur = max(clear - np.int64(margin[row]), 0)
             if steps[kind]:
-                _arrive(row, kind, blur, tables, ends[0], doors, most, waiting, arrived)
+                _arrive(row, kind, blur, tables, ends[0], waits, most, waiting, arrived)
                 best = np.int64(NOTHING)
                 for state in range(len(tables)):
                     if arrived[state] < NOTHING:
@@ -149,7 +146,7 @@ def scanned(seeds, first, row, whole, rows, part, tables, ends, doors, comes, go
                     many += 1
             else:
                 arrived[:] = NOTHING
-            alive = _wait(not passing[kind], doors, comes, goes, rounds, most, waiting, arrived)
+            alive = _wait(not passing[kind], tight, comes, missing, most, waiting, arrived)
             row, rows = row + 1, rows - 1
             if begins[row]:
                 break

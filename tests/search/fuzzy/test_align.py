@@ -122,8 +122,14 @@ def test_steps_that_may_be_left_out_are_passed_over_once(steps):
     line = net_of("r_arm low" + " -> high?" * (steps - 2) + " -> low")
     assert len(line.edges) == steps * (steps - 1) // 2
     assert len(line.doors) == steps - 1  # one waits for a step, wherever one comes from
-    assert line.rounds(20 * UNIT) == 1
-    assert net_of("(r_arm low -> high) x2+").rounds(3 * UNIT) == 4
+    assert len(line.missing(20 * UNIT)) == (steps - 1) * (steps - 2) // 2
+
+
+def test_missing_steps_are_gone_around_a_circle_once():
+    line = net_of("(r_arm low -> mid -> high) x1+")
+    assert sorted(line.missing(9 * UNIT)) == [
+        *((0, 1, 1), (0, 2, 2), (1, 0, 2), (1, 2, 1), (2, 0, 1), (2, 1, 2)),
+    ]
 
 
 @pytest.mark.parametrize(
