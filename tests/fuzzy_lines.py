@@ -18,10 +18,15 @@ def net_of(text: str) -> Net:
     return net
 
 
+def tables_of(net: Net, columns) -> np.ndarray:
+    """Return what all kinds of symbols cost as each of the steps."""
+    return np.array([kinds_of(columns).table(state) for state in net.states])
+
+
 def costs_of(net: Net, columns) -> np.ndarray:
     """Return what all symbols cost as each of the steps."""
     every = np.arange(len(columns))
-    tables = [kinds_of(columns).table(state) for state in net.states]
+    tables = tables_of(net, columns)
     return np.array(
         [
             substitutions(state, table, columns, every)
@@ -36,10 +41,11 @@ def rows_of(net: Net, columns) -> Rows:
     new[columns.bounds[:-1][np.diff(columns.bounds) > 0]] = True
     nothing = np.zeros((2, 1), np.int32)
     shown, blur = columns.cell & PASSING == 0, blurs(columns.margin)
-    return Rows(new, shown, costs_of(net, columns), blur, nothing, nothing)
+    skipped = np.zeros(len(columns), np.int64)
+    return Rows(new, shown, skipped, costs_of(net, columns), blur, nothing, nothing)
 
 
-_WORDS = ("low", "right mid", "place high", "any", "left", "rising", "not low", "(low or high)")
+_WORDS = ("low", "right mid", "place high", "any", "left", "mid/high", "not low", "(low or high)")
 
 
 @st.composite
@@ -50,4 +56,4 @@ def counted_lines(draw) -> str:
     items = [f"{step}{count}" for step, count in zip(steps, counts, strict=True)]
     arrows = [draw(st.sampled_from((" -> ", " ... "))) for _ in steps[1:]]
     line = "".join(map("".join, zip(items, [*arrows, ""], strict=True)))
-    return f"r_arm any -> ({line}) x1+" if draw(st.booleans()) else f"r_arm any -> {line}"
+    return f"(r_arm any -> {line}) x1+" if draw(st.booleans()) else f"r_arm any -> {line}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,9 +47,8 @@ class Found:
 
     def at(self, chosen: Numbers) -> Found:
         """Return some of them."""
-        return Found(
-            *(getattr(self, name)[chosen] for name in _ENDS), memory=self.memory.at(chosen)
-        )
+        columns = {name: getattr(self, name)[chosen] for name in _ENDS}
+        return replace(self, **columns, memory=self.memory.at(chosen))
 
 
 _ENDS = (

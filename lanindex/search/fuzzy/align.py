@@ -28,8 +28,8 @@ LATEST = (1 << COST - FIRST) - 1
 NOTHING = 1 << 60
 """The key where no match ends."""
 
-PATIENCE = 256
-"""Symbols of a stretch after which it is asked again whether to go on."""
+PATIENCE = 1 << 14
+"""Steps and arrows of positions in a stretch after which it is asked again whether to go on."""
 
 
 def cost_of(keys: Keys) -> Keys:
@@ -61,6 +61,8 @@ class Rows(NamedTuple):
         (R,) bool: where a stretch begins; the first one does.
     shown : ndarray
         (R,) bool: which symbols a score shows.
+    skipped : ndarray
+        (R,) int64: how many shown ones that match no step lie between each and the one before.
     costs : ndarray
         (K, R) int16: by step what each symbol costs as that one.
     blur : ndarray
@@ -71,6 +73,7 @@ class Rows(NamedTuple):
 
     new: NDArray[np.bool_]
     shown: NDArray[np.bool_]
+    skipped: Keys
     costs: NDArray[np.int16]
     blur: NDArray[np.int16]
     entry: NDArray[np.int32]
@@ -108,63 +111,69 @@ def align(net: Net, rows: Rows, most: int, ask: Ask) -> Keys:
     longest = int(lengths.max(initial=0))
     count = np.searchsorted(-lengths, -np.arange(longest), side="left")
     found = np.full(len(rows.new), NOTHING, np.int64)
-    waiting = np.full((len(net.doors), len(lengths)), NOTHING, np.int64)
+    steps = _Steps(net, most, len(lengths))
+    patience = max(PATIENCE // (len(net.edges) + len(net.states)), 1)
     for position in range(longest):
-        if position % PATIENCE == 0:
+        if position % patience == 0:
             ask()
         here = begins[: count[position]] + position
-        held = waiting[:, : len(here)]
-        arrived = [_arrived(net, state, rows, here, held, most) for state in range(len(net.states))]
-        found[here] = _ended(net, rows, here, arrived, most)
-        _wait(net, held, arrived, rows.shown[here], most)
+        found[here] = steps.over(rows, here)
     return found
 
 
-def _within(keys: Keys, most: int) -> Keys:
-    return np.where(keys >> COST > most, NOTHING, keys)
+class _Steps:
+    """What waits before each step, stretch by stretch, the longest first."""
 
+    def __init__(self, net: Net, most: int, stretches: int) -> None:
+        self._most, many = most, len(net.doors)
+        self._waits = np.full((2, len(net.states)), many)  # a door that nobody waits at
+        for state, doors in enumerate(net.waits):
+            self._waits[: len(doors), state] = doors
+        self._tight = np.array([not later for _, later in net.doors], np.bool_)
+        self._comes = np.array([state for it in net.comes for state in it], np.int64)
+        self._begins = np.cumsum([0, *map(len, net.comes)])[:-1]
+        ways = sorted(net.missing(most), key=lambda it: it[1])
+        self._from, self._onto, steps = np.array(ways, np.int64).reshape(-1, 3).T
+        self._missing = (steps * MISSING << COST)[:, None]
+        self._news = np.flatnonzero(np.diff(self._onto, prepend=-1))
+        self._entry, self._exit = (
+            [(way, np.array(costs)[:, None] << COST) for way, costs in enumerate(ways)
+             if min(costs) <= most] for ways in (net.entry, net.exit)
+        )  # fmt: skip
+        self._waiting = np.full((many + 1, stretches), NOTHING, np.int64)
 
-def _arrived(net: Net, state: int, rows: Rows, here: Keys, waiting: Keys, most: int) -> Keys:
-    """Return the best match that stands at a step with these rows."""
-    keys = np.full(len(here), NOTHING, np.int64)
-    begun = LATEST - here << FIRST
-    for way, missing in enumerate(net.entry):
-        if missing[state] <= most:
-            besides = np.int64(missing[state]) + (rows.entry[way - 1][here] if way > FREE else 0)
-            keys = np.minimum(keys, (besides << COST) + begun)
-    for door in net.waits[state]:
-        keys = np.minimum(keys, waiting[door])
-    costs = rows.costs[state][here].astype(np.int64)
-    keys = keys + (costs << COST)
-    blur = np.where(costs == 0, np.maximum(keys & BLUR, rows.blur[here]), keys & BLUR)
-    return _within(keys & ~BLUR | blur, most)
+    def over(self, rows: Rows, here: Keys) -> Keys:
+        """Go over one row in each of some stretches; return the best match that ends with it."""
+        waiting = self._waiting[:, : len(here)]
+        tight = np.flatnonzero(self._tight)
+        if rows.skipped[here].any():
+            waiting[tight] += rows.skipped[here] * (SKIPPED << COST)
+        arrived = self._arrived(rows, here, waiting)
+        best = np.full(len(here), NOTHING, np.int64)
+        for way, missing in self._exit:
+            besides = rows.exit[way - 1][here].astype(np.int64) << COST if way > FREE else 0
+            best = np.minimum(best, (arrived + missing).min(axis=0) + besides)
+        waiting[tight] += rows.shown[here] * np.int64(SKIPPED << COST)
+        if len(self._comes):
+            came = np.minimum.reduceat(arrived[self._comes], self._begins, axis=0)
+            np.minimum(waiting[:-1], came, out=waiting[:-1])
+        if len(self._from):
+            missing = waiting[self._from] + self._missing
+            onto = self._onto[self._news]
+            waiting[onto] = np.minimum(
+                waiting[onto], np.minimum.reduceat(missing, self._news, axis=0)
+            )
+        waiting[waiting >> COST > self._most] = NOTHING
+        return np.where(best >> COST > self._most, NOTHING, best)
 
-
-def _ended(net: Net, rows: Rows, here: Keys, arrived: list[Keys], most: int) -> Keys:
-    """Return the best match that ends with these rows."""
-    best = np.full(len(here), NOTHING, np.int64)
-    for way, missing in enumerate(net.exit):
-        for state, keys in enumerate(arrived):
-            if missing[state] <= most:
-                besides = missing[state] + (rows.exit[way - 1][here] if way > FREE else 0)
-                best = np.minimum(best, keys + (np.int64(besides) << COST))
-    return _within(best, most)
-
-
-def _wait(
-    net: Net, waiting: Keys, arrived: list[Keys], shown: NDArray[np.bool_], most: int
-) -> None:
-    """Let what waits pass over a row, and what has arrived wait; then let steps be missing."""
-    passed = np.where(shown, SKIPPED << COST, 0)
-    for door, (_, later) in enumerate(net.doors):
-        if not later:
-            waiting[door] += passed
-        for before in net.comes[door]:
-            np.minimum(waiting[door], arrived[before], out=waiting[door])
-    for _ in range(net.rounds(most)) if most >= MISSING else ():
-        for state, doors in enumerate(net.goes):
-            if doors and net.waits[state]:
-                missing = waiting[list(net.waits[state])].min(axis=0) + (MISSING << COST)
-                for door in doors:
-                    np.minimum(waiting[door], missing, out=waiting[door])
-    waiting[:] = _within(waiting, most)
+    def _arrived(self, rows: Rows, here: Keys, waiting: Keys) -> Keys:
+        """Return the best match that stands at each step with these rows: (K, N)."""
+        keys = np.minimum(waiting[self._waits[0]], waiting[self._waits[1]])
+        begun = LATEST - here << FIRST
+        for way, missing in self._entry:
+            besides = rows.entry[way - 1][here].astype(np.int64) << COST if way > FREE else 0
+            keys = np.minimum(keys, missing + (begun + besides))
+        costs = rows.costs[:, here].astype(np.int64)
+        keys += costs << COST
+        blur = np.where(costs == 0, np.maximum(keys & BLUR, rows.blur[here]), keys & BLUR)
+        return np.where(keys >> COST > self._most, NOTHING, keys & ~BLUR | blur)

@@ -19,8 +19,10 @@ ENDLESS = 1 << 33
 
 def bounds_of(roster: Roster, length: Length | None) -> tuple[Frames, Frames]:
     """Return the fewest and the most frames that meet a length, (C,) each; `ENDLESS`: no limit."""
+    if length is None:
+        return np.zeros(len(roster), np.int64), np.full(len(roster), ENDLESS)
     clocks, which = _clocks(roster)
-    bounds = [length.bounds(clock) if length else (0, None) for clock in clocks]
+    bounds = [length.bounds(clock) for clock in clocks]
     limits = [
         (min(least, ENDLESS), ENDLESS if most is None else min(most, ENDLESS))
         for least, most in bounds
@@ -38,6 +40,15 @@ def slack_of(roster: Roster, tolerance: Fraction) -> Frames:
 
 def _clocks(roster: Roster) -> tuple[list[Clock], NDArray[np.intp]]:
     """Return the different clocks of captures, and which each one has."""
-    clocks, which = np.unique(np.hstack([roster.rate, roster.speed]), axis=0, return_inverse=True)
-    found = [Clock(Fraction(*one[:2].tolist()), Fraction(*one[2:].tolist()) / 60) for one in clocks]
-    return found, which.reshape(-1)
+    which = np.zeros(len(roster), np.int64)
+    for column in (*roster.rate.T, *roster.speed.T):
+        values, own = np.unique(column, return_inverse=True)
+        _, which = np.unique(which * len(values) + own, return_inverse=True)
+    _, first = np.unique(which, return_index=True)
+    found = [
+        Clock(Fraction(*rate), Fraction(*speed) / 60)
+        for rate, speed in zip(
+            roster.rate[first].tolist(), roster.speed[first].tolist(), strict=True
+        )
+    ]
+    return found, which

@@ -8,7 +8,7 @@ width: a neighbour in its middle costs half an edit, the next but one an edit an
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -48,6 +48,12 @@ _LEVELS = len(LEVELS)
 
 _BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.int32)
 """By thousandths of a margin, its step."""
+
+FEW = 8
+"""How many times the rows wanted a part must have, that they are not looked for one by one."""
+
+TABLES = 64
+"""Steps of which it is remembered what symbols cost as them."""
 
 _AT_ONCE = 1 << 18
 """Rows whose kinds are worked out at once."""
@@ -105,13 +111,18 @@ class Kinds:
         (K,) how many are.
     bucket : ndarray
         (K,) the step of their margin.
+    passing : ndarray
+        (K,) bool.
+    begins : ndarray
+        (S + 1,) bool: where a stretch begins that no match reaches over; the one behind the last
+        row does.
     """
 
     def __init__(self, columns: Columns) -> None:
         numbers = np.empty(len(columns), np.int32)
         for first in range(0, len(columns), _AT_ONCE):
             own = slice(first, first + _AT_ONCE)
-            kinds = (columns.cell[own] & CELL).astype(np.int32)
+            kinds = columns.cell[own].astype(np.int32)
             kinds *= CELL + 1
             kinds += columns.runner[own] & CELL
             kinds *= BUCKETS + 1
@@ -124,18 +135,57 @@ class Kinds:
         self.code: NDArray[np.unsignedinteger[Any]] = places[numbers]
         self.counts = counts[known]
         self.bucket = known % (BUCKETS + 1)
-        self._cell = known // (BUCKETS + 1) // (CELL + 1)
+        cell = known // (BUCKETS + 1) // (CELL + 1)
+        self.passing: NDArray[np.bool_] = cell & PASSING != 0
+        self.begins = np.zeros(len(columns) + 1, np.bool_)
+        np.greater_equal(columns.cell, STARTING, out=self.begins[:-1])
+        self.begins[columns.bounds] = True
+        self._cell = cell & CELL
         self._turns = _turns(self._cell, known // (BUCKETS + 1) % (CELL + 1), self.bucket)
+        self._asked = 0
+        self._tables: dict[tuple[frozenset[int] | None, ...], NDArray[np.int16]] = {}
 
     def table(self, state: State) -> NDArray[np.int16]:
         """Return what each kind costs as what a state asks for: (K,), changes left out."""
-        asked = _asked(state)
-        wanted = _place(np.flatnonzero(asked))
-        wanted = wanted[wanted >= 0]
-        table = np.full(len(self._cell), MOST, np.int16)
-        if len(wanted):
-            table = self._turns[:, wanted].min(axis=1)
-        return np.where(asked[self._cell], np.int16(0), table)
+        key = tuple(state.fits[0].get(kind) for kind in ("direction", "level"))
+        if key not in self._tables:
+            asked = _asked(state)
+            wanted = _place(np.flatnonzero(asked))
+            wanted = wanted[wanted >= 0]
+            table = np.full(len(self._cell), MOST, np.int16)
+            if len(wanted):
+                table = self._turns[:, wanted].min(axis=1)
+            if len(self._tables) == TABLES:
+                self._tables.clear()
+            self._tables[key] = np.where(asked[self._cell], np.int16(0), table)
+        return self._tables[key].copy()
+
+    def where(self, some: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the rows of some kinds: (N,), growing.
+
+        Who asks again will ask more often: from the second time on all rows are held by kind.
+        """
+        self._asked += 1
+        if self._asked == 1 or FEW * int(self.counts[some].sum()) > len(self.code):
+            return np.flatnonzero(some[self.code])
+        ends = np.cumsum(self.counts)
+        begins = (ends - self.counts)[some].tolist()
+        pieces = [self._by_kind[it] for it in map(slice, begins, ends[some].tolist())]
+        return np.sort(np.concatenate([self._by_kind[:0], *pieces])).astype(np.int64)
+
+    @cached_property
+    def stretches(self) -> NDArray[np.int64]:
+        """The rows that begin stretches, and the one behind the last."""
+        return np.flatnonzero(self.begins)
+
+    @cached_property
+    def longest(self) -> int:
+        """How many rows the longest stretch has."""
+        return int(np.diff(self.stretches).max(initial=0))
+
+    @cached_property
+    def _by_kind(self) -> NDArray[np.int32]:
+        return np.argsort(self.code, kind="stable").astype(np.int32)
 
 
 _known: WeakKeyDictionary[Columns, Kinds] = WeakKeyDictionary()
@@ -174,11 +224,11 @@ def _place(cell: NDArray[Any]) -> NDArray[np.intp]:
 
 def _asked(state: State) -> NDArray[np.bool_]:
     """Return which cells a state asks for: (64,) by the bits of a cell."""
-    fits = state.fits[0]
+    fits, cells = state.fits[0], np.arange(CELL + 1)
     asked = np.ones(CELL + 1, np.bool_)
-    for cell in range(CELL + 1):
-        codes = {"direction": (cell & 15) - 1, "level": (cell >> 4) - 1}
-        asked[cell] = all(codes[kind] in fits[kind] for kind in codes if kind in fits)
+    for kind, codes in (("direction", (cells & 15) - 1), ("level", (cells >> 4) - 1)):
+        if kind in fits:
+            asked &= np.isin(codes, list(fits[kind]))
     return asked
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import UsageError
-from lanindex.model import Capture, Track
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import plan
 from lanindex.search.fast.find import Watch
@@ -26,14 +25,13 @@ from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.plain import TOLERANCE
 
-CLEAR = (15, 14, 12, 8, 0)
+CLEAR = (15, 14, 12, 8)
 """How clear the best hits are looked for, in steps of a margin, one after the other."""
 
-FEW = 4
-"""How many times the captures with candidates a library must have, that only those are searched."""
+MORE = 4
+"""How many times the captures are looked at that would be enough had each a hit."""
 
 Whole = NDArray[np.int64]
-Recording = tuple[Capture, Mapping[str, Track]]
 
 
 def find(
@@ -164,47 +162,44 @@ class _Search:
         The clearest are looked for first, in the captures alone that can have such; where there are
         enough of them, no other can be among the best.
         """
-        found = self._among(np.empty(0, np.int64), 0)
         for clear in CLEAR:
-            most = BUCKETS - clear
-            among = self._possible(clear, most) if clear else None
-            found = self._among(among, most).by_fit()
-            if (found.fit >= clear / BUCKETS).sum() >= number:
-                break
-        return found[:number]
+            places, bounds = self._possible(clear)
+            order = np.argsort(-bounds, kind="stable")
+            many = MORE * number
+            while len(order):
+                some, rest = np.sort(places[order[:many]]), bounds[order[many:]]
+                found = self._among(some, BUCKETS - clear).by_fit()
+                least = np.nextafter(rest[0], 1) if len(rest) else clear / BUCKETS
+                if (found.fit >= least).sum() >= number:
+                    return found[:number]
+                order, many = order if len(rest) else order[:0], MORE * many
+        return self.found().by_fit()[:number]
 
     def _limit(self, one: Plan, most: int) -> int:
         """Return what a match may cost that is to fit well enough, in steps of a margin less."""
         return min(one.most, one.steps * UNIT * most // BUCKETS)
 
-    def _possible(self, clear: int, most: int) -> Whole:
-        """Return the captures in which matches can be as clear."""
-        possible = np.zeros(len(self._roster), np.bool_)
+    def _possible(self, clear: int) -> tuple[Whole, NDArray[np.float64]]:
+        """Return the captures in which matches can be as clear, and how well they fit at most."""
+        most = np.zeros(len(self._roster))
         for one in self._plans:
-            limit = self._limit(one, most)
-            lines = Joining(one, self._roster, self._columns, limit, clear)
-            possible |= lines.found(self._ask)[0]
-        return np.flatnonzero(possible)
+            limit = self._limit(one, BUCKETS - clear)
+            joining = Joining(one, self._roster, self._columns, limit, clear)
+            places, bounds = joining.bounds(one.steps, self._ask)
+            most[places] = np.maximum(most[places], bounds)
+        found = np.flatnonzero(most)
+        return found, most[found]
 
     def _among(self, places: Whole | None, most: int) -> Found:
         """Return all hits in some captures; None: in all."""
         roster, columns, recordings = self._roster, self._columns, self._recordings
-        if places is not None:
-            own = places.tolist()
-            roster = roster.taken(places)
-            columns = {part: held.taken(places) for part, held in columns.items()}
-
-            def fetched(some: Sequence[int], parts: Collection[str]) -> Iterable[Recording]:
-                return self._recordings([own[it] for it in some], parts)
-
-            recordings = fetched
         tables = []
         for number, one in enumerate(self._plans):
             if places is None:
                 self._done = len(roster) * number // len(self._plans)
             self._ask()
             joining = Joining(one, roster, columns, self._limit(one, most))
-            table = joining.table(self._tolerance, self._ask)
+            table = joining.table(places, self._tolerance, self._ask)
             for apart in one.apart:
                 args = apart, roster, columns, recordings, self._tolerance, self._watch
                 table = table.chosen(~Refusal(*args).disturbed(table))

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model import Capture, Hit, Span, Symbol, Track
-from lanindex.model.columns import THOUSANDTHS, Roster
+from lanindex.model.columns import Roster
 from lanindex.search.fast.source import Recordings
-from lanindex.search.fuzzy.costs import UNIT
+from lanindex.search.fuzzy.lines import fits
 from lanindex.search.fuzzy.wholes import Table
 
 TOGETHER = 64
@@ -168,9 +168,3 @@ class Found(Sequence[Hit]):
         found["capture_id"] = self._source.roster.number[self.place]
         found["start"], found["stop"], found["fit"] = self.low, self.high, self.fit
         return found
-
-
-def fits(cost: Whole, blur: Whole, steps: int) -> NDArray[np.float64]:
-    """Return how well matches fit, 0 to 1, of a plan with so many steps."""
-    found: NDArray[np.float64] = (THOUSANDTHS - blur) / THOUSANDTHS
-    return found * np.maximum(1 - cost / UNIT / steps, 0)

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model.columns import PASSING, STARTING, Columns, Roster
+from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, Roster, ranges
 from lanindex.search.fuzzy.align import (
     NOTHING,
     Ask,
     Keys,
     Rows,
+    align,
     blur_of,
     blurs,
     cost_of,
@@ -22,15 +23,19 @@ from lanindex.search.fuzzy.align import (
     key_of,
 )
 from lanindex.search.fuzzy.clocks import bounds_of
-from lanindex.search.fuzzy.compiled import align
-from lanindex.search.fuzzy.costs import CHANGE, NEVER, kinds_of, substitutions
+from lanindex.search.fuzzy.compiled import POSITION, chosen, scan
+from lanindex.search.fuzzy.costs import CHANGE, NEVER, UNIT, kinds_of, substitutions
 from lanindex.search.fuzzy.ends import Ends
 from lanindex.search.fuzzy.net import FAR, LATER, NEXT, Net
 from lanindex.search.fuzzy.trace import Stretch, trace
-from lanindex.search.fuzzy.windows import FEW, Mask, Whole, Windows, around, spread, tiled, wanted
+from lanindex.search.fuzzy.windows import FEW, Mask, Whole, Windows, around, spread, wanted
 
 LIFTED = 1 << 40
 """More than any frame or row; times a number of captures it still fits 64 bits."""
+
+
+WINDOW = 8
+"""Rows that are looked at around one of which a match has one, about."""
 
 
 class Found(NamedTuple):
@@ -72,6 +77,12 @@ class Found(NamedTuple):
         return self.chosen(order[places[np.diff(first[places], prepend=-1) > 0]])
 
 
+def fits(cost: Whole, blur: Whole, steps: int) -> NDArray[np.float64]:
+    """Return how well matches fit, 0 to 1, of a plan with so many steps."""
+    found: NDArray[np.float64] = (THOUSANDTHS - blur) / THOUSANDTHS
+    return found * np.maximum(1 - cost / UNIT / steps, 0)
+
+
 class Line:
     """A line in all captures.
 
@@ -91,7 +102,7 @@ class Line:
     def __init__(self, net: Net, columns: Columns, roster: Roster, most: int, clear: int = 0):
         self.net, self.columns, self._roster = net, columns, roster
         self.most = min(most, net.dearest)
-        kinds = kinds_of(columns)
+        kinds = self._kinds = kinds_of(columns)
         self._tables = [kinds.table(state) for state in net.states]
         for state, table in zip(net.states, self._tables, strict=True):
             if "change" not in state.fits[0] or self.most < CHANGE:
@@ -99,36 +110,53 @@ class Line:
         self._lengths = [
             bounds_of(roster, state.length) if state.length else None for state in net.states
         ]
+        self._able = np.any([table <= self.most for table in self._tables], axis=0)
         self._seeds = wanted(net, self._tables, kinds.counts, self.most)
         self.rarity = int(kinds.counts[self._seeds].sum())
         """How many symbols there are of which a match has one."""
 
-    def matches(self, among: Mask, ask: Ask) -> Found:
+    def matches(self, among: Whole | None, ask: Ask) -> Found:
         """Return its matches in some captures, the best one from each row where some begin.
 
         Parameters
         ----------
-        among : ndarray
-            (C,) bool: in which.
+        among : ndarray or None
+            (D,) int64: places of the captures, growing; None: in all.
         ask : callable
             Is asked now and then whether to go on.
         """
-        found = [self._stays(block, ask) if self.net.stays else self._moves(block, ask)
-                 for block in self._windows(among).blocks()]  # fmt: skip
-        every = [np.concatenate(it) for it in zip(*found, strict=True)] or [np.empty(0, int)] * 3
-        keys, first, last = every
-        return self._of(keys, first, last)
+        rows, whole = self._seeds_among(among)
+        if self.net.stays:
+            return self._of(*self._stays(rows, ask))
+        work = len(rows) * WINDOW if not whole else len(self.columns)
+        work += POSITION * self._kinds.longest
+        fast = chosen(work * (len(self.net.states) + len(self.net.edges))) if self._plain else None
+        if fast is None:
+            return self._of(*self._moves(rows, whole, ask))
+        tables = np.array(self._tables)
+        keys, last = scan(
+            fast, self.net, self._kinds, self.columns, tables, self.most, (rows, whole), ask
+        )
+        return self._of(keys, first_of(keys), last)
 
-    def _windows(self, among: Mask) -> Windows:
-        bounds = self.columns.bounds
-        reach = 1 if self.net.stays else self.net.reach(self.most)
-        if FEW * self.rarity < len(self.columns):
-            rows = np.flatnonzero(self._seeds[kinds_of(self.columns).code])
-            if not among.all():
-                rows = rows[among[np.searchsorted(bounds, rows, side="right") - 1]]
-            return around(self.columns, rows, reach)
-        chosen = np.flatnonzero(among & (np.diff(bounds) > 0))
-        return tiled(self.columns, bounds[chosen], bounds[chosen + 1], reach)
+    @property
+    def _plain(self) -> bool:
+        """Whether its kind alone tells what a symbol costs, and nothing else counts."""
+        asks = _asks(self.net.entry) or _asks(self.net.exit) or any(self._lengths)
+        return not asks and not any("change" in state.fits[0] for state in self.net.states)
+
+    def _seeds_among(self, among: Whole | None) -> tuple[Whole, bool]:
+        """Return rows of which a match covers one, or the beginnings of all stretches."""
+        bounds, begins = self.columns.bounds, self._kinds.begins
+        within = (bounds[:-1], bounds[1:]) if among is None else (bounds[among], bounds[among + 1])
+        if FEW * self.rarity > int((within[1] - within[0]).sum()):
+            _, rows = ranges(*within)
+            return (rows if self.net.stays else rows[begins[rows]]), True
+        rows = self._kinds.where(self._seeds)
+        if among is not None:
+            place = np.searchsorted(within[0], rows, side="right") - 1
+            rows = rows[(place >= 0) & (rows < within[1][place])]
+        return rows, False
 
     def costs(self, rows: Whole) -> NDArray[np.int16]:
         """Return what symbols cost as each of the steps: (K, R)."""
@@ -146,17 +174,31 @@ class Line:
     def _captures(self, rows: Whole) -> Whole:
         return np.searchsorted(self.columns.bounds, rows, side="right") - 1
 
-    def _moves(self, windows: Windows, ask: Ask) -> tuple[Keys, Whole, Whole]:
-        """Return keys, first and last rows of what matches in some windows."""
+    def _moves(self, seeds: Whole, whole: bool, ask: Ask) -> tuple[Keys, Whole, Whole]:
+        """Return keys, first and last rows of what matches around some rows."""
+        windows = around(self._kinds, seeds, self._able, self.net, self.most, whole)
+        found = [self._aligned(block, ask) for block in windows.blocks()]
+        none = np.empty(0, np.int64)
+        keys, first, last = map(np.concatenate, zip(*found, (none, none, none), strict=True))
+        return keys, first, last
+
+    def _aligned(self, windows: Windows, ask: Ask) -> tuple[Keys, Whole, Whole]:
+        """Return the same of some windows."""
         rows, begins, counted = spread(windows)
-        cell = self.columns.cell[rows]
-        new = cell & STARTING != 0  # a track begins anew behind a gap
+        code = self._kinds.code[rows]
+        able, shown = self._able[code], ~self._kinds.passing[code]
+        new = self._kinds.begins[rows]  # a track begins anew behind a gap
         new[begins] = True
+        stretch, skipped = np.cumsum(new), np.cumsum(shown & ~able)
+        rows, counted, shown, stretch, skipped = (
+            it[able] for it in (rows, counted, shown, stretch, skipped)
+        )
         keys = align(
             self.net,
             Rows(
-                new,
-                cell & PASSING == 0,
+                np.diff(stretch, prepend=0) > 0,
+                shown,
+                np.diff(skipped, prepend=0),
                 self.costs(rows),
                 blurs(self.columns.margin[rows]),
                 *self._besides(rows),
@@ -179,13 +221,12 @@ class Line:
             self._ends.to_end(rows) if _asks(net.exit) else nothing,
         )
 
-    def _stays(self, windows: Windows, ask: Ask) -> tuple[Keys, Whole, Whole]:
+    def _stays(self, rows: Whole, ask: Ask) -> tuple[Keys, Whole, Whole]:
         """Return the same where it asks where the part is."""
         ask()
-        rows, _, counted = spread(windows)
         (costs,) = self.costs(rows).astype(np.int64)
         blur = np.where(costs == 0, blurs(self.columns.margin[rows]), np.int16(0))
-        within = (costs <= self.most) & (self.columns.cell[rows] & PASSING == 0) & counted
+        within = (costs <= self.most) & (self.columns.cell[rows] & PASSING == 0)
         keys = key_of(costs, blur)[within]
         return keys, rows[within], rows[within]
 

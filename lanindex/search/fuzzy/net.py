@@ -99,12 +99,21 @@ class Net:
         """Whether a step may come again: an open count."""
         return any(after <= before for before, after, _ in self.edges)
 
-    def rounds(self, most: int) -> int:
-        """Return how often all steps are passed over one by one, until nothing gets cheaper.
+    def missing(self, most: int) -> list[tuple[int, int, int]]:
+        """Return from which doors one comes to which others by steps that are missing.
 
-        One round leaves out any number of steps that follow each other; only a circle wants more.
+        Each with the fewest steps, where these cost no more than a match may: from, to, how many.
         """
-        return 1 + (most // MISSING if self.circles else 0)
+        ways = []
+        for door in range(len(self.doors)):
+            fewest = {door: 0}
+            reached = [door]
+            for steps in range(1, min(most // MISSING, len(self.states)) + 1):
+                onto = {far for near in reached for far in self.goes[self.doors[near][0]]}
+                reached = sorted(onto - fewest.keys())
+                fewest |= dict.fromkeys(reached, steps)
+            ways += [(door, far, steps) for far, steps in fewest.items() if steps]
+        return ways
 
     def reach(self, most: int) -> int | None:
         """Return how many shown symbols a match may cover; None: any number."""

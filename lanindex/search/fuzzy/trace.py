@@ -60,14 +60,18 @@ def trace(net: Net, rows: Stretch, most: int) -> tuple[tuple[int, int], ...]:
         Row, from 0, and step.
     """
     behind = np.cumsum(rows.shown)
+    onto: list[list[tuple[int, int]]] = [[] for _ in net.doors]
+    for near, far, steps in net.missing(most):
+        onto[near].append((far, steps))
     waiting: dict[int, _Way] = {}
     arrived: dict[int, _Way] = {}
     before = 0
     for row in np.flatnonzero((rows.costs <= most).any(axis=0)).tolist():
         passed = int(behind[row] - rows.shown[row] - before) * SKIPPED  # what matches no step
-        waiting = _over(net, waiting, {}, passed, most)
+        waiting = _over(net, waiting, {}, passed)
         arrived = _arrived(net, rows, row, waiting, most)
-        waiting = _over(net, waiting, arrived, SKIPPED if rows.shown[row] else 0, most)
+        waiting = _over(net, waiting, arrived, SKIPPED if rows.shown[row] else 0)
+        waiting = _missing(onto, waiting, most)
         before = int(behind[row])
     ends = [_Way(it.cost + rows.exit[state], *it[1:]) for state, it in arrived.items()]
     return min(ends).rows
@@ -90,7 +94,7 @@ def _arrived(
 
 
 def _over(
-    net: Net, waiting: dict[int, _Way], arrived: dict[int, _Way], passed: int, most: int
+    net: Net, waiting: dict[int, _Way], arrived: dict[int, _Way], passed: int
 ) -> dict[int, _Way]:
     """Return the ways that wait behind some more rows, those added that have arrived."""
     after: dict[int, _Way] = {}
@@ -101,10 +105,16 @@ def _over(
             ways.append(_Way(held.cost + (0 if later else passed), *held[1:]))
         if ways:
             after[door] = min(ways)
-    for _ in range(net.rounds(most)):
-        for state, doors in enumerate(net.goes):
-            ways = [after[door] for door in net.waits[state] if door in after]
-            missing = [_Way(min(ways).cost + MISSING, *min(ways)[1:])] if ways else []
-            for door in doors if missing else ():
-                after[door] = min([*missing, *([after[door]] if door in after else [])])
+    return after
+
+
+def _missing(
+    onto: list[list[tuple[int, int]]], waiting: dict[int, _Way], most: int
+) -> dict[int, _Way]:
+    """Return the ways that wait once steps may be missing; none that costs too much."""
+    after = dict(waiting)
+    for near, way in waiting.items():
+        for far, steps in onto[near]:
+            missing = _Way(way.cost + MISSING * steps, *way[1:])
+            after[far] = min(missing, after.get(far, missing))
     return {door: way for door, way in after.items() if way.cost <= most}

@@ -15,7 +15,7 @@ from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.allowance import Allowance
 from lanindex.search.fuzzy.beside import OUTSIDE, Limits, partners
 from lanindex.search.fuzzy.clocks import ENDLESS, bounds_of, slack_of
-from lanindex.search.fuzzy.lines import Found, Line
+from lanindex.search.fuzzy.lines import Found, Line, fits
 from lanindex.search.fuzzy.net import Net, nets_of
 from lanindex.search.language.query import Choice, Lines, Query
 from lanindex.search.language.times import Length
@@ -175,25 +175,37 @@ class Joining:
             [Line(net, columns[net.part], roster, most, clear) for net in nets] for nets in every
         ]
 
-    def found(self, ask: Ask) -> tuple[Mask, list[list[Found]]]:
-        """Return in which captures all lines match, (C,), and all their matches there.
+    def found(self, among: Whole | None, ask: Ask) -> tuple[Whole | None, list[list[Found]]]:
+        """Return in which of some captures all lines match, and all their matches there.
 
         The rarest line comes first: only where it matches the others are looked for.
         """
-        among = np.ones(len(self._roster), np.bool_)
         rarity = [sum(line.rarity for line in sides) for sides in self._lines]
         found: list[list[Found]] = [[] for _ in rarity]
         for number in np.argsort(rarity, kind="stable").tolist():
             found[number] = [line.matches(among, ask) for line in self._lines[number]]
-            among = np.zeros(len(among), np.bool_)
-            for matches in found[number]:
-                among[matches.capture] = True
+            among = np.unique(np.concatenate([it.capture for it in found[number]]))
         return among, found
 
-    def table(self, tolerance: Fraction, ask: Ask) -> Table:
-        """Return what matches all lines, one for each row where the first begins."""
-        among, ((lead,), *others) = self.found(ask)
-        lead = lead.chosen(among[lead.capture])
+    def bounds(self, steps: int, ask: Ask) -> tuple[Whole, NDArray[np.float64]]:
+        """Return the captures in which all lines match, and how well a hit fits there at most."""
+        among, found = self.found(None, ask)
+        places = np.empty(0, np.int64) if among is None else among
+        least = np.ones(len(places))
+        for sides in found:
+            best = np.zeros(len(places))
+            for matches in sides:
+                own = np.searchsorted(places, matches.capture)
+                inside = own < len(places)
+                inside[inside] = places[own[inside]] == matches.capture[inside]
+                fit = fits(matches.cost[inside], matches.blur[inside], steps)
+                np.maximum.at(best, own[inside], fit)
+            least = np.minimum(least, best)
+        return places, least
+
+    def table(self, among: Whole | None, tolerance: Fraction, ask: Ask) -> Table:
+        """Return what matches all lines in some captures, one for each row the first begins."""
+        _, ((lead,), *others) = self.found(among, ask)
         flat = [(line, found) for sides, every in zip(self._lines, [[lead], *others], strict=True)
                 for line, found in zip(sides, every, strict=True)]  # fmt: skip
         many = len(lead.capture)
@@ -248,11 +260,12 @@ class Joining:
         )
 
     def _limits(self, beside: Beside, tolerance: Fraction, capture: Whole) -> Limits:
-        least, most = bounds_of(self._roster, beside.within)
+        places, own = np.unique(capture, return_inverse=True)
+        roster = self._roster.taken(places)
+        least, most = bounds_of(roster, beside.within)
         if beside.relation == "with":
             most = np.where(most >= ENDLESS, -1, most)
-        slack = slack_of(self._roster, tolerance)
-        return Limits(slack[capture], np.maximum(least, 0)[capture], most[capture])
+        return Limits(slack_of(roster, tolerance)[own], np.maximum(least, 0)[own], most[own])
 
 
 def _column(every: list[Found], own: Whole, place: Whole, name: str) -> Whole:

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model.columns import PASSING, Columns, ranges
-from lanindex.search.fuzzy.net import MISSING, Net
+from lanindex.model.columns import ranges
+from lanindex.search.fuzzy.costs import Kinds
+from lanindex.search.fuzzy.net import MISSING, SKIPPED, Net
 
 Whole = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -78,35 +79,42 @@ def wanted(net: Net, tables: list[NDArray[np.int16]], counts: Whole, most: int) 
     return min(choices, key=lambda it: int(counts[it].sum()))
 
 
-def around(columns: Columns, rows: Whole, reach: int | None) -> Windows:
-    """Return the windows that hold every match with one of some rows.
+def around(
+    kinds: Kinds, rows: Whole, able: Mask, net: Net, most: int, whole: bool = False
+) -> Windows:
+    """Return the windows that hold every match that covers one of some rows.
 
     Parameters
     ----------
-    columns : Columns
+    kinds : Kinds
         Of the part.
     rows : ndarray
         (N,) int64, growing.
-    reach : int or None
-        How many shown symbols a match may cover; None: any number.
+    able : ndarray
+        (K,) which kinds may match any of the steps.
+    net : Net
+        The line.
+    most : int
+        What a match may cost.
+    whole : bool
+        Whether the rows are beginnings, and the windows whole stretches.
     """
-    capture = np.searchsorted(columns.bounds, rows, side="right") - 1
-    begin, end = columns.bounds[capture], columns.bounds[capture + 1]
-    if reach is None:
-        low, high = begin, end
-    else:
-        low = _away(columns, rows, begin, -1, reach)
-        high = _away(columns, rows, end - 1, 1, reach) + 1
-    new = np.ones(len(rows), np.bool_)
-    new[1:] = (low[1:] > high[:-1]) | (capture[1:] != capture[:-1])
-    first = np.flatnonzero(new)
-    last = np.append(first[1:], len(rows))[: len(first)] - 1
-    return tiled(columns, low[first], high[last], reach)
+    if whole or net.reach(most) is None:
+        begins = kinds.stretches
+        stretch = np.unique(np.searchsorted(begins, rows, side="right") - 1)
+        return tiled(kinds, begins[stretch], begins[stretch + 1], net, most)
+    low = _away(kinds, rows, able, -1, net, most)
+    high = _away(kinds, rows, able, 1, net, most) + 1
+    long = high - low >= len(net.unavoidable) - most // MISSING
+    low, high = low[long], high[long]
+    first = np.flatnonzero(np.append(True, low[1:] >= high[:-1])[: len(low)])
+    last = np.append(first[1:], len(low))[: len(first)] - 1
+    return tiled(kinds, low[first], high[last], net, most)
 
 
-def tiled(columns: Columns, low: Whole, high: Whole, reach: int | None) -> Windows:
+def tiled(kinds: Kinds, low: Whole, high: Whole, net: Net, most: int) -> Windows:
     """Return windows of which none is long, where matches are short."""
-    if reach is None or not (high - low > 2 * TILE).any():
+    if net.reach(most) is None or not (high - low > 2 * TILE).any():
         return Windows(low, low, high)
     pieces = np.maximum((high - low + TILE - 1) // TILE, 1)
     begins = np.repeat(low, pieces)
@@ -114,19 +122,28 @@ def tiled(columns: Columns, low: Whole, high: Whole, reach: int | None) -> Windo
     take = begins + (np.arange(len(begins)) - np.repeat(first, pieces)) * TILE
     before = take > begins
     back = take.copy()
-    back[before] = _away(columns, take[before], begins[before], -1, reach)
+    any_kind = np.ones(len(kinds.counts), np.bool_)
+    back[before] = _away(kinds, take[before], any_kind, -1, net, most)
     return Windows(back, take, np.minimum(take + TILE, np.repeat(high, pieces)))
 
 
-def _away(columns: Columns, rows: Whole, limits: Whole, step: int, shown: int) -> Whole:
-    """Return the last rows up to a limit with no more than so many shown ones on the way."""
-    there, left = rows.copy(), np.full(len(rows), shown)
+def _away(kinds: Kinds, rows: Whole, able: Mask, step: int, net: Net, most: int) -> Whole:
+    """Return the last rows, up or down, that a match can reach from some."""
+    shown = ~kinds.passing
+    skipped = shown & ~able
+    reach = net.reach(most)
+    assert reach is not None
+    there = rows.copy()
+    left, spare = np.full(len(rows), reach), np.full(len(rows), most // SKIPPED)
     going = np.arange(len(rows))
     while len(going):
-        going = going[there[going] != limits[going]]
-        further = there[going] + step
-        left[going] -= columns.cell[further] & PASSING == 0
-        inside = left[going] >= 0
+        here = there[going]
+        inside = ~kinds.begins[here + max(step, 0)]
+        going, further = going[inside], here[inside] + step
+        code = kinds.code[further]
+        left[going] -= shown[code]
+        spare[going] -= skipped[code]
+        inside = (left[going] >= 0) & (spare[going] >= 0)
         going = going[inside]
         there[going] = further[inside]
     return there

@@ -5,7 +5,7 @@ from itertools import combinations
 import made_patterns
 import numpy as np
 import pytest
-from fuzzy_lines import costs_of, counted_lines, net_of, rows_of
+from fuzzy_lines import costs_of, counted_lines, net_of, rows_of, tables_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,8 +13,8 @@ from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
 from lanindex.search.automaton import plan
 from lanindex.search.fuzzy.align import NOTHING, align, blur_of, cost_of, first_of
-from lanindex.search.fuzzy.compiled import align_with, compiled
-from lanindex.search.fuzzy.costs import MOST, UNIT, angles, middles
+from lanindex.search.fuzzy.compiled import compiled, scan
+from lanindex.search.fuzzy.costs import MOST, UNIT, angles, kinds_of, middles
 from lanindex.search.fuzzy.net import FREE, MISSING, SKIPPED, Net, nets_of
 from lanindex.search.fuzzy.trace import Stretch, trace
 from lanindex.search.language import parse
@@ -82,9 +82,13 @@ def test_the_compiled_way_gives_the_same(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
     line = net_of(text)
-    rows = rows_of(line, columns)
-    found = align_with(compiled(), line, rows, most, ask)
-    assert found.tolist() == align(line, rows, most, ask).tolist()
+    kinds, tables = kinds_of(columns), tables_of(line, columns)
+    expected = align(line, rows_of(line, columns), most, ask)
+    ends = np.flatnonzero(expected != NOTHING)
+    for seeds in ((kinds.stretches[:-1], True), (np.arange(len(columns)), False)):
+        keys, last = scan(compiled(), line, kinds, columns, tables, most, seeds, ask)
+        assert last.tolist() == ends.tolist()
+        assert keys.tolist() == expected[ends].tolist()
 
 
 @settings(max_examples=100, deadline=None)
@@ -118,8 +122,14 @@ def test_steps_that_may_be_left_out_are_passed_over_once(steps):
     line = net_of("r_arm low" + " -> high?" * (steps - 2) + " -> low")
     assert len(line.edges) == steps * (steps - 1) // 2
     assert len(line.doors) == steps - 1  # one waits for a step, wherever one comes from
-    assert line.rounds(20 * UNIT) == 1
-    assert net_of("(r_arm low -> high) x2+").rounds(3 * UNIT) == 4
+    assert len(line.missing(20 * UNIT)) == (steps - 1) * (steps - 2) // 2
+
+
+def test_missing_steps_are_gone_around_a_circle_once():
+    line = net_of("(r_arm low -> mid -> high) x1+")
+    assert sorted(line.missing(9 * UNIT)) == [
+        *((0, 1, 1), (0, 2, 2), (1, 0, 2), (1, 2, 1), (2, 0, 1), (2, 1, 2)),
+    ]
 
 
 @pytest.mark.parametrize(
