@@ -21,7 +21,7 @@ from lanindex.library.find import Texts
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model import Capture
 
-NAMES = ("path", "location", "format", "label", "metadata")
+NAMES = segments.TEXTS
 """Attributes of a capture that are such columns."""
 
 _NOTHING = {name: {} if name == "metadata" else "" for name in NAMES}
@@ -39,11 +39,6 @@ def spelled(texts: Texts) -> list[tuple[str, NDArray[np.uint8]]]:
         (name, np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8))
         for name, text in lists
     ]
-
-
-def are_in(segment: Segment) -> bool:
-    """Return whether a segment has such columns: those of earlier versions have none."""
-    return all(("", name) in segment.entries for name in NAMES)
 
 
 class Called:
@@ -132,7 +127,7 @@ def read_texts(connection: Connection, segment: Segment, names: Iterable[str] = 
     Distrust
         If it is not what was stored.
     """
-    if not are_in(segment):
+    if not segment.complete:
         numbers = columns.read_roster(connection, segment).number.tolist()
         return of_rows(connection, numbers)
     return {name: _column(connection, segment, name) for name in names}

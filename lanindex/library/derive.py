@@ -28,7 +28,8 @@ BATCH = 256
 _RUNNER = FIELDS["runner_direction"].shift
 _MARGIN, _FULL = FIELDS["margin"].shift, (1 << FIELDS["margin"].bits) - 1
 _PASSING = FIELDS["passing"].shift
-_READ = ("sign", "start", "length")
+_SWINGS, _MOST_SWINGS = FIELDS["swings"].shift, (1 << FIELDS["swings"].bits) - 1
+_READ = ("sign", "start", "length", "notes")
 """Of the columns of ``symbol_code``."""
 
 Derived = tuple[Roster, dict[str, Columns]]
@@ -116,7 +117,7 @@ def _columns(
     gaps: NDArray[np.int32],
 ) -> Columns:
     """Return columns of rows as `lanindex.library.read.read_fields` gives them."""
-    sign, start, length = (symbols[:, codes.COLUMNS.index(one)] for one in _READ)
+    sign, start, length, notes = (symbols[:, codes.COLUMNS.index(one)] for one in _READ)
     cell = sign & CELL  # as it stands there: direction, then level
     cell |= np.where(sign >> _PASSING & 1, PASSING, 0)
     cell |= np.where(length == 0, STARTING, 0)
@@ -129,4 +130,5 @@ def _columns(
         start.astype(np.int32),
         (start + length).astype(np.int32),
         gaps,
+        (notes >> _SWINGS & _MOST_SWINGS).astype(np.int32),
     )

@@ -33,7 +33,8 @@ def is_gathered(connection: Connection) -> bool:
         spine = segments.read_spine(connection)
     except Distrust:
         return False
-    return not spine.pending and _first_to_join(spine) >= len(spine.segments)
+    whole = all(one.complete for one in spine.segments)
+    return whole and not spine.pending and _first_to_join(spine) >= len(spine.segments)
 
 
 def verify(connection: Connection) -> None:
@@ -48,10 +49,15 @@ def verify(connection: Connection) -> None:
     read_rosters(connection, spine)
     nothing = derive.derived(connection, [])
     for segment in spine.segments:
+        _check_complete(segment)
+        called.read_texts(connection, segment)
         for part in segment.parts:
-            stored(connection, [segment], nothing, part)
-        if called.are_in(segment):
-            called.read_texts(connection, segment)
+            stored(connection, [segment], nothing, part, swings=True)
+
+
+def _check_complete(segment: Segment) -> None:
+    if not segment.complete:
+        raise Distrust(segments.OLD)
 
 
 def purge(connection: Connection) -> bool:
@@ -74,7 +80,10 @@ def cover(connection: Connection) -> bool:
     LibraryError
         If one of those captures is not what was stored.
     """
-    pending = segments.read_spine(connection).pending
+    spine = segments.read_spine(connection)
+    for segment in spine.segments:
+        _check_complete(segment)
+    pending = spine.pending
     pieces: list[derive.Derived] = []
     symbols = covered = 0
     for piece in derive.batches(connection, pending):
@@ -98,7 +107,7 @@ def join(connection: Connection) -> bool:
 
     A segment is joined with all newer ones once these hold as many symbols, so that each symbol is
     written again only when what it lies in has doubled; and all are, once a quarter of the
-    captures in them is dead, or where one of them is of an earlier version and lacks something.
+    captures in them is dead.
 
     Raises
     ------
@@ -132,7 +141,7 @@ def _moved(
     """Yield the columns of segments part by part, each gone from there: its room is used again."""
     nothing = derive.derived(connection, [])
     for part in parts:
-        found = stored(connection, old, nothing, part)
+        found = stored(connection, old, nothing, part, swings=True)
         segments.drop_part(connection, old, part)
         if len(found := found if order is None else found.taken(order)) or len(found.gaps):
             yield found
@@ -142,7 +151,6 @@ def _first_to_join(spine: Spine) -> int:
     """Return from which segment on all are to be joined."""
     sizes = [one.symbols + one.captures for one in spine.segments]
     lost = 4 * len(spine.dead) > sum(one.captures for one in spine.segments)
-    lost |= not all(map(called.are_in, spine.segments))
     for first in range(len(sizes)):
         rest = sum(sizes[first + 1 :])
         worth = (lost and first == 0) or (rest > 0 and sizes[first] <= rest)

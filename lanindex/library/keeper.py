@@ -75,9 +75,9 @@ class Keeper(Session):
         with self._writing() as connection:
             return step(connection)
 
-    def _found(self, parts: Sequence[str]) -> Found:
+    def _found(self, parts: Sequence[str], *, swings: bool = False) -> Found:
         """Return all captures and the columns of some parts, from wherever they can be trusted."""
-        found, fault = self._tried(parts, MOST_PENDING)
+        found, fault = self._tried(parts, swings, MOST_PENDING)
         fault, self._doubt = fault or self._doubt, ""
         if found is None or fault:
             with self._reading() as connection:
@@ -88,20 +88,21 @@ class Keeper(Session):
                     self.tell(f"the library's columns lack {pending} of its captures: {_ANEW}")
                 self._mend(fault)
                 self._mended_at = stamp
-            found, _ = self._tried(parts)
+            found, _ = self._tried(parts, swings)
         if found is None:
             with self._reading() as connection:
-                found = self._held.find(connection, parts, trusted=False)
+                found = self._held.find(connection, parts, swings=swings, trusted=False)
         return found
 
-    def _tried(self, parts: Sequence[str], most: int | None = None) -> tuple[Found | None, str]:
+    def _tried(
+        self, parts: Sequence[str], swings: bool, most: int | None = None
+    ) -> tuple[Found | None, str]:
         """Return what the segments give; else None, and what is wrong with them, if anything is."""
         try:
             with self._reading() as connection:
-                if self._held.has(connection, parts) or most is None:
-                    return self._held.find(connection, parts), ""
-                if segments.count_pending(connection) <= most:
-                    return self._held.find(connection, parts), ""
+                held = most is None or self._held.has(connection, parts, swings=swings)
+                if held or segments.count_pending(connection) <= (most or 0):
+                    return self._held.find(connection, parts, swings=swings), ""
         except Distrust as fault:
             return None, fault.found
         return None, ""

@@ -34,7 +34,7 @@ from lanindex.model.columns import Columns, Roster
 
 TYPES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64} | {
     **{"counts": np.int64, "cell": np.uint8, "runner": np.uint8, "margin": np.uint16},
-    **{"start": np.int32, "length": np.int32, "gaps": np.int32},
+    **{"start": np.int32, "length": np.int32, "gaps": np.int32, "swings": np.int32},
 }
 """By the name of a column, its type in memory."""
 
@@ -47,8 +47,11 @@ _MOST = 500
 """Values in one statement: databases take a thousand at least."""
 
 CAPTURES = ("number", "frames", "rate", "speed")
-ROWS = ("counts", "cell", "runner", "margin", "start", "length", "gaps")
-"""The columns of the captures, and those of a part."""
+TEXTS = ("path", "location", "format", "label", "metadata")
+"""The columns of the captures: numbers, and what they are called, which is JSON."""
+
+OLD = "made by an earlier version"
+"""What is wrong with segments that lack a column."""
 
 
 class Distrust(LibraryError):
@@ -80,6 +83,14 @@ class Segment(NamedTuple):
     def parts(self) -> list[str]:
         """The parts that any of its captures has."""
         return list(dict.fromkeys(part for part, _ in self.entries if part))
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all columns: what an earlier version wrote lacks some."""
+        named = all(("", name) in self.entries for name in TEXTS)
+        return named and all(
+            (part, "swings") in self.entries for part, name in self.entries if name == "cell"
+        )
 
 
 class Spine(NamedTuple):
@@ -275,10 +286,10 @@ def put(
 
 def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
     """Return the columns of a part that have anything in them."""
-    found = [("counts", np.diff(columns.bounds))]
+    found = [("counts", np.diff(columns.bounds)), ("swings", columns.swings)]
     found += [(name, getattr(columns, name)) for name in ("cell", "runner", "margin", "start")]
     found += [("length", columns.stop - columns.start), ("gaps", columns.gaps)]
-    return [(name, array) for name, array in found if array.size]
+    return [(name, array) for name, array in found if array is not None and array.size]
 
 
 def _put(

@@ -290,7 +290,11 @@ class Store(Choosing):
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
 
     def columns(
-        self, parts: Iterable[str], numbers: Iterable[int] | None = None
+        self,
+        parts: Iterable[str],
+        numbers: Iterable[int] | None = None,
+        *,
+        swings: bool = False,
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return captures and what some parts do in them, as columns.
 
@@ -304,6 +308,8 @@ class Store(Choosing):
             Whose; one that no capture has gets columns without rows.
         numbers : iterable of int, optional
             Only these captures; else all.
+        swings : bool
+            Whether with their swings, which hardly a search asks for.
 
         Returns
         -------
@@ -324,7 +330,7 @@ class Store(Choosing):
         (10, 11)
         """
         wanted = list(dict.fromkeys(parts))
-        roster, columns = self._found(wanted)
+        roster, columns = self._found(wanted, swings=swings)
         return (roster, columns) if numbers is None else chosen(roster, columns, list(numbers))
 
     def stats(self) -> Stats:

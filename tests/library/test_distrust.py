@@ -17,7 +17,7 @@ from lanindex.library.store import Store
 from lanindex.model.columns import columns_of, roster_of
 
 PARTS = ("r_arm", "l_arm", "head", "tail")
-NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
+NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps", "swings")
 CALLED = ("path", "location", "format", "label", "metadata")
 ROSTER = ("number", "frames", "rate", "speed")
 
@@ -42,7 +42,7 @@ def by_rows(path):
 def given(library):
     """Return what the columns are."""
     called = {name: library.called(name) for name in CALLED}
-    return told(*library.columns(PARTS), called)
+    return told(*library.columns(PARTS, swings=True), called)
 
 
 def found(path, **how):
