@@ -112,7 +112,8 @@ class Partners:
         left = owed.copy()
         for column in left:
             some = np.flatnonzero(column < FAR)
-            paid = ~self._matches.at(column[some]).apart(had.at(some))
+            wanted = self._setting.symbols(self._matches.at(column[some]))
+            paid = ~wanted.apart(self._setting.symbols(had.at(some)))
             column[some[paid]] = FAR
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
@@ -254,7 +255,7 @@ class Partners:
         """Return the ways in which nothing happens that must not, with what they owe for that."""
         others, base = self._forbidden(companion)
         capture, alone = lines.capture[hulls.line], lines.alone[hulls.line]
-        low, high = hulls.low, hulls.high
+        low, high = hulls.low, np.maximum(hulls.high, lines.until[hulls.line])
         here = Stretches(capture, low, high, low, high, alone)
         margins, free = self._margins(companion), others.taken.none
         disturbed = np.zeros(len(here), bool)
@@ -272,7 +273,8 @@ class Partners:
             owed = np.flatnonzero(fits & ~free)
             hull, other = _pairs(companion.relation, here.at(own), others.lines.at(owed), margins)
             hull, other = own[hull], owed[other]
-            apart = hulls.taken.at(hull).apart(others.taken.at(other))
+            had, symbols = hulls.taken.at(hull), self._setting.symbols
+            apart = symbols(had).apart(symbols(others.taken.at(other)))
             owing.append(np.stack((hull[apart], other[apart] + base)))
         pairs = np.concatenate(owing, axis=1)
         hulls.owed = sets_together(hulls.owed, _by_line(pairs, len(here)))
