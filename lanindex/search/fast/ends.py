@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -47,22 +48,9 @@ class Found:
 
     def at(self, chosen: Numbers) -> Found:
         """Return some of them."""
-        return Found(*(getattr(self, name)[chosen] for name in _ENDS), self.memory.at(chosen))
-
-
-_ENDS = (
-    "entry",
-    "root",
-    "capture",
-    "start",
-    "until",
-    "low",
-    "high",
-    "alone",
-    "part",
-    "row",
-    "node",
-)
+        columns: list[Any] = [getattr(self, it.name) for it in fields(self)]
+        columns = [it[chosen] for it in columns[:-1]]
+        return Found(*columns, *[self.memory.at(chosen)])
 
 
 def ends_of(
