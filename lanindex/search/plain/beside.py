@@ -127,6 +127,7 @@ class Company:
         if len(hulls) * len(self._paths(companion.programs)) > MOST_WAYS:
             raise self._recording.too_many(MOST_WAYS)
         for hull in hulls:
+            self._recording.tick()
             for path in self._partners(companion, stretch, hull, whole):
                 yield hull.joined(path, companion.relation)
 
@@ -154,6 +155,7 @@ class Company:
     ) -> frozenset[frozenset[Claim]]:
         """Return what the matches use of a line that must not happen, where they use nothing."""
         stretch = Stretch(hull.low, hull.high, alone)
+        self._recording.tick()
         return frozenset(
             path.memory.used
             for path in self._alone(companion.programs)
