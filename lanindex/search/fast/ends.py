@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,9 +47,23 @@ class Found:
 
     def at(self, chosen: Numbers) -> Found:
         """Return some of them."""
-        columns: list[Any] = [getattr(self, it.name) for it in fields(self)]
-        columns = [it[chosen] for it in columns[:-1]]
-        return Found(*columns, *[self.memory.at(chosen)])
+        columns = {name: getattr(self, name)[chosen] for name in _ENDS}
+        return replace(self, **columns, memory=self.memory.at(chosen))
+
+
+_ENDS = (
+    "entry",
+    "root",
+    "capture",
+    "start",
+    "until",
+    "low",
+    "high",
+    "alone",
+    "part",
+    "row",
+    "node",
+)
 
 
 def ends_of(

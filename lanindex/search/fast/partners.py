@@ -234,7 +234,7 @@ class Partners:
         self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
     ) -> Hulls:
         """Return ways with each of the others that can stand beside them."""
-        place, other = beside.pairs(relation, line.here, others.lines, line.margins)
+        place, other = _pairs(relation, line.here, others.lines, line.margins)
         way, place = beside.matched(line.place, place)
         other = other[place]
         fits = hulls.taken.at(way).apart(others.taken.at(other))
@@ -263,12 +263,14 @@ class Partners:
         """Return ways with others that remember nothing: once for each place where lines stand."""
         of_frames = self._setting.asked.of_frames
         if not others.nodes and relation in NO_FRAMES:
-            held = beside.holds(relation, line.here, others.lines, line.margins)
+            held = beside.holds(relation, line.here, beside.Others(others.lines), line.margins)
             return hulls.at(np.flatnonzero(np.append(held, False)[line.place]))
         if not others.nodes and not of_frames:
-            place, low, high = beside.hulls(relation, line.here, others.lines, line.margins)
+            place, low, high = beside.hulls(
+                relation, line.here, beside.Others(others.lines), line.margins
+            )
         else:
-            place, other = beside.pairs(relation, line.here, others.lines, line.margins)
+            place, other = _pairs(relation, line.here, others.lines, line.margins)
             if others.nodes:
                 kept = ~others.nodes.behind(place, others.node[other], MOST_MARKS)
                 place, other = place[kept], other[kept]
@@ -312,11 +314,11 @@ class Partners:
             if companion.relation == "never":
                 disturbed[own] |= np.isin(capture[own], some.capture)
             else:
-                disturbed[own] |= beside.shares(here.at(own), some, margins)
+                disturbed[own] |= beside.holds(
+                    "without", here.at(own), beside.Others(some), margins
+                )
             owed = np.flatnonzero(fits & ~free)
-            hull, other = beside.pairs(
-                companion.relation, here.at(own), others.lines.at(owed), margins
-            )
+            hull, other = _pairs(companion.relation, here.at(own), others.lines.at(owed), margins)
             hull, other = own[hull], owed[other]
             apart = hulls.taken.at(hull).apart(others.taken.at(other))
             owing.append(np.stack((hull[apart], other[apart] + base)))
@@ -337,6 +339,15 @@ class Partners:
             self._alone[programs] = others, len(self._matches)
             self._matches = taken.beside_each_other([self._matches, others.taken])
         return self._alone[programs]
+
+
+def _pairs(
+    relation: str, lines: Stretches, others: Stretches, margins: Margins
+) -> tuple[Whole, Whole]:
+    """Return all pairs of a line and another one that stands beside it, by place."""
+    ordered = beside.Others(others)
+    line, place = beside.pairs(relation, lines, ordered, margins)
+    return line, ordered.order[place]
 
 
 def _by_line(pairs: Whole, lines: int) -> Whole:

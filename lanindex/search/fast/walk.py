@@ -16,7 +16,14 @@ from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.lines import components, may_leave
-from lanindex.search.fast.ragged import TooMuch, Whole, best_of_each, spread, starts_of
+from lanindex.search.fast.ragged import (
+    TooMuch,
+    Whole,
+    best_of_each,
+    in_order,
+    spread,
+    starts_of,
+)
 
 ROOT, EVENT, OPENED = range(3)
 """What the columns of a row are: where it began, at which event it stands, and from `OPENED` on in
@@ -263,7 +270,7 @@ def _depths(program: Program, outer: int) -> list[int]:
 
 
 def _distinct(rows: Whole) -> Whole:
-    order = np.lexsort(rows[::-1])
+    order = in_order(tuple(rows))
     rows = rows[:, order]
     new = np.zeros(rows.shape[1], bool)
     for column in rows:
