@@ -127,6 +127,7 @@ class Company:
         if len(hulls) * len(self._paths(companion.programs)) > MOST_WAYS:
             raise self._recording.too_many(MOST_WAYS)
         for hull in hulls:
+            self._recording.tick()
             for path in self._partners(companion, stretch, hull, whole):
                 yield hull.joined(path, companion.relation)
 
@@ -158,6 +159,7 @@ class Company:
         """
         stretch = Stretch(hull.low, max(hull.high, line.until), line.alone)
         used = symbols_of(hull.memory.used)
+        self._recording.tick()
         return frozenset(
             symbols
             for path in self._alone(companion.programs)

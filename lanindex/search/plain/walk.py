@@ -133,6 +133,7 @@ class Walker:
         todo = [(root.match.end, 0, 0, root)]
         while todo:
             end, *_, node = heappop(todo)
+            self._recording.tick()
             node.settle()
             exits = program.exits[node.state.number]
             yield end, [path for leaving in exits for path in self._finish(root, node, leaving)]
