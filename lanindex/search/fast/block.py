@@ -10,7 +10,7 @@ import numpy as np
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import State
 from lanindex.search.fast.events import Events, events_of, paired
-from lanindex.search.fast.ragged import FAR, Mask, Whole
+from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, starts_of
 from lanindex.search.fast.rows import Rows
 from lanindex.search.language.times import Clock, Length
 
@@ -86,11 +86,13 @@ class Block:
         if self._clocks is None:
             here = slice(self.first, self.last)
             told = np.concatenate((self.roster.rate[here], self.roster.speed[here]), axis=1)
-            different, own = np.unique(told, axis=0, return_inverse=True)
-            clocks = [
-                Clock(Fraction(a, b), Fraction(c, d) / 60) for a, b, c, d in different.tolist()
-            ]
-            self._clocks = clocks, own.reshape(-1)
+            order = in_order(tuple(told.T))
+            new = np.any([starts_of(column) for column in told[order].T], axis=0)
+            own = np.empty(len(order), np.int64)
+            own[order] = np.cumsum(new) - 1
+            different = told[order[new]].tolist()
+            clocks = [Clock(Fraction(a, b), Fraction(c, d) / 60) for a, b, c, d in different]
+            self._clocks = clocks, own
         return self._clocks
 
     def bounds(self, length: Length) -> tuple[Whole, Whole]:

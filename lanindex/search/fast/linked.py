@@ -92,7 +92,7 @@ class Linked:
         parts : list of tuple of str
             Of `Finder`.
         """
-        narrowing = Narrowing(self._columns, len(self._block))
+        narrowing = Narrowing(self._columns, self._block)
         for captures in self._slabs(np.flatnonzero(narrowing.possible(self._programs))):
             found = []
             for number, program in enumerate(self._programs):
