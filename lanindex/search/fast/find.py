@@ -237,7 +237,8 @@ class Finder:
         many = len(self._roster)
         if many < MANY:
             return
-        possible = Narrowing(self._columns, many).possible(self._programs)
+        every = Block(self._roster, self._columns, 0, many, self._tolerance)
+        possible = Narrowing(self._columns, every).possible(self._programs)
         if 2 * possible.sum() < many:
             self._places = np.flatnonzero(possible)
             self._some = {part: it.taken(self._places) for part, it in self._columns.items()}
