@@ -48,6 +48,7 @@ class Keeper(Session):
         self.notes: list[str] = []
         self.tell: Callable[[str], None] = self.notes.append
         self._held, self._mended_at = Held(), -1
+        self._doubt = ""  # what was found wrong, and is not mended yet
 
     def gather(self) -> None:
         """Put all captures into segments, and join those that are small.
@@ -74,10 +75,11 @@ class Keeper(Session):
         with self._writing() as connection:
             return step(connection)
 
-    def _found(self, parts: Sequence[str]) -> Found:
+    def _found(self, parts: Sequence[str], *, swings: bool = False) -> Found:
         """Return all captures and the columns of some parts, from wherever they can be trusted."""
-        found, fault = self._tried(parts, MOST_PENDING)
-        if found is None:
+        found, fault = self._tried(parts, swings, MOST_PENDING)
+        fault, self._doubt = fault or self._doubt, ""
+        if found is None or fault:
             with self._reading() as connection:
                 stamp = int(state.read_state(connection).stamp)
                 pending = segments.count_pending(connection)
@@ -86,20 +88,21 @@ class Keeper(Session):
                     self.tell(f"the library's columns lack {pending} of its captures: {_ANEW}")
                 self._mend(fault)
                 self._mended_at = stamp
-            found, _ = self._tried(parts)
+            found, _ = self._tried(parts, swings)
         if found is None:
             with self._reading() as connection:
-                found = self._held.find(connection, parts, trusted=False)
+                found = self._held.find(connection, parts, swings=swings, trusted=False)
         return found
 
-    def _tried(self, parts: Sequence[str], most: int | None = None) -> tuple[Found | None, str]:
+    def _tried(
+        self, parts: Sequence[str], swings: bool, most: int | None = None
+    ) -> tuple[Found | None, str]:
         """Return what the segments give; else None, and what is wrong with them, if anything is."""
         try:
             with self._reading() as connection:
-                if self._held.has(connection, parts) or most is None:
-                    return self._held.find(connection, parts), ""
-                if segments.count_pending(connection) <= most:
-                    return self._held.find(connection, parts), ""
+                held = most is None or self._held.has(connection, parts, swings=swings)
+                if held or segments.count_pending(connection) <= (most or 0):
+                    return self._held.find(connection, parts, swings=swings), ""
         except Distrust as fault:
             return None, fault.found
         return None, ""

@@ -100,22 +100,28 @@ def table(
 
 def of_line(
     block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> tuple[list[Answers], Mask]:
-    """Return the answers of a line alone, and in which captures there may be others."""
+) -> tuple[list[Answers], bool]:
+    """Return the answers of a line alone, and whether others begin with a passing symbol.
+
+    What goes on from a passing symbol may reach back before it.
+    """
     backwards = Backwards(block, program)
-    doubtful = np.zeros(len(block), bool)
+    passing = False
     found = []
     for entry in program.entries:
         state = program.states[entry.state]
         values = backwards.values[entry.state]
-        chosen = np.flatnonzero(roots(block, program, entry) & (values < NONE))
-        events, values = block.events(state).at(chosen), values[chosen]
+        fits = roots(block, program, entry) & (values < NONE)
         if program.edges[entry.state]:
-            doubtful[events.capture[events.passing]] = True
+            before = fits & block.events(state).passing
+            passing |= bool(before.any())
+            fits &= ~before
+        chosen = np.flatnonzero(fits)
+        events, values = block.events(state).at(chosen), values[chosen]
         found.append(
             table(number, state, parts, events, (events.start, end_of(values), cost_of(values)))
         )
-    return found, doubtful
+    return found, passing
 
 
 def best(answers: Answers) -> Answers:
@@ -143,8 +149,10 @@ def _settled(answers: Answers) -> bool:
     once = np.diff(answers.rows[:, 0]) > 0
     if not once.all() or (answers.rows[:, 1] >= 0).any() or np.ptp(answers.parts) > 0:
         return False
-    rank = np.diff(answers.capture), np.diff(answers.low), np.diff(answers.high)
-    behind = (rank[0] > 0) | ((rank[0] == 0) & ((rank[1] > 0) | ((rank[1] == 0) & (rank[2] >= 0))))
+    behind = np.ones(len(answers) - 1, bool)
+    for column in (answers.cost, answers.high, answers.low, answers.capture):
+        step = np.diff(column)
+        behind = (step > 0) | ((step == 0) & behind)
     return bool(behind.all())
 
 
