@@ -184,6 +184,7 @@ class Finder:
             self._programs[int(answer.program[0])],
             self._parts[int(answer.parts[0])],
             tuple(answer.rows[0].tolist()),
+            int(answer.low[0]),
             int(value_of(answer.high, answer.cost)[0]),
         )
         capture, tracks = self._fetched[place]
