@@ -129,8 +129,9 @@ def _different(told: Whole) -> tuple[Whole, Whole]:
         if len(different) == MOST_CLOCKS:
             found, own = np.unique(told, axis=0, return_inverse=True)
             return found, own.reshape(-1)
-        row = told[left[0]]
-        same = (told[left] == row).all(axis=1)
+        row, same = told[left[0]], np.ones(len(left), bool)
+        for column, number in zip(told.T, row, strict=True):
+            same &= column[left] == number
         own[left[same]] = len(different)
         different.append(row)
         left = left[~same]
