@@ -214,7 +214,13 @@ class Things:
             first = next(k for k in self.shown(part) if k > first)
         if first not in beginnings:
             return None
-        return len([k for k in self.shown(part) if beginnings[0] <= k < first])
+        between = [k for k in self.shown(part) if beginnings[0] <= k < first]
+        return len([k for k in between if after.manner != "at" or self.stays(part, k)])
+
+    def stays(self, part, row):
+        """Whether a shown row alone is a stay."""
+        symbol = self.rows(part)[row]
+        return symbol["start"] < symbol["stop"] or symbol["stop"] < self.leaves(part, row)
 
     def leads(self, before, arrow, after):
         counts = self.skipped(before, after)
@@ -232,6 +238,10 @@ class Things:
             if thing.manner == "move":
                 symbols = self.rows(part)
                 before = [k for k in before if symbols[k]["start"] < symbols[k]["stop"]]
+            elif not arrow.later and thing.start > 0:
+                return False
+            if thing.manner == "at":
+                before = [k for k in before if self.stays(part, k)]
             if thing.starting or not allowed(arrow, len(before)):
                 return False
         return thing.borders and self.meets(thing.start, arrow.length)

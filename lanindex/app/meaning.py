@@ -48,9 +48,9 @@ def _labelled(out: Output, library: Library, name: str) -> None:
     from lanindex.app.formatting import counted
     from lanindex.pipeline.words import glob_of, said_by
 
-    labelled = library.captures(where=[("label", glob_of(name))])
+    labelled = library.numbers(where=[("label", glob_of(name))])
     if labelled:
-        label = said_by(labelled, glob_of(name))
+        label = said_by(library.called("label", labelled).values(), glob_of(name))
         verb = "is" if len(labelled) == 1 else "are"
         out.note(
             f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '

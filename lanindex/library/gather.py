@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection
 
-from lanindex.library import derive, segments
+from lanindex.library import called, derive, segments
 from lanindex.library.columns import check_pending, order_of, read_roster, read_rosters, stored
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, enrolled
@@ -50,6 +50,8 @@ def verify(connection: Connection) -> None:
     for segment in spine.segments:
         for part in segment.parts:
             stored(connection, [segment], nothing, part)
+        if called.are_in(segment):
+            called.read_texts(connection, segment)
 
 
 def purge(connection: Connection) -> bool:
@@ -85,7 +87,8 @@ def cover(connection: Connection) -> bool:
         return False
     roster, columns = derive.together(pieces)
     check_pending(roster, pending[:covered])
-    segments.put(connection, roster, columns.values())
+    texts = called.spelled(called.of_rows(connection, pending[:covered]))
+    segments.put(connection, roster, texts, columns.values())
     segments.mark_covered(connection, pending[:covered])
     return covered < len(pending)
 
@@ -95,7 +98,7 @@ def join(connection: Connection) -> bool:
 
     A segment is joined with all newer ones once these hold as many symbols, so that each symbol is
     written again only when what it lies in has doubled; and all are, once a quarter of the
-    captures in them is dead.
+    captures in them is dead, or where one of them is of an earlier version and lacks something.
 
     Raises
     ------
@@ -113,7 +116,9 @@ def join(connection: Connection) -> bool:
     order = order_of(Spine(old, dead, []), rosters.number)
     roster = rosters if order is None else rosters.taken(order)
     parts = list(dict.fromkeys(part for one in old for part in one.parts))
-    segments.put(connection, roster, _moved(connection, old, parts, order))
+    pieces = [called.read_texts(connection, one) for one in old]
+    texts = called.spelled(called.together(pieces, called.NAMES, order))
+    segments.put(connection, roster, texts, _moved(connection, old, parts, order))
     segments.drop(connection, old)
     return True
 
@@ -137,6 +142,7 @@ def _first_to_join(spine: Spine) -> int:
     """Return from which segment on all are to be joined."""
     sizes = [one.symbols + one.captures for one in spine.segments]
     lost = 4 * len(spine.dead) > sum(one.captures for one in spine.segments)
+    lost |= not all(map(called.are_in, spine.segments))
     for first in range(len(sizes)):
         rest = sum(sizes[first + 1 :])
         worth = (lost and first == 0) or (rest > 0 and sizes[first] <= rest)

@@ -48,6 +48,7 @@ class Keeper(Session):
         self.notes: list[str] = []
         self.tell: Callable[[str], None] = self.notes.append
         self._held, self._mended_at = Held(), -1
+        self._doubt = ""  # what was found wrong, and is not mended yet
 
     def gather(self) -> None:
         """Put all captures into segments, and join those that are small.
@@ -77,7 +78,8 @@ class Keeper(Session):
     def _found(self, parts: Sequence[str]) -> Found:
         """Return all captures and the columns of some parts, from wherever they can be trusted."""
         found, fault = self._tried(parts, MOST_PENDING)
-        if found is None:
+        fault, self._doubt = fault or self._doubt, ""
+        if found is None or fault:
             with self._reading() as connection:
                 stamp = int(state.read_state(connection).stamp)
                 pending = segments.count_pending(connection)

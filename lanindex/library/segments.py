@@ -140,6 +140,12 @@ def mark_dead(connection: Connection, number: int) -> None:
         connection.execute(statement, {"number": number})
 
 
+def mark_changed(connection: Connection, number: int) -> None:
+    """Note that a segment is to hold a capture that has changed in place of what they hold now."""
+    mark_dead(connection, number)
+    mark_pending(connection, number)
+
+
 def mark_covered(connection: Connection, numbers: Iterable[int]) -> None:
     """Note that a segment holds captures now."""
     connection.execute(_COVER, [{"number": number} for number in numbers])
@@ -233,7 +239,12 @@ def read_column(connection: Connection, segment: Segment, part: str, name: str) 
     return stored if width == 1 else stored.reshape(-1, width)
 
 
-def put(connection: Connection, roster: Roster, columns: Iterable[Columns]) -> int:
+def put(
+    connection: Connection,
+    roster: Roster,
+    texts: Iterable[tuple[str, NDArray[np.uint8]]],
+    columns: Iterable[Columns],
+) -> int:
     """Write a segment and return its number.
 
     Parameters
@@ -242,13 +253,16 @@ def put(connection: Connection, roster: Roster, columns: Iterable[Columns]) -> i
         In a transaction that may write.
     roster : Roster
         The captures.
+    texts : iterable of (str, ndarray)
+        What they are called, as `lanindex.library.called.spelled` gives it.
     columns : iterable of Columns
         Of all parts that any of them has; each is written before the next is asked for.
     """
     unlisted = {"captures": len(roster), "symbols": 0, "listing": "", "checksum": 0}
     key = connection.execute(insert(schema.segment), unlisted).inserted_primary_key
     number, symbols = int(key[0]) if key else 0, 0
-    entries = _put(connection, number, "", [(name, getattr(roster, name)) for name in CAPTURES])
+    own = [(name, getattr(roster, name)) for name in CAPTURES]
+    entries = _put(connection, number, "", [*own, *texts])
     for one in columns:
         entries += _put(connection, number, one.part, _arrays(one))
         symbols += len(one)

@@ -7,7 +7,7 @@ all captures follow each other; `Columns.bounds` tells where each capture's begi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -99,6 +99,8 @@ class Columns:
         (G, 3) int32, in order: place of the capture in the roster, and a stretch of frames in which
         the part was seen. Captures that do not stand here are known from the first frame to the
         last; a part that was never seen has a stretch without frames.
+    kept : dict
+        What searches have worked out about these rows, and want to find again: it goes with them.
     """
 
     part: str
@@ -109,6 +111,7 @@ class Columns:
     start: NDArray[np.int32]
     stop: NDArray[np.int32]
     gaps: NDArray[np.int32]
+    kept: dict[str, object] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

@@ -170,4 +170,4 @@ class Exploring(store.Store):
         """Return the numbers of the captures that are asked for, None for all."""
         if within is None and not where:
             return None
-        return [capture.id for capture in self.captures(within, where)]
+        return self.numbers(within, where)

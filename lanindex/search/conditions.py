@@ -78,7 +78,7 @@ def _compares(condition: Comparison, hit: Hit) -> bool:
     if left is None or right is None:
         return False
     if isinstance(left, Fraction) != isinstance(right, Fraction):
-        left, right = _number(left), _number(right)
+        left, right = number_of(left), number_of(right)
         if left is None or right is None:  # a word is no number
             return condition.compare == "!="
     if left in LEVELS and right in LEVELS:  # by height, not by letter
@@ -91,7 +91,7 @@ def _sum(said: Sum, hit: Hit) -> Value:
     if len(values) == 1:
         return values[0]
     total = Fraction(0)
-    for (sign, _), value in zip(said.terms, map(_number, values), strict=True):
+    for (sign, _), value in zip(said.terms, map(number_of, values), strict=True):
         if value is None:
             return None
         total += sign * value
@@ -112,7 +112,7 @@ def _term(term: Term, hit: Hit) -> Value:
     return term.value
 
 
-def _number(value: Value) -> Fraction | None:
+def number_of(value: Value) -> Fraction | None:
     """Return a number, also where it is written as text."""
     try:
         return None if value is None else Fraction(value)

@@ -1,12 +1,14 @@
 """What a library gives as columns is what its rows say, from wherever it comes."""
 
+import json
 from fractions import Fraction
 
 import numpy as np
 import pytest
 from sample import add_sample, fill, sample_score, sql
 
-from lanindex.library import derive, gather
+from lanindex.library import called, checksums, derive, gather
+from lanindex.library.segments import read_spine
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import columns_of, roster_of
@@ -23,7 +25,10 @@ def assert_same(one, other, names):
 
 
 def assert_true(library, parts=PARTS, numbers=None):
-    """Hold what a library gives as columns against its tracks."""
+    """Hold what a library gives as columns against its tracks and captures."""
+    for name in ("path", "location", "format", "label", "metadata"):
+        wanted = {one.id: getattr(one, name) for one in library.captures()}
+        assert library.called(name) == wanted
     roster, columns = library.columns(parts, numbers)
     held = list(library.tracks(numbers))
     captures = [capture for capture, _ in held]
@@ -95,7 +100,7 @@ def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
     library.gather()
     for gathered in (False, True):
         library.add("4.bvh", odd_score(1 + gathered), format="bvh", sha256="1")
-        library.label(2, f"walk {gathered}")
+        library.label(2, f"walk {gathered}", {"who": f"\u00e9 {gathered}"})
         library.move(3, f"/elsewhere/{gathered}.bvh")
         library.remove(6 + gathered)
         assert_true(library)
@@ -105,6 +110,37 @@ def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
     library.remove("4.bvh")
     add_sample(library, 4)
     assert_true(library)
+
+
+def test_segments_of_an_earlier_version_do_not_tell_what_captures_are_called(library):
+    for number in range(5):
+        add_sample(library, number)
+        if number in (1, 3):
+            library.gather()
+    library.remove(2)
+    with sql(library.place) as connection:
+        for number, captures, symbols, listing in connection.execute(
+            "SELECT id, captures, symbols, listing FROM segment"
+        ).fetchall():
+            kept = [one for one in json.loads(listing) if one[1] not in called.NAMES]
+            told = (captures, symbols, json.dumps(kept))
+            connection.execute(
+                "UPDATE segment SET listing = ?, checksum = ? WHERE id = ?",
+                (told[2], checksums.of_values(*told), number),
+            )
+        connection.executemany(
+            "DELETE FROM segment_column WHERE name = ?", [(name,) for name in called.NAMES]
+        )
+    with Store.open(library.place) as other:
+        assert_true(other)
+        assert segments(other) == [4]
+        other.gather()
+        assert segments(other) == [4]
+        assert_true(other)
+        with other._reading() as connection:
+            (segment,) = read_spine(connection).segments
+            assert called.are_in(segment)
+        assert other.notes == []
 
 
 def test_segments_are_joined_as_they_grow(library):

@@ -55,6 +55,8 @@ def run(
     overlaps: options.Overlaps = "none",
     strict: options.Strict = False,
     tolerance: options.Tolerance = 0.1,
+    near: options.Near = False,
+    fuzzy: options.Fuzzy = None,
     words: options.Words = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     db: options.Db = options.DB,
@@ -97,6 +99,8 @@ def run(
                 within=within,
                 where=options.where(where),
                 strict=strict,
+                near=near,
+                fuzzy=fuzzy,
             )
             wanted = from_hits(hits_in(found), found.pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)

@@ -8,8 +8,10 @@ import typer
 
 from lanindex.app import meaning, options
 from lanindex.app.output import Output, one_of
+from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
+    from lanindex.pipeline import Library
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
@@ -91,7 +93,9 @@ def run(
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
+    _refuse_fuzzy(fuzzy, why)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    how["near"] = near
     among: dict[str, Any] = {"within": within, "where": options.where(where)}
     with open_library(db, readonly=True) as library:
         library.tell, library.words = out.note, words
@@ -100,17 +104,22 @@ def run(
             raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
             return _explain(out, library.explain(pattern, strict=strict, **among))
-        found = library.search(pattern, near=near, fuzzy=fuzzy, timeout=timeout, **how, **among)
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
-            _count(out, found)
+            _count(out, library, found)
         else:
             _show(out, found.by_fit() if sort == "fit" else found, limit)
         if not found:
             if not quiet:
-                _advise(out, library.suggest(pattern, **how, **among))
+                _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
             raise typer.Exit(1)
+
+
+def _refuse_fuzzy(fuzzy: str | None, why: str | None) -> None:
+    if fuzzy is not None and why is not None:
+        raise UsageError("--why and --fuzzy", wanted="one of them")
 
 
 def _explain(out: Output, text: str) -> None:
@@ -120,12 +129,13 @@ def _explain(out: Output, text: str) -> None:
         out.text(text)
 
 
-def _count(out: Output, found: Hits) -> None:
-    for capture, number in found.counts():
+def _count(out: Output, library: Library, found: Hits) -> None:
+    tally = dict(found.tally())
+    for number, path in library.called("path", tally).items():
         if out.json:
-            out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
+            out.record({"capture": path, "capture_id": number, "count": tally[number]})
         else:
-            out.row([capture.path, number])
+            out.row([path, tally[number]])
     _summary(out, found, len(found))
 
 

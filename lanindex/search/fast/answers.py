@@ -12,7 +12,7 @@ from lanindex.search.fast.arrows import NONE, begins
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import Events
 from lanindex.search.fast.lines import Backwards, cost_of, end_of
-from lanindex.search.fast.ragged import Mask, Whole, best_of_each
+from lanindex.search.fast.ragged import Mask, Whole, best_of_each, in_order
 
 
 @dataclass(slots=True, eq=False)
@@ -58,6 +58,8 @@ def joined(answers: list[Answers]) -> Answers:
     if not answers:
         none = np.empty(0, np.int64)
         return Answers(none, none, none, none, none, none, none.reshape(0, 2))
+    if len(answers) == 1:
+        return answers[0]
     return Answers(*(np.concatenate([getattr(it, name) for it in answers]) for name in _FIELDS))
 
 
@@ -98,22 +100,28 @@ def table(
 
 def of_line(
     block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> tuple[list[Answers], Mask]:
-    """Return the answers of a line alone, and in which captures there may be others."""
+) -> tuple[list[Answers], bool]:
+    """Return the answers of a line alone, and whether others begin with a passing symbol.
+
+    What goes on from a passing symbol may reach back before it.
+    """
     backwards = Backwards(block, program)
-    doubtful = np.zeros(len(block), bool)
+    passing = False
     found = []
     for entry in program.entries:
         state = program.states[entry.state]
         values = backwards.values[entry.state]
-        chosen = np.flatnonzero(roots(block, program, entry) & (values < NONE))
-        events, values = block.events(state).at(chosen), values[chosen]
+        fits = roots(block, program, entry) & (values < NONE)
         if program.edges[entry.state]:
-            doubtful[events.capture[events.passing]] = True
+            before = fits & block.events(state).passing
+            passing |= bool(before.any())
+            fits &= ~before
+        chosen = np.flatnonzero(fits)
+        events, values = block.events(state).at(chosen), values[chosen]
         found.append(
             table(number, state, parts, events, (events.start, end_of(values), cost_of(values)))
         )
-    return found, doubtful
+    return found, passing
 
 
 def best(answers: Answers) -> Answers:
@@ -123,11 +131,14 @@ def best(answers: Answers) -> Answers:
     """
     if _settled(answers):
         return answers
+    if _once(answers):
+        columns = (answers.capture, answers.low, answers.high, answers.cost)
+        return answers.at(in_order(columns))
     keys = (answers.parts, answers.rows[:, 0], answers.rows[:, 1])
     chosen = best_of_each(keys, (answers.high, -answers.low, answers.cost))
     first = best_of_each(keys, (np.arange(len(answers)),))
     found = answers.at(chosen)
-    order = np.lexsort((first, found.cost, found.high, found.low, found.capture))
+    order = in_order((found.capture, found.low, found.high, found.cost, first))
     return answers.at(chosen[order])
 
 
@@ -138,8 +149,10 @@ def _settled(answers: Answers) -> bool:
     once = np.diff(answers.rows[:, 0]) > 0
     if not once.all() or (answers.rows[:, 1] >= 0).any() or np.ptp(answers.parts) > 0:
         return False
-    rank = np.diff(answers.capture), np.diff(answers.low), np.diff(answers.high)
-    behind = (rank[0] > 0) | ((rank[0] == 0) & ((rank[1] > 0) | ((rank[1] == 0) & (rank[2] >= 0))))
+    behind = np.ones(len(answers) - 1, bool)
+    for column in (answers.cost, answers.high, answers.low, answers.capture):
+        step = np.diff(column)
+        behind = (step > 0) | ((step == 0) & behind)
     return bool(behind.all())
 
 
@@ -159,7 +172,15 @@ def own_rows(
     """
     rows = answers.rows.copy()
     for place, members in enumerate(parts):
-        own = np.flatnonzero(answers.parts == place)
-        for member, part in enumerate(members if len(own) else ()):
+        own = np.flatnonzero(answers.parts == place) if len(parts) > 1 else slice(None)
+        for member, part in enumerate(members if len(answers.parts[own]) else ()):
             rows[own, member] -= bounds(part)[answers.capture[own]]
     return replace(answers, rows=rows)
+
+
+def _once(answers: Answers) -> bool:
+    """Tell whether answers are in order of their places already, one from each."""
+    if (answers.rows[:, 1] >= 0).any():
+        return False
+    part, row = np.diff(answers.parts), np.diff(answers.rows[:, 0])
+    return bool(((part > 0) | ((part == 0) & (row > 0))).all())

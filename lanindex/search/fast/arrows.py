@@ -29,6 +29,9 @@ from lanindex.search.language.query import Arrow
 NONE = 1 << 42
 """A value that is none: more than any."""
 
+FEW = 16
+"""What is less than one in so many rows is looked up, not counted."""
+
 
 class Way(NamedTuple):
     """An arrow between two states: where from, over what, where to."""
@@ -52,7 +55,10 @@ def way_of(states: tuple[State, ...], edge: Edge) -> Way:
 
 
 def _origins(rows: Rows, way: Way, member: int, before: Events) -> tuple[Whole, Whole, Whole]:
-    """Return the first row that may follow, the shown rows behind, the stretch (-1: none)."""
+    """Return the first row that may follow, the shown rows behind, the stretch (-1: none).
+
+    Behind a stay's first row there may be one that is behind: a starting position, alone no stay.
+    """
     holds = way.target.manner == "hold"
     if way.same:
         row = before.last[member]
@@ -67,10 +73,14 @@ def _origins(rows: Rows, way: Way, member: int, before: Events) -> tuple[Whole, 
     place = np.searchsorted(rows.stretch[begun] * FAR + frames, stretch * FAR + before.end)
     row = begun[np.minimum(place, len(begun) - 1)]
     found = (stretch >= 0) & (place < len(begun)) & (rows.stretch[row] == stretch)
-    behind = rows.rank[row]
+    behind, origin = rows.rank[row], row
     if holds:
-        return row, behind + 1, np.where(found, stretch, -1)
-    return rows.row_of(behind), behind, np.where(found, stretch, -1)
+        behind = behind + 1
+    else:
+        origin = rows.row_of(behind)
+    if way.target.manner == "at":
+        behind = behind + rows.left_at_once[row]
+    return origin, behind, np.where(found, stretch, -1)
 
 
 def _rows_ahead(rows: Rows, way: Way, member: int, before: Events) -> Ranges:
@@ -82,7 +92,8 @@ def _rows_ahead(rows: Rows, way: Way, member: int, before: Events) -> Ranges:
     least, most = way.arrow.bounds
     behind = behind - (way.target.manner == "hold")
     here = np.maximum(stretch, 0)
-    low = np.maximum(np.maximum(origin, rows.row_of(behind + least)), rows.stretch_rows[here])
+    low = np.maximum(origin, rows.row_of(behind + least)) if least else origin
+    low = np.maximum(low, rows.stretch_rows[here])
     high = rows.stretch_rows[here + 1]
     if most is not None:
         high = np.minimum(high, rows.row_of(behind + most + 1))
@@ -121,7 +132,12 @@ class Reach:
     def _places(self, member: int) -> Ranges:
         first = self._events.first[member]
         ahead = self._ahead[member]
-        return Ranges(np.searchsorted(first, ahead.low), np.searchsorted(first, ahead.high))
+        many = len(self._block.rows(self._way.target.members[member]))
+        if FEW * len(ahead.low) < many:
+            return Ranges(np.searchsorted(first, ahead.low), np.searchsorted(first, ahead.high))
+        before = np.zeros(many + 2, np.int64)  # how many begin before each row
+        np.cumsum(np.bincount(first, minlength=many + 1), out=before[1:])
+        return Ranges(before[ahead.low], before[ahead.high])
 
     def _in_time(self, low: Whole, high: Whole) -> Ranges:
         """Narrow ranges down to what begins in time, where events stand in order of time."""
@@ -230,8 +246,12 @@ def begins(block: Block, state: State, events: Events, arrow: Arrow) -> Mask:
         behind = rows.rank[opening]
         start = np.append(rows.shown, len(rows) - 1)[behind]
         count = rows.rank[first] - behind
-        if state.manner not in ("at", "hold"):
+        if state.manner == "at":
+            count = np.maximum(count - rows.left_at_once[start], 0)
+        elif state.manner != "hold":
             count = count - rows.starting[start]
+        if state.manner in ("at", "hold") and not arrow.later:
+            fits &= events.start <= 0
         fits &= (rows.stretch[first] == stretch) & (rows.stretch_begin[stretch] <= 0)
         fits &= (count >= least) & (count <= (FAR if most is None else most))
     if arrow.length:

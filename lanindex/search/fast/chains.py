@@ -1,24 +1,40 @@
-"""Lines of one part, each step a movement: answered from the rows of their rarest step.
+"""Lines of one part, each step a movement: answered from planes of all its rows at once.
 
-Most of what people ask is such a chain, and most of it is rare; so nothing is worked out for all
-rows but which of them are the rarest step. From those few the arrows lead on and back.
+Most of what people ask is such a chain. Where each arrow leads over a few symbols at most, the
+chain is a few ways in which its steps lie so many symbols apart, and each way a few operations on
+planes. What lies further apart is cut there, and what passing symbols match looked at one by one.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from itertools import pairwise
+from functools import reduce
+from itertools import pairwise, product
+from types import ModuleType
 
 import numpy as np
 
-from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns
+from lanindex.model.columns import PASSING, THOUSANDTHS, Columns
 from lanindex.search.automaton import Program, State
 from lanindex.search.fast.answers import Answers
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.lines import cost_of, end_of, value_of, with_cost
-from lanindex.search.fast.ragged import Mask, Numbers, Whole, smallest_in
+from lanindex.search.fast.planes import (
+    GOES_ON,
+    MOVES,
+    WORD,
+    Counted,
+    Part,
+    Plane,
+    ahead,
+    compiled,
+    holds,
+    packed,
+    part_of,
+    places,
+)
+from lanindex.search.fast.ragged import Mask, Whole, smallest_in
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.words import WORD_KINDS
 
@@ -28,11 +44,14 @@ MOST_CHAINS = 16
 MOST_STEPS = 64
 """Steps of a program that is taken apart into chains."""
 
-PARTS_KEPT = 4
-"""Parts of which more than the columns is kept for the next search."""
+MOST_WAYS = 32
+"""Ways for a chain's steps to lie apart that are tried one by one."""
 
-FEW_KINDS = 8
-"""Kinds of cells that are looked for one by one; more are looked up in a table."""
+CHEAP = 4
+"""By how many powers of two a row costs less here than one that is walked through."""
+
+FEW = 32
+"""What is less than one in so many rows is looked up, not counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,118 +109,8 @@ def _follow(program: Program, way: list[int], arrows: list[Arrow], chains: list[
     return True
 
 
-class Part:
-    """One part's rows in all captures, and what chains need to know of them.
-
-    Parameters
-    ----------
-    columns : Columns
-        Of the part.
-    """
-
-    def __init__(self, columns: Columns) -> None:
-        self.columns, self.cell = columns, columns.cell
-        self.counts = np.bincount(columns.cell, minlength=256)
-
-    def __len__(self) -> int:
-        """Return how many rows there are."""
-        return len(self.cell)
-
-    @cached_property
-    def begins(self) -> Mask:
-        """Which rows begin a stretch, (S + 1,); the one behind the last does."""
-        begins = np.zeros(len(self) + 1, bool)
-        np.greater_equal(self.cell, STARTING, out=begins[:-1])
-        begins[self.columns.bounds] = True
-        return begins
-
-    @cached_property
-    def behind(self) -> Numbers:
-        """The row behind the last one of each row's stretch, (S,) int32."""
-        beginnings = np.flatnonzero(self.begins).astype(np.int32)
-        return np.repeat(beginnings[1:], np.diff(beginnings))
-
-    @cached_property
-    def shown(self) -> Numbers:
-        """The rows that the score shows, int32."""
-        return np.flatnonzero(self.cell & PASSING == 0).astype(np.int32)
-
-    def where(self, table: Mask) -> Whole:
-        """Return the rows whose cell stands in a table of 256."""
-        kinds = np.flatnonzero(table & (self.counts > 0)).astype(np.uint8)
-        if len(kinds) > FEW_KINDS:
-            return np.flatnonzero(table[self.cell])
-        found = np.zeros(len(self), bool)
-        for kind in kinds:
-            found |= self.cell == kind
-        return np.flatnonzero(found)
-
-    def after(self, rows: Whole, passing: bool) -> tuple[Whole, Whole]:
-        """Return where ``->`` leads from some rows, passing ones too if they are wanted.
-
-        Returns
-        -------
-        ndarray, ndarray
-            Places in `rows`, and rows.
-        """
-        there = rows + 1
-        going = ~self.begins[there]
-        places, found = np.flatnonzero(going), []
-        there = there[going]
-        while len(there):
-            passed = self.cell[there] & PASSING > 0
-            kept = slice(None) if passing else ~passed
-            found.append((places[kept], there[kept]))
-            going = passed & ~self.begins[there + 1]
-            places, there = places[going], there[going] + 1
-        return _joined(found)
-
-    def before(self, rows: Whole, passing: bool) -> tuple[Whole, Whole]:
-        """Return from where ``->`` leads to some rows: places in `rows`, and rows."""
-        going = ~self.begins[rows]
-        places, found = np.flatnonzero(going), []
-        there = rows[going] - 1
-        while len(there):
-            passed = self.cell[there] & PASSING > 0
-            kept = slice(None) if passing else ~passed
-            found.append((places[kept], there[kept]))
-            going = passed & ~self.begins[there]
-            places, there = places[going], there[going] - 1
-        return _joined(found)
-
-    def cost(self, rows: Whole) -> Whole:
-        """Return what is missing to a margin of 1, in thousandths."""
-        return THOUSANDTHS - self.columns.margin[rows].astype(np.int64)
-
-    def change(self, rows: Whole) -> Numbers:
-        """Return how the level of rows compares with that before: codes."""
-        codes = WORD_KINDS["change"].codes
-        level = (self.cell[rows] >> 4 & 3).astype(np.int64) - 1
-        change = np.where(level >= 0, codes["neither"], -1)
-        shown = np.flatnonzero((self.cell[rows] & PASSING == 0) & (level >= 0))
-        places, earlier = self.before(rows[shown], passing=False)
-        before = (self.cell[earlier] >> 4 & 3).astype(np.int64) - 1
-        own = level[shown[places]]
-        said = np.where(before < own, codes["rising"], codes["sinking"])
-        told = (before >= 0) & (before != own)
-        change[shown[places[told]]] = said[told]
-        return change
-
-
-@lru_cache(maxsize=PARTS_KEPT)
-def part_of(columns: Columns) -> Part:
-    """Return a part's rows; those of the last few columns are kept."""
-    return Part(columns)
-
-
-def _joined(found: list[tuple[Whole, Whole]]) -> tuple[Whole, Whole]:
-    if not found:
-        return np.empty(0, np.int64), np.empty(0, np.int64)
-    return np.concatenate([it for it, _ in found]), np.concatenate([it for _, it in found])
-
-
 class Links:
-    """The steps of a chain, as rows of its part."""
+    """The steps of a chain, as planes and as rows of its part."""
 
     def __init__(self, part: Part, chain: Chain) -> None:
         self.part, self.chain = part, chain
@@ -210,48 +119,102 @@ class Links:
             state.manner == "via" or (state.names_passing and 0 < number < last)
             for number, state in enumerate(chain.states)
         ]
-        self.tables = [self._table(state, number) for number, state in enumerate(chain.states)]
-        self.many = [int(part.counts[table].sum()) for table in self.tables]
+        self._passed: dict[int, Whole] = {}
+        self._planes: dict[int, Plane] = {}
 
-    def _table(self, state: State, number: int) -> Mask:
-        cells, table = np.arange(256), cells_of(state, 0)
-        if not self.passing[number]:
-            table &= cells & PASSING == 0
-        if number or len(self.chain.states) == 1:
-            table &= cells & STARTING == 0
-        return table
+    def plane(self, number: int) -> Plane:
+        """Return the plane of the shown rows that a step fits.
 
-    def rows(self, number: int) -> Whole:
-        """Return all rows that a step fits."""
-        rows = self.part.where(self.tables[number])
-        return rows[self._changed(number, rows)]
+        No starting position follows another symbol; a step alone is none.
+        """
+        if number not in self._planes:
+            plane = self.part.shown_as(self.chain.states[number].fits[0])
+            if len(self.chain.states) == 1:
+                plane = plane & self.part.store[self.part.place(*MOVES)]
+            self._planes[number] = plane
+        return self._planes[number]
 
-    def fits(self, number: int, rows: Whole) -> Mask:
-        """Return which of some rows a step fits."""
-        fits: Mask = self.tables[number][self.part.cell[rows]]
-        fits[fits] = self._changed(number, rows[fits])
+    def groups(self, number: int) -> list[list[int]]:
+        """Return of which planes of the store a step wants one each."""
+        groups = [
+            [self.part.place(kind, code) for code in sorted(codes)]
+            for kind, codes in self.chain.states[number].fits[0].items()
+        ]
+        if len(self.chain.states) == 1:
+            groups.append([self.part.place(*MOVES)])
+        return groups
+
+    def passed(self, number: int) -> Whole:
+        """Return the passing rows that a step fits."""
+        if number not in self._passed:
+            rows = self.part.passed if self.passing[number] else np.empty(0, np.int64)
+            self._passed[number] = rows[self._passing(number, rows)] if len(rows) else rows
+        return self._passed[number]
+
+    def _passing(self, number: int, rows: Whole) -> Mask:
+        """Tell which passing rows a step fits: none of them rises or sinks."""
+        state, cells = self.chain.states[number], self.part.cell[rows]
+        fits: Mask = cells_of(state, 0)[cells]
+        wanted = state.fits[0].get("change")
+        if wanted is not None:
+            fits &= (cells >> 4 & 3 > 0) & (WORD_KINDS["change"].codes["neither"] in wanted)
         return fits
 
-    def _changed(self, number: int, rows: Whole) -> Mask:
-        wanted = self.chain.states[number].fits[0].get("change")
-        if wanted is None:
-            return np.ones(len(rows), bool)
-        changed: Mask = np.isin(self.part.change(rows), sorted(wanted))
-        return changed
+    def _fits(self, number: int, rows: Whole) -> Mask:
+        """Tell which of some rows a step fits."""
+        passed = self.part.cell[rows] & PASSING > 0
+        fits = np.empty(len(rows), bool)
+        fits[passed] = self._passing(number, rows[passed])
+        fits[~passed] = holds(self.plane(number), self.part.ranks(rows[~passed]))
+        return fits
+
+    def apart(self, first: int, offsets: tuple[int, ...]) -> Plane:
+        """Return where steps from one on match shown rows so far from it, if nothing passes."""
+        plane = self.plane(first) & self.part.together(offsets[-1])
+        for number, offset in enumerate(offsets[1:], first + 1):
+            plane &= ahead(self.plane(number), offset)
+        return plane
 
     def linked(self, first: int, last: int) -> list[Whole]:
         """Return the rows that the steps from one to another match, over ``->``: step by step."""
-        rarest = first + int(np.argmin(self.many[first : last + 1]))
-        rows = [self.rows(rarest)]
-        for number in range(rarest + 1, last + 1):
-            places, there = self.part.after(rows[-1], self.passing[number])
-            fits = self.fits(number, there)
-            rows = [*(it[places[fits]] for it in rows), there[fits]]
-        for number in range(rarest - 1, first - 1, -1):
-            places, there = self.part.before(rows[0], self.passing[number])
-            fits = self.fits(number, there)
-            rows = [there[fits], *(it[places[fits]] for it in rows)]
-        return rows
+        ranks = places(self.apart(first, tuple(range(last - first + 1))))
+        shown = [self.part.rows(ranks + step) for step in range(last - first + 1)]
+        through = self.through(first, last)
+        return [np.concatenate(both) for both in zip(shown, through, strict=True)]
+
+    def through(self, first: int, last: int) -> list[Whole]:
+        """Return those of these rows that lead through a passing one."""
+        none = [np.empty(0, np.int64)] * (last - first + 1)
+        found = [none]
+        for number in range(first, last + 1):
+            if len(self.passed(number)):
+                found.append(self._first_passing(first, number, last))
+        return [np.concatenate(step) for step in zip(*found, strict=True)]
+
+    def _first_passing(self, first: int, number: int, last: int) -> list[Whole]:
+        """Return those of these rows of which the step with a number is the first to pass."""
+        part, rows, steps = self.part, self.passed(number), number - first
+        ranks = part.ranks(rows) - steps
+        if steps:
+            rows, ranks = rows[ranks >= 0], ranks[ranks >= 0]
+            kept = holds(self.apart(first, tuple(range(steps))), ranks)
+            rows, ranks = rows[kept], ranks[kept]
+            kept = part.behind(part.rows(ranks)) == part.behind(rows)
+            rows, ranks = rows[kept], ranks[kept]
+        found = [*(part.rows(ranks + step) for step in range(steps)), rows]
+        for after in range(number + 1, last + 1):
+            sources, there = part.after(found[-1], self.passing[after])
+            fits = self._fits(after, there)
+            found = [*(it[sources[fits]] for it in found), there[fits]]
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """Where the steps of a chain lie, in symbols shown from the first."""
+
+    links: Links
+    offsets: tuple[int, ...]
 
 
 def table(columns: Columns, chains: list[Chain], program: int, place: int) -> Answers:
@@ -266,24 +229,28 @@ def table(columns: Columns, chains: list[Chain], program: int, place: int) -> An
     program, place : int
         Which program it is, and where its part stands in the list of `Finder`.
     """
-    found = [answers(part_of(columns), chain) for chain in chains]
-    rows, values = _best(*(np.concatenate(one) for one in zip(*found, strict=True)))
-    capture = np.searchsorted(columns.bounds, rows, side="right") - 1
-    many = len(rows)
-    firsts = np.stack((rows, np.full(many, -1)), axis=1)
-    low = columns.start[rows].astype(np.int64)
-    ends = end_of(values), cost_of(values)
-    return Answers(capture, low, *ends, np.full(many, program), np.full(many, place), firsts)
+    part = part_of(columns)
+    rows, values = answers(part, chains)
+    same = np.broadcast_to(np.array([[program], [place]]), (2, len(rows)))
+    if fast := compiled(0):
+        captures, firsts = part.filled
+        where, *times, symbols = fast.told(rows, values, part.near, firsts, captures, part.start)
+        low, high, cost = times
+    else:
+        where, low = part.captures(rows), part.start[rows].astype(np.int64)
+        high, cost = end_of(values), cost_of(values)
+        symbols = np.stack((rows, np.full(len(rows), -1)), axis=1)
+    return Answers(where, low, high, cost, same[0], same[1], symbols)
 
 
-def answers(part: Part, chain: Chain) -> tuple[Whole, Whole]:
-    """Return where a chain begins, and how it ends best.
+def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
+    """Return where one of some chains begins, and how it ends best.
 
     Parameters
     ----------
     part : Part
-        Of its states.
-    chain : Chain
+        Of their states.
+    chains : list of Chain
         Which.
 
     Returns
@@ -291,29 +258,147 @@ def answers(part: Part, chain: Chain) -> tuple[Whole, Whole]:
     ndarray, ndarray
         Rows, growing, and values as from `lines.value_of`.
     """
-    links = Links(part, chain)
-    cuts = [0, *(it + 1 for it, arrow in enumerate(chain.arrows) if arrow.later), len(chain.states)]
+    ways: list[Way] = []
+    found: list[tuple[Whole, Whole]] = []
+    for chain in chains:
+        links = Links(part, chain)
+        offsets = _offsets(chain.arrows)
+        passing = any(len(links.passed(number)) for number in range(len(chain.states)))
+        if offsets is None or (passing and len(offsets) > 1):
+            found.append(_cut(links))
+            continue
+        ways += [Way(links, it) for it in offsets]
+        if passing:
+            rows = links.through(0, len(chain.states) - 1)
+            found.append(_valued(part, rows, _ending(part, rows[-1])))
+    if ways:
+        ways.sort(key=lambda way: way.offsets[-1])
+        fast = compiled(len(part) >> CHEAP) if len(ways) <= WORD else None
+        found.append(_compiled(fast, part, ways) if fast else _together(part, ways))
+    if len(found) == 1:
+        return _best(*found[0])
+    return _best(*(np.concatenate(one) for one in zip(*found, strict=True)))
+
+
+def _offsets(arrows: tuple[Arrow, ...]) -> list[tuple[int, ...]] | None:
+    """Return how far the steps behind some arrows may lie from the first; None: too many ways."""
+    bounds = [arrow.bounds for arrow in arrows]
+    if any(most is None or most >= MOST_WAYS for _, most in bounds):
+        return None
+    steps = [range(least + 1, (most or 0) + 2) for least, most in bounds]
+    if np.prod([len(it) for it in steps], dtype=float) > MOST_WAYS:
+        return None
+    return [tuple(np.cumsum((0, *way)).tolist()) for way in product(*steps)]
+
+
+def _together(part: Part, ways: list[Way]) -> tuple[Whole, Whole]:
+    """Return where ways begin, and how the one that ends first does: with the best fit, of some."""
+    planes = [way.links.apart(0, way.offsets) for way in ways]
+    every = reduce(np.bitwise_or, planes)
+    ranks = places(every)
+    values = np.full(len(ranks), NONE)
+    shorter = done = np.zeros_like(every)
+    for number, (way, plane) in enumerate(zip(ways, planes, strict=True)):
+        if number and way.offsets[-1] > ways[number - 1].offsets[-1]:
+            shorter = done
+        done = done | plane
+        mine: Whole | slice = slice(None)
+        if len(ways) > 1:
+            mine = np.flatnonzero(holds(plane & ~shorter, ranks))
+        rows = [part.rows(ranks[mine] + offset) for offset in way.offsets]
+        values[mine] = np.minimum(values[mine], _valued(part, rows, _ending(part, rows[-1]))[1])
+    return part.rows(ranks), values
+
+
+def _compiled(fast: ModuleType, part: Part, ways: list[Way]) -> tuple[Whole, Whole]:
+    """Return the same as `_together`, compiled."""
+    steps, groups, codes = [0], [0], list[int]()
+    longest = max(len(way.offsets) for way in ways)
+    apart, own, placed = [], [], dict[tuple[int, int], int]()
+    for way in ways:
+        last = len(way.offsets) - 1
+        numbers = [*range(last), *[last] * (longest - last)]
+        for number in numbers:
+            key = id(way.links), number
+            if key not in placed:
+                placed[key] = len(placed)
+                for group in way.links.groups(number):
+                    codes += group
+                    groups.append(len(codes))
+                steps.append(len(groups) - 1)
+        apart.append([way.offsets[number] for number in numbers])
+        own.append([placed[id(way.links), number] for number in numbers])
+    lists = (np.array(it, np.int64) for it in (steps, groups, codes, apart, own))
+    goes_on, shown = (
+        part.place(*GOES_ON),
+        np.empty(0, np.int32) if part.shown is None else part.shown,
+    )
+    tables = *lists, shown
+    ranks, values = fast.together(part.store, goes_on, *tables, part.margin, part.stop)
+    return part.rows(ranks), values
+
+
+def _ending(part: Part, rows: Whole) -> Whole:
+    """Return the values of ending at some rows."""
+    return value_of(part.stop[rows].astype(np.int64), part.cost(rows))
+
+
+def _valued(part: Part, rows: list[Whole], values: Whole) -> tuple[Whole, Whole]:
+    """Return where ways begin, and their values, of those from the last step on: all steps pay."""
+    if len(rows) > 1:
+        margin = part.margin[rows[0]]
+        for step in rows[1:-1]:
+            margin = np.minimum(margin, part.margin[step])
+        values = with_cost(values, THOUSANDTHS - margin.astype(np.int64))
+    return rows[0], values
+
+
+def _cut(links: Links) -> tuple[Whole, Whole]:
+    """Return where a chain begins, and how it ends best: cut where it leads further on."""
+    part, arrows, steps = links.part, links.chain.arrows, len(links.chain.states)
+    cuts = [0, *(it + 1 for it, arrow in enumerate(arrows) if arrow.later), steps]
     begins = values = np.empty(0, np.int64)
     for first, behind in reversed(list(pairwise(cuts))):
         rows = links.linked(first, behind - 1)
-        if behind == len(chain.states):
-            own = value_of(part.columns.stop[rows[-1]].astype(np.int64), part.cost(rows[-1]))
+        if behind == steps:
+            own = _ending(part, rows[-1])
         else:
-            low, high = _reached(part, rows[-1], chain.arrows[behind - 1])
-            low, high = np.searchsorted(begins, low), np.searchsorted(begins, high)
-            own = smallest_in(values, low, high, NONE)
+            own = _beyond(part, rows[-1], arrows[behind - 1], begins, values)
             some = np.flatnonzero(own < NONE)
             own, rows = own[some], [it[some] for it in rows]
             own = with_cost(own, part.cost(rows[-1]))
-        for step in rows[:-1]:
-            own = with_cost(own, part.cost(step))
-        begins, values = _best(rows[0], own)
+        begins, values = _best(*_valued(part, rows, own))
     return begins, values
+
+
+def _beyond(part: Part, rows: Whole, arrow: Arrow, begins: Whole, values: Whole) -> Whole:
+    """Return the best of the values at some rows that ``...`` leads to from others."""
+    low, high = _reached(part, rows, arrow)
+    if FEW * len(rows) < len(part):
+        low, high = np.searchsorted(begins, low), np.searchsorted(begins, high)
+    else:
+        there = np.zeros(len(part) + 1, bool)
+        there[begins] = True
+        counted = Counted(packed(there))
+        low, high = counted.before(low), counted.before(high)
+    if not _growing(part, begins, values):
+        return smallest_in(values, low, high, NONE)
+    found = np.full(len(rows), NONE)
+    some = low < high
+    found[some] = values[low[some]]
+    return found
+
+
+def _growing(part: Part, rows: Whole, values: Whole) -> bool:
+    """Tell whether of the rows of a stretch the first one always has the smallest value."""
+    falling = np.flatnonzero(np.diff(values) < 0)
+    same = part.behind(rows[falling]) == part.behind(rows[falling + 1])
+    return not same.any()
 
 
 def _best(rows: Whole, values: Whole) -> tuple[Whole, Whole]:
     """Return rows once, in order, each with its smallest value."""
-    if not (np.diff(rows) > 0).all():
+    if not (rows[1:] > rows[:-1]).all():
         order = np.argsort(rows, kind="stable")
         rows, values = rows[order], values[order]
         firsts = np.flatnonzero(np.diff(rows, prepend=-1))
@@ -324,17 +409,15 @@ def _best(rows: Whole, values: Whole) -> tuple[Whole, Whole]:
 
 def _reached(part: Part, rows: Whole, arrow: Arrow) -> tuple[Whole, Whole]:
     """Return to which rows ``...`` leads from some: from one up to, not including, another."""
-    low = rows + 1
-    high: Whole = part.behind[rows].astype(np.int64)
+    low, high = rows + 1, part.behind(rows)
     if not arrow.skips:
         return low, high
     least, most = arrow.skips.bounds
-    shown, many = part.shown, len(part.shown)
-    behind = np.searchsorted(shown, rows.astype(np.int32), side="right")
+    behind, many = part.ranks(rows + 1), len(part.seen)
     if least:
-        skipped = shown[np.minimum(behind + least, many) - 1].astype(np.int64)
+        skipped = part.rows(np.minimum(behind + least, many) - 1)
         low = np.where(behind + least <= many, skipped + 1, high)
     if most is not None:
-        last = shown[np.minimum(behind + most, many - 1)].astype(np.int64)
+        last = part.rows(np.minimum(behind + most, many - 1))
         high = np.where(behind + most < many, np.minimum(high, last + 1), high)
     return np.minimum(low, high), high

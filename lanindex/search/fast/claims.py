@@ -187,6 +187,8 @@ def alike(one: State, other: State) -> bool:
     """Tell whether two states can take the same."""
     if manner_of(one) != manner_of(other):
         return False
+    if one.near or other.near:  # a symbol near a border may be on either side of it
+        return not set(one.members).isdisjoint(other.members)
     return any(
         part == another and all(said[kind] & told[kind] for kind in said.keys() & told.keys())
         for (part, said), (another, told) in product(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -13,36 +13,32 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of
 from lanindex.model.symbol import listed
 from lanindex.search import plain
-from lanindex.search.automaton import Program, counts, plan
+from lanindex.search.automaton import counts, plan
+from lanindex.search.conditions import holds
 from lanindex.search.fast import overlaps as staying
+from lanindex.search.fast.alone import Alone, alone_of, walked
 from lanindex.search.fast.answers import (
     Answers,
     best,
     firsts,
     joined,
-    of_line,
     own_rows,
-    roots,
-    table,
 )
-from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.asked import Asked
+from lanindex.search.fast.asking import answers_of, possible
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
-from lanindex.search.fast.claims import contested
-from lanindex.search.fast.company import Company
 from lanindex.search.fast.found import TOGETHER, Found
-from lanindex.search.fast.lines import Backwards, remembers, value_of
+from lanindex.search.fast.lines import value_of
+from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
+from lanindex.search.fast.setting import Setting
+from lanindex.search.fast.source import Recordings, Source
 from lanindex.search.fast.trace import labelled, trace
 from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.query import Query
-
-Recordings = Callable[
-    [Sequence[int], Collection[str]], Iterable[tuple[Capture, Mapping[str, Track]]]
-]
-"""Captures with the tracks of some parts, by their places in the roster."""
 
 MANY = 1000
 """Captures of which it is asked first which of them can have a hit."""
@@ -90,6 +86,8 @@ class Finder:
         self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
         self._told: dict[int, list[Hit]] = {}
         self._tellers: dict[int, plain.Teller] = {}
+        self._asked = Asked(query)
+        self._meet: dict[int, bool] = {}
         self._labelled = any(it.labels for program in self._programs for it in program.states)
 
     def find(self, overlaps: str = "none", watch: Watch | None = None) -> Found:
@@ -104,6 +102,8 @@ class Finder:
         """
         pieces = self._chained(watch)
         if pieces is None:
+            pieces = self._linked(watch)
+        if pieces is None:
             self._narrow()
         blocks = self._blocks() if pieces is None else []
         pieces = pieces or []
@@ -114,14 +114,18 @@ class Finder:
             self._told.update(told)
             pieces += [_columns_of(place, hits) for place, hits in told.items()]
         answers = joined(pieces)
-        answers = answers.at(np.argsort(answers.capture, kind="stable"))
+        if (answers.capture[1:] < answers.capture[:-1]).any():
+            answers = answers.at(np.argsort(answers.capture, kind="stable"))
+        answers = self._in_those_asked_for(answers)
         return Found(self, answers, self._kept(answers, overlaps), len(self._told))
 
     def _chained(self, watch: Watch | None) -> list[Answers] | None:
         """Return all answers where no program is more than chains, else None."""
-        if self._query.rhythm or self._query.where:
+        if self._asked:
             return None
-        chained = [chains_of(program) for program in self._programs]
+        chained = [
+            chains_of(program) or alone_of(program, self._columns) for program in self._programs
+        ]
         found: list[Answers] = []
         for number, chains in enumerate(chained):
             if chains is None:
@@ -132,9 +136,25 @@ class Finder:
             place, _ = firsts(state, self._parts)
             if None not in chained and state.members[0] in self._columns:
                 columns = self._columns[state.members[0]]
-                found.append(table_of(columns, chains, number, place))
+                if isinstance(chains, Alone):
+                    found.append(walked(chains, self._roster, columns, number, place))
+                else:
+                    found.append(table_of(columns, chains, number, place))
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
+
+    def _linked(self, watch: Watch | None) -> list[Answers] | None:
+        """Return all answers where all lines are linked movements of one part, else None."""
+        chains = None if self._asked else covered(self._programs)
+        if chains is None:
+            return None
+        linked = Linked(self._roster, self._columns, self._programs, self._tolerance)
+        found = []
+        for done, answers in linked.answers(chains, self._parts):
+            if watch:
+                watch(done, len(self._roster))
+            found.append(answers)
+        return found
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
@@ -244,7 +264,8 @@ class Finder:
         roster = self._roster.taken(self._places[first:last])
         own = {part: it.between(first, last) for part, it in self._some.items()}
         try:
-            answers, doubtful = self._in_block(Block(roster, own, 0, last - first, self._tolerance))
+            block = Block(roster, own, 0, last - first, self._tolerance)
+            answers, doubtful = self._in_block(block, self._places[first:last], watch)
         except TooMuch:  # at once: fewer captures are tried, and one alone plainly
             if last - first == 1:
                 return joined([]), self._places[first:last]
@@ -254,25 +275,38 @@ class Finder:
         answers.capture = self._places[answers.capture + first]
         return answers, self._places[np.flatnonzero(doubtful) + first]
 
-    def _in_block(self, block: Block) -> tuple[Answers, Mask]:
+    def _in_block(self, block: Block, here: Whole, watch: Watch | None) -> tuple[Answers, Mask]:
         """Return all answers in a block, and the captures of which nothing is known yet."""
         found: list[Answers] = []
         doubtful = np.zeros(len(block), bool)
+        source = Source(self._recordings, here, block, self._programs)
+
+        def tick() -> None:
+            if watch:
+                watch(int(here[0]), len(self._roster))
+
         for number, program in enumerate(self._programs):
-            if self._query.rhythm or self._query.where:
+            setting = Setting(block, self._asked, source, tick)
+            try:
+                found += answers_of(setting, number, program, self._parts)
+            except NotCovered:
                 doubtful |= possible(block, program)
-            elif not remembers(program):
-                answers, doubts = of_line(block, number, program, self._parts)
-                found += answers
-                doubtful |= doubts
-            else:
-                try:
-                    found += with_company(block, number, program, self._parts)
-                except NotCovered:
-                    doubtful |= possible(block, program)
         every = joined(found)
         every = best(every.at(~doubtful[every.capture]))
         return own_rows(every, self._parts, lambda part: block.rows(part).bounds), doubtful
+
+    def _in_those_asked_for(self, answers: Answers) -> Answers:
+        """Return the answers in captures that are as conditions on the capture alone ask."""
+        if not self._asked.of_capture or not len(answers):
+            return answers
+        places = np.unique(answers.capture).tolist()
+        for first in range(0, len(places), MANY):
+            some = [it for it in places[first : first + MANY] if it not in self._meet]
+            for place, capture in zip(some, self.captures(some), strict=True):
+                hit = Hit(capture, Span(0, 0), 1.0, ())
+                self._meet[place] = all(holds(it, hit) for it in self._asked.of_capture)
+        meet = np.array([self._meet[place] for place in places])
+        return answers.at(np.isin(answers.capture, np.array(places)[meet]))
 
     def _kept(self, answers: Answers, overlaps: str) -> Whole:
         """Return which answers are hits."""
@@ -298,45 +332,6 @@ class Finder:
                 )
                 told[place] = list(found)
         return told
-
-
-def with_company(
-    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> list[Answers]:
-    """Return the answers of a program with lines beside; their fits are not known.
-
-    Raises
-    ------
-    NotCovered
-        Where only the plain matcher can tell.
-    """
-    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
-    found = []
-    for place, entry in enumerate(program.entries):
-        own = entries == place
-        state = program.states[entry.state]
-        events = block.events(state).at(roots_at[own])
-        unknown = np.full(len(events), -1)
-        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
-    return found
-
-
-def possible(block: Block, program: Program) -> Mask:
-    """Tell in which captures a program can match at all: with all that it remembers left out."""
-    found = _line_possible(block, program)
-    for companion in program.whole.companions:
-        if companion.relation not in ("without", "never"):
-            found &= np.any([possible(block, inner) for inner in companion.programs], axis=0)
-    return found
-
-
-def _line_possible(block: Block, program: Program) -> Mask:
-    backwards = Backwards(block, program)
-    found = np.zeros(len(block), bool)
-    for entry in program.entries:
-        fits = roots(block, program, entry) & (backwards.values[entry.state] < NONE)
-        found[block.events(program.states[entry.state]).capture[fits]] = True
-    return found
 
 
 def _columns_of(place: int, hits: list[Hit]) -> Answers:

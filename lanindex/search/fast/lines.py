@@ -258,23 +258,24 @@ def _rounds(ready: Whole, bounds: Whole, before: Whole, left: Whole) -> Iterator
 def components(program: Program) -> list[list[int]]:
     """Return the states that lead to each other, together; what leads to others goes first."""
     following = [sorted({edge.entry.state for edge in edges}) for edges in program.edges]
-    reached = [_reached(following, state) for state in range(len(following))]
+    ahead = [reached(following, state) for state in range(len(following))]
     done: set[int] = set()
     found: list[list[int]] = []
-    for state in sorted(range(len(following)), key=lambda it: -len(reached[it])):
+    for state in sorted(range(len(following)), key=lambda it: -len(ahead[it])):
         if state not in done:
-            together = [it for it in reached[state] if state in reached[it]] or [state]
+            together = [it for it in ahead[state] if state in ahead[it]] or [state]
             done.update(together)
             found.append(sorted(together))
     return found
 
 
-def _reached(following: list[list[int]], state: int) -> set[int]:
-    reached: set[int] = set()
+def reached(following: list[list[int]], state: int) -> set[int]:
+    """Return the states that may come after one, sooner or later."""
+    found: set[int] = set()
     todo = list(following[state])
     while todo:
         other = todo.pop()
-        if other not in reached:
-            reached.add(other)
+        if other not in found:
+            found.add(other)
             todo += following[other]
-    return reached
+    return found

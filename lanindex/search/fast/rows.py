@@ -121,6 +121,11 @@ class Rows:
         arrival: Whole = np.where(self.starting, self.start, self.stop - 1)
         return arrival
 
+    @cached_property
+    def left_at_once(self) -> Mask:
+        """Which rows are starting positions that alone are no stay, (S,) bool."""
+        return self.starting & (self.until <= self.start)
+
     def row_of(self, rank: Whole) -> Whole:
         """Return the first row before which at least so many rows are shown."""
         behind = np.append(self.shown + 1, len(self))

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import Columns, Roster
-from lanindex.search.fast.find import Finder, Recordings, Watch
+from lanindex.search.fast.find import Finder, Watch
 from lanindex.search.fast.found import Found
+from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.clocks import ENDLESS, bounds_of
 from lanindex.search.fuzzy.lines import LIFTED
 from lanindex.search.fuzzy.wholes import Apart, Table

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from lanindex.errors import UsageError
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import plan
-from lanindex.search.fast.find import Recordings, Watch
+from lanindex.search.fast.find import Watch
 from lanindex.search.fast.ragged import best_of_each
+from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.allowance import Allowance
 from lanindex.search.fuzzy.apart import Refusal

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import Roster
-from lanindex.search.fast.find import Recordings
+from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.lines import fits
 from lanindex.search.fuzzy.wholes import Table
 

@@ -206,6 +206,8 @@ class Recording:
             origin = event.timeline.from_start(event.manner)
             if origin is None or not _allows(arrow, event.timeline.count(origin, event)):
                 return False
+            if event.manner in ("at", "hold") and not arrow.later and event.start > 0:
+                return False
         return match.may_border and self.meets(match.start, arrow.length)
 
     def ends(self, match: Match, arrow: Arrow) -> bool:

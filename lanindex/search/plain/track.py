@@ -230,7 +230,8 @@ class Timeline:
             if self.stretch[row] == stretch and self._begins(row, manner) >= frame:
                 if manner == "hold":
                     return Origin(row, self.rank[row] + 1, stretch)
-                return Origin(before + 1, self.rank[row], stretch)
+                no_stay = manner == "at" and self._left_at_once(row)
+                return Origin(before + 1, self.rank[row] + no_stay, stretch)
             before = row
         return None
 
@@ -246,15 +247,21 @@ class Timeline:
         """Return the origin of an arrow from the clip's start."""
         if not self.spans or self.spans[0][0] > 0:
             return None
-        if manner == "hold":
-            return Origin(0, 1, 0)
-        return Origin(0, int(manner == "move" and self.starting[self.shown[0]]), 0)
+        row = self.shown[0]
+        moves_on = self._left_at_once(row) if manner == "at" else self.starting[row]
+        return Origin(0, int(manner == "hold" or moves_on), 0)
+
+    def _left_at_once(self, row: int) -> bool:
+        """Tell whether a row is a starting position that alone is no stay."""
+        return self.starting[row] and self.until[row] <= self.start[row]
 
     def count(self, origin: Origin, event: Event) -> int | None:
         """Return how many movements lie between; None where no arrow leads."""
         if event.first < origin.row or self.stretch[event.first] != origin.stretch:
             return None
-        return self.rank[event.first] + int(event.manner == "hold") - origin.shown
+        count = self.rank[event.first] + int(event.manner == "hold") - origin.shown
+        # a stay may begin in a starting position that alone is none
+        return max(0, count) if event.manner == "at" else count
 
     def remaining(self, event: Event) -> int | None:
         """Return how many movements follow until the clip's end; None where it is not known."""

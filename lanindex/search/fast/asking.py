@@ -1,0 +1,157 @@
+"""Programs → answers in a block of captures: by the quickest way that covers what they ask."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lanindex.search.automaton import Program
+from lanindex.search.fast.answers import Answers, of_line, roots, table
+from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.block import Block
+from lanindex.search.fast.claims import contested
+from lanindex.search.fast.company import Company
+from lanindex.search.fast.conditions import Told
+from lanindex.search.fast.lines import Backwards, remembers
+from lanindex.search.fast.partners import MOST_MARKS, Partners
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
+from lanindex.search.fast.recall import Found, Recall
+from lanindex.search.fast.setting import Setting
+from lanindex.search.fast.walk import NotCovered
+
+
+def answers_of(
+    setting: Setting, number: int, program: Program, parts: list[tuple[str, ...]]
+) -> list[Answers]:
+    """Return the answers of a program in a block.
+
+    Raises
+    ------
+    NotCovered
+        Where only the plain matcher can tell.
+    """
+    if setting.asked:
+        return remembering(setting, number, program, parts)
+    if remembers(program):
+        try:
+            return with_company(setting.block, number, program, parts)
+        except NotCovered:
+            return remembering(setting, number, program, parts)
+    found, passing = of_line(setting.block, number, program, parts)
+    if passing:
+        found += remembering(setting, number, program, parts, passing_only=True)
+    return found
+
+
+def with_company(
+    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
+) -> list[Answers]:
+    """Return the answers of a program with lines beside; their fits are not known.
+
+    Raises
+    ------
+    NotCovered
+        Where only the plain matcher can tell.
+    """
+    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
+    found = []
+    for place, entry in enumerate(program.entries):
+        own = entries == place
+        state = program.states[entry.state]
+        events = block.events(state).at(roots_at[own])
+        unknown = np.full(len(events), -1)
+        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
+    return found
+
+
+def possible(block: Block, program: Program) -> Mask:
+    """Tell in which captures a program can match at all: with all that it remembers left out."""
+    found = _line_possible(block, program)
+    for companion in program.whole.companions:
+        if companion.relation not in ("without", "never"):
+            found &= np.any([possible(block, inner) for inner in companion.programs], axis=0)
+    return found
+
+
+def _line_possible(block: Block, program: Program) -> Mask:
+    backwards = Backwards(block, program)
+    found = np.zeros(len(block), bool)
+    for entry in program.entries:
+        fits = roots(block, program, entry) & (backwards.values[entry.state] < NONE)
+        found[block.events(program.states[entry.state]).capture[fits]] = True
+    return found
+
+
+def remembering(
+    setting: Setting,
+    number: int,
+    program: Program,
+    parts: list[tuple[str, ...]],
+    *,
+    passing_only: bool = False,
+) -> list[Answers]:
+    """Return the answers of a program; their fits are not known.
+
+    Parameters
+    ----------
+    setting : Setting
+        Where, and what is asked.
+    number : int
+        Of the program.
+    program : Program
+        A leading line.
+    parts : list of tuple of str
+        Of `Finder`.
+    passing_only : bool
+        Whether only those are asked for that begin with a passing symbol.
+
+    Raises
+    ------
+    NotCovered
+        Where only the plain matcher can tell.
+    TooMuch
+        Where there are too many ways.
+    """
+    setting.enter(program)
+    partners = setting.company = Partners(setting)
+    rhythm = setting.asked.rhythm
+    recall = Recall(setting, program, timed=bool(rhythm), tracked=program.open_ended)
+    found = recall.found(passing_only=passing_only)
+    chosen = _whole(setting, program, found, partners)
+    if program.open_ended:
+        node = found.node[chosen]
+        chosen = chosen[~recall.nodes.behind(np.zeros(len(node), np.int64), node, MOST_MARKS)]
+    keys = (found.entry[chosen], found.root[chosen])
+    chosen = chosen[best_of_each(keys, (found.high[chosen], -found.low[chosen]))]
+    answers = []
+    for place, entry in enumerate(program.entries):
+        own = chosen[found.entry[chosen] == place]
+        state = program.states[entry.state]
+        events = setting.block.events(state).at(found.root[own])
+        unknown = np.full(len(own), -1)
+        frames = found.low[own], found.high[own], unknown
+        answers.append(table(number, state, parts, events, frames))
+    return answers
+
+
+def _whole(setting: Setting, program: Program, found: Found, partners: Partners) -> Whole:
+    """Return the places of the ways that are all that is asked for.
+
+    A starting position alone is no movement; nothing happens that must not.
+    """
+    asked, memory = setting.asked, found.memory
+    fits = ~found.alone
+    if memory.owed.size:
+        unpaid = partners.unpaid(memory.owed, memory.taken)
+        fits &= (unpaid >= FAR).all(axis=0)
+    width = len(memory.columns) - len(asked.columns)
+    if asked.rhythm:
+        fits &= asked.in_rhythm(memory.columns[width - len(asked.rhythm) : width])
+    chosen = np.flatnonzero(fits)
+    own = set(setting.due(program).own)
+    for condition in asked.conditions:
+        if condition not in own:
+            told = Told(
+                found.capture, memory.columns[width:], found.low, found.high, found.part, found.row
+            )
+            chosen = chosen[setting.clauses.holds(condition, told.at(chosen))]
+    return chosen

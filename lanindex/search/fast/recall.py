@@ -1,0 +1,392 @@
+"""A line walked with all that it has to remember: every way in which it can match.
+
+Other than `walk`, this remembers whatever a pattern may ask for: what stands beside the brackets of
+a longer line, what each line took however often it repeats, what labels matched, how long each step
+lasted. Ways that stand at the same event and remember the same are one. Where states lead to each
+other their events are gone through in order of time, so that all that leads to an event is known
+before it is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lanindex.search.automaton import Edge, Exit, Group, Program
+from lanindex.search.fast.answers import roots
+from lanindex.search.fast.arrows import NONE, Reach, begins, way_of
+from lanindex.search.fast.asked import MET
+from lanindex.search.fast.beside import Stretches
+from lanindex.search.fast.lines import Backwards, components, may_leave
+from lanindex.search.fast.memory import (
+    BEYOND,
+    EVENT,
+    GROUPS,
+    LOW,
+    ROOT,
+    START,
+    Memory,
+    Nodes,
+    beginning,
+    together,
+)
+from lanindex.search.fast.ragged import Mask, TooMuch, Whole, spread, starts_of
+from lanindex.search.fast.setting import Hulls, Setting, Settled
+from lanindex.search.fast.walk import NotCovered, depths
+
+MOST_WAYS = 1 << 21
+"""How many ways at once a walk may follow."""
+
+
+@dataclass(slots=True, eq=False)
+class Found:
+    """Ends of ways through a line.
+
+    Attributes
+    ----------
+    entry, root : ndarray
+        (N,) by which entry it began, and at which event.
+    capture, start, until, low, high : ndarray
+        (N,) int64 frames, those of all beside it in `low` and `high`.
+    alone : ndarray
+        (N,) bool: whether it is no more than a starting position.
+    part, row : ndarray
+        (N,) int64: its last symbol.
+    node : ndarray
+        (N,) int64.
+    memory : Memory
+        The rest.
+    """
+
+    entry: Whole
+    root: Whole
+    capture: Whole
+    start: Whole
+    until: Whole
+    low: Whole
+    high: Whole
+    alone: Mask
+    part: Whole
+    row: Whole
+    node: Whole
+    memory: Memory
+
+
+class Recall:
+    """Walks a program in a block.
+
+    Parameters
+    ----------
+    setting : Setting
+        Where, and what is asked.
+    program : Program
+        Any.
+    timed : bool
+        Whether the frames of its steps have to be in a rhythm.
+    tracked : bool
+        Whether it matters which way goes on in which.
+    """
+
+    def __init__(
+        self, setting: Setting, program: Program, *, timed: bool = False, tracked: bool = False
+    ) -> None:
+        self._setting, self._program, self._block = setting, program, setting.block
+        self._timed, self._tracked, self.nodes = timed, tracked, Nodes()
+        self._depths = depths(program, 0)
+        self._beats = GROUPS + 3 * (1 + max(self._depths))
+        self._seen = self._beats + (len(setting.asked.rhythm) if timed else 0)
+        self._due = setting.due(program)
+        to_end = self._block, program
+        self._alive = [self._leads_on(*it) for it in enumerate(Backwards(*to_end).values)]
+        self._reaches: dict[int, Reach] = {}
+        self._followed = 0
+
+    def _leads_on(self, state: int, values: Whole) -> Mask:
+        """Tell from which events of a state an end can be reached; one may be an end itself."""
+        starting = self._block.events(self._program.states[state]).starting
+        return (values < NONE) | (starting & bool(self._program.exits[state]))
+
+    def found(self, *, passing_only: bool = False) -> Found:
+        """Return all ways in which the line can match.
+
+        Parameters
+        ----------
+        passing_only : bool
+            Whether only those are asked for that begin with a passing symbol.
+
+        Raises
+        ------
+        TooMuch
+            Where there are too many.
+        """
+        program, ends = self._program, []
+        at: dict[int, list[Memory]] = {state: [] for state in range(len(program.states))}
+        for number, rows in enumerate(self._begun(passing_only)):
+            at[program.entries[number].state].append(rows)
+        for states in components(program):
+            circles = len(states) > 1 or any(
+                edge.entry.state == states[0] for edge in program.edges[states[0]]
+            )
+            waves = self._in_time(states, at) if circles else self._at_once(states[0], at)
+            for state, rows in waves:
+                self._setting.tick()
+                ends += self._leave(state, rows, at)
+        return self._gathered(ends)
+
+    def _begun(self, passing_only: bool) -> Iterator[Memory]:
+        """Yield the ways that begin by each entry."""
+        before = 0
+        self._firsts: list[Whole] = []
+        for entry in self._program.entries:
+            state = entry.state
+            events = self._block.events(self._program.states[state])
+            fits = roots(self._block, self._program, entry) & self._alive[state]
+            chosen = np.flatnonzero(fits & events.passing if passing_only else fits)
+            self._firsts.append(chosen)
+            columns = np.full((self._seen + len(self._setting.asked.columns), len(chosen)), -1)
+            columns[ROOT] = before + np.arange(len(chosen))
+            before += len(chosen)
+            for level in range(1 + len(entry.opens)):
+                group = GROUPS + 3 * level
+                columns[group + START] = columns[group + LOW] = events.start[chosen]
+                columns[group + BEYOND] = 0
+            yield self._matched(beginning(columns), state, chosen, self._due.at(None, state))
+
+    def _matched(self, rows: Memory, state: int, events: Whole, due: Settled) -> Memory:
+        """Return ways with the events that they match next, those that are possible."""
+        setting, told = self._setting, self._program.states[state]
+        rows.columns[EVENT] = events
+        if state in setting.contested.get(self._program, ()):
+            claims = setting.claims(told, events)
+            fits = np.flatnonzero(rows.taken.apart(claims))
+            rows, claims = rows.at(fits), claims.at(fits)
+            rows.taken = rows.taken.with_those(claims)
+            events = events[fits]
+        own = self._block.events(told).at(events)
+        seen = setting.asked.noted(self._block, told, events, rows.columns[self._seen :])
+        rows.columns[self._seen :] = seen
+        if self._timed:
+            rows, own = self._kept_in_time(rows, own.end - own.start), own
+        if due.conditions:
+            capture = self._block.events(told).capture[rows.columns[EVENT]]
+            rows = rows.at(setting.met(due.conditions, capture, rows.columns[self._seen :]))
+        for column in due.columns:
+            noted = rows.columns[self._seen + column]
+            noted[noted >= 0] = MET
+        return rows
+
+    def _kept_in_time(self, rows: Memory, frames: Whole) -> Memory:
+        """Return the ways that a rhythm may still be kept by, with how long a step has lasted."""
+        beats = rows.columns[self._beats : self._seen]
+        place = (beats >= 0).sum(axis=0)
+        fits = np.flatnonzero(place < len(beats))
+        rows, place = rows.at(fits), place[fits]
+        beats = rows.columns[self._beats : self._seen]
+        beats[place, np.arange(len(place))] = frames[fits]
+        return rows.at(np.flatnonzero(self._setting.asked.may_be_in_rhythm(beats)))
+
+    def _at_once(self, state: int, at: dict[int, list[Memory]]) -> Iterator[tuple[int, Memory]]:
+        """Yield the ways that stand at a state that does not lead to itself."""
+        if at[state]:
+            yield state, self._settled(at.pop(state))
+
+    def _in_time(
+        self, states: list[int], at: dict[int, list[Memory]]
+    ) -> Iterator[tuple[int, Memory]]:
+        """Yield the ways that stand at states that lead to each other, in order of time."""
+        ranks = self._ranks(states)
+        waves: dict[int, dict[int, list[Memory]]] = {}
+        now = -1
+        while True:
+            for state in states:
+                for rows in at[state]:
+                    for rank, some in _by(ranks[state][rows.columns[EVENT]], rows):
+                        if rank <= now:
+                            raise NotCovered
+                        waves.setdefault(rank, {}).setdefault(state, []).append(some)
+                at[state] = []
+            if not waves:
+                return
+            now = min(waves)
+            for state, tables in waves.pop(now).items():
+                yield state, self._settled(tables)
+
+    def _ranks(self, states: list[int]) -> dict[int, Whole]:
+        """Return the order of time of the events of some states in their captures."""
+        events = [self._block.events(self._program.states[state]) for state in states]
+        capture, end = (
+            np.concatenate([getattr(it, name) for it in events]) for name in ("capture", "end")
+        )
+        row = np.concatenate([it.last[0] for it in events])
+        order = np.lexsort((row, end, capture))
+        new = starts_of(capture[order]) | starts_of(end[order]) | starts_of(row[order])
+        dense = np.cumsum(new)
+        first = np.searchsorted(capture[order], capture[order])
+        ranks = np.empty(len(order), np.int64)
+        ranks[order] = dense - dense[first] if len(order) else dense
+        bounds = np.cumsum([0, *(len(it) for it in events)])
+        return {
+            state: ranks[bounds[place] : bounds[place + 1]] for place, state in enumerate(states)
+        }
+
+    def _settled(self, tables: list[Memory]) -> Memory:
+        """Return ways, those as one that stand at the same event and remember the same."""
+        rows = together(tables)
+        self._followed += len(rows)
+        if self._followed > MOST_WAYS:
+            raise TooMuch
+        alike, which = rows.alike()
+        if self._tracked:
+            alike.came = self.nodes.add(len(alike), rows.came, which)
+        return alike
+
+    def _leave(
+        self, state: int, rows: Memory, at: dict[int, list[Memory]]
+    ) -> list[tuple[int, Memory]]:
+        """Let ways go on from a state, and return those that end there."""
+        left: dict[tuple[object, ...], Memory] = {}
+
+        def leaving(way: Exit) -> Memory:
+            key = (way.closes, way.to_end)
+            if key not in left:
+                fits = may_leave(self._block, self._program, way)[rows.columns[EVENT]]
+                left[key] = self._closed(rows.at(np.flatnonzero(fits)), state, way.closes)
+            return left[key]
+
+        for edge in self._program.edges[state]:
+            gone = self._over(edge, leaving(edge.exit))
+            if len(gone):
+                at[edge.entry.state].append(gone)
+        ends = []
+        told = self._program.states[state]
+        passing = self._block.events(told).passing
+        for way in self._program.exits[state]:
+            ending = leaving(way)
+            if told.manner != "via":
+                ending = ending.at(np.flatnonzero(~passing[ending.columns[EVENT]]))
+            late = self._due.late(state)
+            if late:
+                capture = self._block.events(told).capture[ending.columns[EVENT]]
+                fits = self._setting.met(late, capture, ending.columns[self._seen :])
+                ending = ending.at(fits)
+            ends.append((state, ending))
+        return ends
+
+    def _closed(self, rows: Memory, state: int, closes: tuple[Group, ...]) -> Memory:
+        """Return ways with some groups closed, inner ones first."""
+        events = self._block.events(self._program.states[state])
+        depth = self._depths[state]
+        for group in closes:
+            event = rows.columns[EVENT]
+            end, alone, capture = events.end[event], events.starting[event], events.capture[event]
+            own = GROUPS + 3 * depth
+            if group.length:
+                frames = end - rows.columns[own + START]
+                fits = self._block.meets(capture, frames, group.length) & ~alone
+                rows = rows.at(np.flatnonzero(fits))
+                event = rows.columns[EVENT]
+                end, capture = events.end[event], events.capture[event]
+            if group.companions:
+                rows = self._beside(rows, state, group, own)
+                end = events.end[rows.columns[EVENT]]
+            else:
+                rows = rows.at(np.arange(len(rows)))
+            low, beyond = rows.columns[own + LOW], rows.columns[own + BEYOND]
+            for outer in range(GROUPS, own, 3):
+                lows, beyonds = rows.columns[outer + LOW], rows.columns[outer + BEYOND]
+                np.minimum(lows, low, out=lows)
+                np.maximum(beyonds, np.where(beyond > end, beyond, 0), out=beyonds)
+            rows.columns[own : own + 3] = -1
+            depth -= 1
+        return rows
+
+    def _beside(self, rows: Memory, state: int, group: Group, own: int) -> Memory:
+        """Return ways with what stands beside a group that closes."""
+        events = self._block.events(self._program.states[state]).at(rows.columns[EVENT])
+        until = np.where(events.starting, events.until, events.end)
+        lines = Stretches(
+            events.capture,
+            rows.columns[own + START],
+            until,
+            rows.columns[own + LOW],
+            np.maximum(rows.columns[own + BEYOND], events.end),
+            events.starting,
+        )
+        seen = rows.columns[self._seen :]
+        hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, rows.taken, rows.owed, seen)
+        whole = group is self._program.whole
+        hulls = self._setting.company.close(group, lines, hulls, whole=whole)
+        rows = rows.at(hulls.line)
+        rows.columns[self._seen :] = hulls.seen
+        rows.columns[own + LOW], rows.columns[own + BEYOND] = hulls.low, hulls.high
+        rows.taken, rows.owed = hulls.taken, hulls.owed
+        return rows
+
+    def _over(self, edge: Edge, rows: Memory) -> Memory:
+        """Return the ways that go on over an edge."""
+        state = edge.entry.state
+        events = self._block.events(self._program.states[state])
+        fits = self._alive[state].copy()
+        for arrow in edge.entry.from_start:
+            fits &= begins(self._block, self._program.states[state], events, arrow)
+        sources, targets = self._led(edge, rows)
+        here = fits[targets]
+        sources, targets = sources[here], targets[here]
+        gone = rows.at(sources)
+        start, end = events.start[targets], events.end[targets]
+        opened = self._depths[state] - len(edge.entry.opens)
+        for level in range(1 + self._depths[state]):
+            low, beyond = (gone.columns[GROUPS + 3 * level + it] for it in (LOW, BEYOND))
+            if level > opened:
+                gone.columns[GROUPS + 3 * level + START] = low[:] = start
+                beyond[:] = 0
+            else:
+                np.minimum(low, start, out=low)
+                beyond[beyond <= end] = 0
+        return self._matched(gone, state, targets, self._due.at(edge.exit.state, state))
+
+    def _led(self, edge: Edge, rows: Memory) -> tuple[Whole, Whole]:
+        """Return pairs of a way and an event to which an edge leads from it."""
+        if id(edge) not in self._reaches:
+            events = self._block.events(self._program.states[edge.exit.state])
+            self._reaches[id(edge)] = Reach(self._block, way_of(self._program.states, edge), events)
+        low, high, targets = self._reaches[id(edge)].listed()
+        event = rows.columns[EVENT]
+        sources, places = spread(low[event], high[event])
+        return sources, targets[places] if targets is not None else places
+
+    def _gathered(self, ends: list[tuple[int, Memory]]) -> Found:
+        """Return ends as one table."""
+        none = np.empty((self._seen + len(self._setting.asked.columns), 0), np.int64)
+        ends = [(0, beginning(none)), *ends]
+        memory = together([rows for _, rows in ends])
+        many = [len(rows) for _, rows in ends]
+        state = np.repeat([number for number, _ in ends], many)
+        columns = np.zeros((6, len(memory)), np.int64)
+        alone = np.zeros(len(memory), bool)
+        for number in set(state.tolist()):
+            own = np.flatnonzero(state == number)
+            told = self._program.states[number]
+            events = self._block.events(told).at(memory.columns[EVENT][own])
+            until = np.where(events.starting, events.until, events.end)
+            high = np.maximum(memory.columns[GROUPS + BEYOND][own], events.end)
+            part = np.full(len(own), self._setting.asked.code(told.members[-1]))
+            columns[:5, own] = events.capture, until, high, part, events.last[-1]
+            alone[own] = events.starting
+        capture, until, high, part, row, _ = columns
+        bounds = np.cumsum([0, *map(len, self._firsts)])
+        entry = np.searchsorted(bounds, memory.columns[ROOT], "right") - 1
+        first = np.concatenate(self._firsts)[memory.columns[ROOT]]
+        start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
+        frames = (capture, start, until, low, high)
+        return Found(entry, first, *frames, alone, part, row, memory.came, memory)
+
+
+def _by(ranks: Whole, rows: Memory) -> Iterator[tuple[int, Memory]]:
+    """Yield ways by their ranks, those of the same rank together."""
+    order = np.argsort(ranks, kind="stable")
+    starts = np.flatnonzero(starts_of(ranks[order]))
+    for own in np.split(order, starts[1:]) if len(order) else ():
+        yield int(ranks[own[0]]), rows.at(own)

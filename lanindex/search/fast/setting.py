@@ -1,0 +1,262 @@
+"""What walks through the lines of one query share, in one block: what is asked, and of what."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import combinations_with_replacement, product
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from lanindex.search.automaton import Group, Program, State
+from lanindex.search.fast.asked import Asked
+from lanindex.search.fast.beside import Stretches
+from lanindex.search.fast.block import Block
+from lanindex.search.fast.claims import alike, manner_of
+from lanindex.search.fast.conditions import Clauses, Source, Told
+from lanindex.search.fast.lines import components, reached
+from lanindex.search.fast.ragged import Numbers, Whole
+from lanindex.search.fast.taken import Taken, nothing, one_each
+from lanindex.search.language.clauses import Condition
+
+
+@dataclass(slots=True, eq=False)
+class Hulls:
+    """Ways in which lines can be with what stands beside them.
+
+    Attributes
+    ----------
+    line, low, high : ndarray
+        (N,) int64: of which line, and the hull.
+    taken, owed, seen
+        What they remember, as in `Memory`.
+    """
+
+    line: Whole
+    low: Whole
+    high: Whole
+    taken: Taken
+    owed: Whole
+    seen: Whole
+
+    def at(self, chosen: Numbers) -> Hulls:
+        """Return some of them."""
+        return Hulls(
+            *(self.line[chosen], self.low[chosen], self.high[chosen]),
+            *(self.taken.at(chosen), self.owed[:, chosen], self.seen[:, chosen]),
+        )
+
+
+class Closing(Protocol):
+    """What finds what stands beside a line."""
+
+    def close(self, group: Group, lines: Stretches, hulls: Hulls, *, whole: bool) -> Hulls:
+        """Return the ways in which a group can close."""
+
+
+class Settled(NamedTuple):
+    """Conditions that can be told, and the columns that no other one asks for."""
+
+    conditions: tuple[Condition, ...] = ()
+    columns: tuple[int, ...] = ()
+
+
+class Due:
+    """When the conditions on the labels of one line can be told: once none of them can come again.
+
+    Parameters
+    ----------
+    asked : Asked
+        The clauses.
+    program : Program
+        The line.
+    """
+
+    def __init__(self, asked: Asked, program: Program) -> None:
+        self._asked = asked
+        known = {label for state in program.states for label in state.labels}
+        self.own = [
+            it for it in asked.conditions if it not in asked.of_all and asked.labels[it] <= known
+        ]
+        self._settled: list[frozenset[Condition]] = []
+        following = [sorted({edge.entry.state for edge in edges}) for edges in program.edges]
+        for state in program.states if self.own else ():
+            coming = {
+                label
+                for number in reached(following, state.number)
+                for label in program.states[number].labels
+            }
+            told = (it for it in self.own if not asked.labels[it] & coming)
+            self._settled.append(frozenset(told))
+
+    def at(self, before: int | None, state: int) -> Settled:
+        """Return what can be told at a state, and could not at the one before."""
+        if not self.own:
+            return Settled()
+        done = frozenset() if before is None else self._settled[before]
+        fresh = self._settled[state] - done
+        if not fresh:
+            return Settled()
+        open_still = {
+            label
+            for condition in self._asked.conditions
+            if condition not in self._settled[state]
+            for label in self._asked.labels[condition]
+        }
+        columns = [at for (label, _), at in self._asked.columns.items() if label not in open_still]
+        return Settled(tuple(it for it in self.own if it in fresh), tuple(columns))
+
+    def late(self, state: int) -> tuple[Condition, ...]:
+        """Return what can be told only once the line ends at a state."""
+        return tuple(it for it in self.own if it not in self._settled[state])
+
+
+class Setting:
+    """What walks through the lines of one query share.
+
+    Parameters
+    ----------
+    block : Block
+        Where.
+    asked : Asked
+        The clauses.
+    source : Source
+        What columns do not tell.
+    tick : callable
+        Is called now and then, and may raise.
+
+    Attributes
+    ----------
+    contested : dict of Program to set of int
+        By line, the states at which another one could want what it takes.
+    outside : set of Program
+        The lines that, with what stands beside them, could want what lines further out do.
+    """
+
+    company: Closing
+
+    def __init__(
+        self, block: Block, asked: Asked, source: Source, tick: Callable[[], None]
+    ) -> None:
+        self.block, self.asked, self.tick = block, asked, tick
+        self.clauses = Clauses(asked, block, source)
+        self.contested: dict[Program, set[int]] = {}
+        self.outside: set[Program] = set()
+        self._lanes: dict[tuple[str, str], int] = {}
+        self._next_lane = 0
+        self._due: dict[Program, Due] = {}
+
+    def due(self, program: Program) -> Due:
+        """Return when the conditions on the labels of a line can be told."""
+        if program not in self._due:
+            self._due[program] = Due(self.asked, program)
+        return self._due[program]
+
+    def enter(self, program: Program) -> None:
+        """Take note of what the lines of a program could want of each other."""
+        lines: list[_Line] = []
+        _list_lines(program, lines)
+        for (one, first), (other, second) in combinations_with_replacement(enumerate(lines), 2):
+            again = [it for it in lines if it.again and it.holds(one) and it.holds(other)]
+            if (one != other or again) and self._compared(first.program, second.program):
+                parting = [it for it in lines if it.holds(one) != it.holds(other)]
+                self.outside.update(it.program for it in (*parting, *again))
+
+    def _compared(self, one: Program, other: Program) -> bool:
+        """Tell whether two lines could want the same, and note at which states."""
+        found = False
+        for first, second in product(_kinds(one), _kinds(other)):
+            if alike(first[0], second[0]):
+                self.contested.setdefault(one, set()).update(first[1])
+                self.contested.setdefault(other, set()).update(second[1])
+                found = True
+        return found
+
+    def claims(self, state: State, events: Whole) -> Taken:
+        """Return what events take at a state."""
+        own = self.block.events(state).at(events)
+        found = nothing(len(events))
+        for part, first, last in zip(state.members, own.first, own.last, strict=True):
+            rows = self.block.rows(part)
+            lane = self._lane(manner_of(state), part)
+            passing = rows.passing[first]
+            begin = lane + np.where(passing, len(rows) + 1 + first, rows.rank[first])
+            end = lane + np.where(passing, len(rows) + 1 + last, rows.rank[last])
+            found = found.with_those(one_each(begin, end))
+        return found
+
+    def _lane(self, manner: str, part: str) -> int:
+        """Return from where on the claims of a part's movements, stays or rests are counted."""
+        if (manner, part) not in self._lanes:
+            self._lanes[manner, part] = self._next_lane
+            self._next_lane += 2 * len(self.block.rows(part)) + 4
+        return self._lanes[manner, part]
+
+    def met(self, conditions: Iterable[Condition], capture: Whole, seen: Whole) -> Whole:
+        """Return the places of the ways that meet conditions on labels."""
+        told = Told(capture, seen, capture, capture, capture, capture)
+        fits = np.ones(len(capture), bool)
+        for condition in conditions:
+            fits &= self.clauses.holds(condition, told)
+        return np.flatnonzero(fits)
+
+    def met_where_known(
+        self, conditions: Iterable[Condition], capture: Whole, seen: Whole
+    ) -> Whole:
+        """Return the places of the ways that meet conditions on labels, or lack one of these."""
+        fits = np.ones(len(capture), bool)
+        for condition in conditions:
+            known = np.ones(len(capture), bool)
+            for label in self.asked.labels[condition]:
+                known &= seen[self.asked.place(label)] >= 0
+            some = np.flatnonzero(known & fits)
+            fits[some] = False
+            fits[some[self.met([condition], capture[some], seen[:, some])]] = True
+        return np.flatnonzero(fits)
+
+
+@dataclass(slots=True)
+class _Line:
+    """A line in the list of a program's lines: with where it stands, and all beside it behind it.
+
+    `again`: whether it stands beside a bracket that may come again without end.
+    """
+
+    program: Program
+    again: bool
+    first: int
+    last: int
+
+    def holds(self, place: int) -> bool:
+        """Return whether a line is this one, or stands beside it."""
+        return self.first <= place < self.last
+
+
+def _list_lines(program: Program, lines: list[_Line], *, again: bool = False) -> None:
+    """List a line and all beside it."""
+    own = _Line(program, again, len(lines), 0)
+    lines.append(own)
+    repeated = {
+        group
+        for states in components(program)
+        for state in states
+        for edge in program.edges[state]
+        if edge.entry.state in states
+        for group in edge.exit.closes
+    }
+    for group in (program.whole, *program.brackets):
+        for companion in group.companions:
+            for inner in companion.programs:
+                _list_lines(inner, lines, again=group in repeated)
+    own.last = len(lines)
+
+
+def _kinds(program: Program) -> list[tuple[State, list[int]]]:
+    """Return the different states of a program, each with the numbers of those alike."""
+    kinds: dict[object, tuple[State, list[int]]] = {}
+    for state in program.states:
+        fits = tuple(frozenset(it.items()) for it in state.fits)
+        key = (state.members, state.manner, fits)
+        kinds.setdefault(key, (state, []))[1].append(state.number)
+    return list(kinds.values())

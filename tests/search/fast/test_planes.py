@@ -1,0 +1,90 @@
+"""Chains of one part, told from planes of all its rows: as the engine tells them otherwise."""
+
+import gc
+import weakref
+from random import Random
+
+import numpy as np
+import pytest
+from fast_search import find_fast, numbered
+from random_library import random_library
+
+from lanindex.model.columns import columns_of
+from lanindex.search.automaton import plan
+from lanindex.search.fast import chains, find, planes
+from lanindex.search.language import parse
+
+CHAINS = (
+    "r_arm low -> high",
+    "r_arm mid -> high -> low",
+    "r_arm via high",
+    "r_arm low -> via high",
+    "r_arm low -> rising? -> not high",
+    "r_arm sinking -> sinking",
+    "r_arm not rising -> high",
+    "r_arm any -> any? -> mid? -> any",
+    "r_arm low ...[<=3] high",
+    "r_arm low ...[>1] high -> mid",
+    "r_arm low ...[<=2] mid ...[<=1] high",
+    "r_arm low ...[<40] high",
+    "r_arm low ... mid -> high ... low",
+    "r_arm low ... via mid ... high",
+    "r_arm mid x60",
+)
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    """Captures whose rows fill many words, with gaps and passing symbols; some lack the part."""
+    random = Random(5)
+    found = [it for _ in range(60) for it in random_library(random)]
+    return numbered(found)
+
+
+def found(text: str, recordings) -> list[tuple]:
+    """Return the answers as rows of a table: all that the engine itself tells."""
+    hits = find_fast(parse(text), recordings, overlaps="all")
+    told = hits._answers.at(hits._chosen)
+    columns = (told.capture, told.low, told.high, told.cost, *told.rows.T)
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+@pytest.mark.parametrize("text", CHAINS)
+def test_chains_are_told_as_other_lines_are(text, recordings, monkeypatch):
+    assert all(chains.chains_of(program) is not None for program in plan(parse(text)))
+    told = found(text, recordings)
+    monkeypatch.setattr(find, "chains_of", lambda program: None)
+    monkeypatch.setattr(find, "covered", lambda programs: None)
+    assert told == found(text, recordings)
+
+
+def test_the_chains_that_are_tried_do_match(recordings):
+    matched = [text for text in CHAINS if found(text, recordings)]
+    assert set(CHAINS) - set(matched) == {"r_arm mid x60"}
+
+
+@pytest.mark.parametrize("count", [0, 1, 63, 64, 65, 500])
+def test_a_plane_tells_what_its_mask_does(count):
+    mask = np.random.default_rng(count).random(count) < 0.3
+    plane = planes.packed(mask)
+    where = np.arange(count)
+    assert planes.places(plane).tolist() == np.flatnonzero(mask).tolist()
+    assert planes.holds(plane, where).tolist() == mask.tolist()
+    assert planes.Counted(plane).before(where).tolist() == [int(mask[:it].sum()) for it in where]
+    for steps in (0, 1, 63, 64, 130, 700):
+        later = np.flatnonzero(mask[steps:])
+        assert planes.places(planes.ahead(plane, steps)).tolist() == later.tolist()
+
+
+def test_what_is_known_of_columns_goes_with_them(recordings):
+    captures = [capture for capture, _ in recordings]
+    columns = columns_of("r_arm", captures, [tracks.get("r_arm") for _, tracks in recordings])
+    part = planes.part_of(columns)
+    assert planes.part_of(columns) is part
+    part = weakref.ref(part)
+    gc.disable()
+    try:
+        del columns
+        assert part() is None
+    finally:
+        gc.enable()

@@ -1,0 +1,157 @@
+"""What ways have to remember: clauses, companions of inner brackets, repeats that take and last."""
+
+from dataclasses import replace
+from fractions import Fraction
+from random import Random
+
+import numpy as np
+import pytest
+from fast_search import find_fast, told
+from query_cases import recordings_of
+from random_library import random_library
+
+from lanindex.search.fast import recall, taken
+from lanindex.search.fast.memory import Nodes
+from lanindex.search.fast.ragged import FAR, TooMuch
+from lanindex.search.fast.taken import Taken, beside_each_other, one_each
+from lanindex.search.language import parse
+from lanindex.search.nearly import NEAR
+from lanindex.search.plain import find
+
+PATTERNS = [
+    # conditions on one step, on several, on what is missing
+    "a: r_arm high where a.length < 0.3s",
+    "a: r_arm any -> b: any where a.level < b.level and b.length >= a.length",
+    "a: r_arm any ... b: any where b.start - a.end <= 3f and a.direction = b.direction",
+    "a: arm any where a.part = r_arm and a.margin + 0.2 >= 0.5",
+    "r_arm low -> a: mid? -> b: high where a.length < 1s",
+    "r_arm low -> a: mid? -> b: high where b.length < 1s and b.level != low",
+    "a: (r_arm any x1..2) -> b: any where a.length > b.length",
+    "a: arms any where a.length > 3f",
+    "a: r_arm at high where a.length < 2b and a.swings < 1",
+    # conditions on all that matched, and on the capture
+    "r_arm any ... high where match.length > 1s",
+    "r_arm any ... high with l_arm any where match.length > 1s and match.level = high",
+    'r_arm any -> high where clip.label = "made" and clip.frames > 15',
+    'r_arm any where clip.path = "made2.lnd"',
+    "a: r_arm any where a.margin + 9.5 < clip.fps - 0.2",
+    "a: r_arm any where a.start > 0s and a.margin != clip.nothing",
+    # conditions on lines beside each other
+    "a: r_arm any with b: l_arm any where b.start - a.start < 0.2s and a mirrors b",
+    "a: r_arm any x2 with b: l_arm any x1+ where a mirrors b",
+    "a: (r_arm any x1+) with b: (l_arm any x1+) where b mirrors a",
+    "a: r_arm any with b: l_arm any x1+ where a.level = b.level",
+    "(r_arm any with a: l_arm any or r_arm high) -> b: r_arm any where a.length = b.length",
+    "l1: head right/place -> any starting with l2: r_arm any where l1.level = l2.level",
+    # rhythm
+    "r_arm any -> any rhythm 1:1",
+    "r_arm any x1+ rhythm 1:1.5:2",
+    "arm any ... any? -> any rhythm 2:1 where match.length < 3s",
+    "r_arm any -> (any with head) rhythm 1:2",
+    # lines beside brackets of a longer line
+    "r_arm any -> (any with l_arm any) -> any",
+    "r_arm any -> (high without l_arm any)",
+    "(r_arm any with arm any) -> any",
+    "((r_arm any -> any) without arm any) -> any with arm any",
+    "r_arm any ... (any after head) ... (any before l_arm)",
+    "(r_arm any with r_arm at any) x1+",
+    "(r_arm any never l_arm high)? -> any with l_arm any",
+    "r_arm any during (l_arm any with head) -> any",
+    # open repeats: of a length, with lines beside them, that take what others could want
+    "(r_arm any x1+) <1s",
+    "(r_arm any x1+) <1s x1+",
+    "r_arm any x1+ with arm any x1+",
+    "r_arm any x1+ ending with l_arm any x1+",
+    "r_arm any x2+ without arm any",
+    "r_arm any x1+ after[<1s] l_arm any x1+",
+    "head via any -> any with r_arm any",
+]
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_nothing_is_left_to_the_plain_matcher(pattern: str) -> None:
+    query, hits = parse(pattern), 0
+    for seed in range(6):
+        recordings = random_library(Random(seed))
+        for overlaps in ("all", "none"):
+            options = {"tolerance": Fraction(1, 5), "overlaps": overlaps}
+            found = find_fast(query, recordings, **options)
+            assert told(found) == told(find(query, recordings, **options))
+            assert not found.left
+            hits += len(found)
+    assert hits or "clip.nothing" in pattern
+
+
+def test_lines_take_one_symbol_each_also_near_a_border() -> None:
+    query = replace(parse("r_arm right with[1s] r_arm left"), near=NEAR)
+    found = 0
+    for seed in range(200):
+        recordings = random_library(Random(seed))
+        hits = told(find_fast(query, recordings, overlaps="all"))
+        assert hits == told(find(query, recordings, overlaps="all"))
+        found += len(hits)
+    assert found
+
+
+def test_of_hits_with_the_same_frames_the_clearest_comes_first() -> None:
+    (recording,) = recordings_of(
+        "fps 10 frames 13; r_arm: left high 0 0, left high 0 4, place high 5 6"
+    )
+    track = recording.tracks["r_arm"]
+    symbols = track.symbols.copy()
+    symbols["margin"] = 0.5, 0.85, 0.8
+    recordings = [(recording.capture, {"r_arm": replace(track, symbols=symbols)})]
+    query = parse("r_arm ... hold high -> high")
+    assert told(find_fast(query, recordings)) == told(find(query, recordings)) == [(1, 0, 6, 0.8)]
+
+
+def test_what_is_too_much_for_one_capture_is_tried_in_parts(monkeypatch) -> None:
+    monkeypatch.setattr(recall, "MOST_WAYS", 60)
+    query = parse("a: r_arm any ... b: any where a.level < b.level")
+    left = []
+    for seed in range(10):
+        recordings = random_library(Random(seed))
+        found = find_fast(query, recordings)
+        assert told(found) == told(find(query, recordings))
+        left.append(found.left < len(recordings))
+    assert any(left)
+
+
+def test_claims_are_sets() -> None:
+    random = Random(1)
+    sets = [
+        [{random.randrange(6) for _ in range(random.randrange(6))} for _ in "ab"] for _ in "x" * 50
+    ]
+    one, two = (beside_each_other([_claims(pair[side]) for pair in sets]) for side in range(2))
+    both = one.with_those(two)
+    assert one.apart(two).tolist() == [not a & b for a, b in sets]
+    assert [_numbers(both.at(np.array([place]))) for place in range(50)] == [a | b for a, b in sets]
+    assert both.none.tolist() == [not a | b for a, b in sets]
+    same = two.with_those(one)
+    assert np.array_equal(both.first, same.first)
+    assert np.array_equal(both.last, same.last)
+
+
+def _claims(numbers: set[int]) -> Taken:
+    found = taken.nothing(1)
+    for number in numbers:
+        claim = np.array([number])
+        found = found.with_those(one_each(claim, claim))
+    return found
+
+
+def _numbers(claims: Taken) -> set[int]:
+    ranges = zip(claims.first[:, 0].tolist(), claims.last[:, 0].tolist(), strict=True)
+    return {it for first, last in ranges if first < FAR for it in range(first, last + 1)}
+
+
+def test_nodes_tell_what_goes_on_in_what() -> None:
+    nodes = Nodes()
+    first = nodes.add(2, np.array([-1, -1]), np.array([0, 1]))
+    second = nodes.add(2, first, np.array([0, 0]))
+    third = nodes.add(1, second[:1], np.array([0]))
+    lines = np.array([0, 0, 1, 1, 2])
+    ends = np.array([first[1], third[0], second[1], third[0], first[0]])
+    assert nodes.behind(lines, ends, 100).tolist() == [True, False, False, False, False]
+    with pytest.raises(TooMuch):
+        nodes.behind(lines, ends, 10)
