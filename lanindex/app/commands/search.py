@@ -191,5 +191,5 @@ def _summary(out: Output, found: Hits, shown: int, best: bool = False) -> None:
     from lanindex.app.formatting import counted
 
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    cut = "; no others fit as well, --limit shows more" if best else cut
+    cut = "; no others fit better, --limit shows more" if best else cut
     out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")
