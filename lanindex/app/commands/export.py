@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import meaning, options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, end_progress
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def run(
     from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
-        library.tell = out.note
+        library.tell, library.watch = out.note, out.watch
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
@@ -102,6 +102,7 @@ def run(
                 near=near,
                 fuzzy=fuzzy,
             )
+            end_progress()
             wanted = from_hits(hits_in(found), found.pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
     for row in manifest:
