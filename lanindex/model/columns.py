@@ -82,7 +82,7 @@ class Roster:
         return Roster(self.number[order], self.frames[order], self.rate[order], self.speed[order])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Columns:
     """The symbols of one part, in all captures of a roster.
 

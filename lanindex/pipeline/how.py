@@ -114,15 +114,13 @@ class How:
             return finder.find(self.overlaps, watch)
         from lanindex.search import fuzzy
 
-        return list(
-            fuzzy.find(
-                query,
-                roster,
-                columns,
-                lambda places: recordings(places, query.parts),
-                self.allowance,
-                tolerance=self.tolerance,
-                overlaps=self.overlaps,
-                watch=watch,
-            )
+        return fuzzy.find(
+            query,
+            roster,
+            columns,
+            recordings,
+            self.allowance,
+            tolerance=self.tolerance,
+            overlaps=self.overlaps,
+            watch=watch,
         )

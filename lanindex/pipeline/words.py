@@ -5,7 +5,9 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from lanindex.search.dictionary import inside, load, spelled
+from lanindex.search.dictionary import absent, inside, load, spelled
+
+__all__ = ["absent", "glob_of", "meant", "named", "said", "said_by", "unknown"]
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

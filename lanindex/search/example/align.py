@@ -84,20 +84,32 @@ def differences(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> Float
     """Return what stretches of clips do not share, pair by pair: (P, B) float32, by part."""
     found = sizes(one, ours) + sizes(two, theirs)
     mine, others = ours.high - ours.low, theirs.high - theirs.low
-    fast = compiled.chosen(int((mine * others).sum()))
+    both = (mine > 0) & (others > 0)
+    found[both] += _begun(one, ours.low[both], two, theirs.low[both])
+    # where one side never moves, all that the other does is left out, and there is no choice
+    both &= (mine > 1) & (others > 1)
+    fast = compiled.chosen(int((mine * others)[both].sum()))
     if fast:
-        both = np.nonzero((mine > 0) & (others > 0))
         own = (one.points, one.sizes, one.paces, one.swings, ours.low[both], ours.high[both])
         other = (two.points, two.sizes, two.paces, two.swings, theirs.low[both], theirs.high[both])
-        values = np.empty(len(both[0]), np.float32)
+        values = np.empty(np.count_nonzero(both), np.float32)
         fast(*own, *other, values)
         found[both] = values
         return found
-    for parts, stretches in _lanes(mine, others):
+    for parts, stretches in _lanes(np.where(both, mine, 0), others):
         lanes = _Lanes(one, two, ours.low[parts, stretches], theirs.low[parts, stretches])
         counts = others[parts, stretches] - 1
         found[parts, stretches] = lanes.walked(mine[parts, stretches], counts)
     return found
+
+
+def _begun(one: Moves, ours: Numbers, two: Moves, theirs: Numbers) -> Floats:
+    """Return what it costs more to lay beginnings upon each other than to leave both out."""
+    own, other = one.swings[ours], two.swings[theirs]
+    away = one.points[ours] - two.points[theirs]
+    more: Floats = np.float32(POSE) * np.sqrt(np.square(away).sum(axis=1))
+    more += np.abs(own - other) - own - other
+    return more
 
 
 def _lanes(mine: Numbers, others: Numbers) -> Iterator[tuple[Numbers, Numbers]]:

@@ -22,7 +22,7 @@ from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, codes_of
 Floats = NDArray[np.float32]
 Numbers = NDArray[np.int64]
 
-STEP = 0.2
+STEP = 0.25
 """What every movement costs that one clip has and the other has not, beside how far it goes."""
 
 SWING = 0.2

@@ -12,7 +12,7 @@ from lanindex.search.example.candidates import promises
 from lanindex.search.example.moves import Clips
 from lanindex.search.example.stretches import reach_of, stretches
 
-LONGER = 2.0
+LONGER = 4.0
 """From how many times the length of the example on a clip is looked through by stretches, too."""
 
 MOST = 4096

@@ -9,9 +9,13 @@ last.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 
+from lanindex.search.fast import compiled
 from lanindex.search.fast.ragged import FAR, Mask, Whole, spread, starts_of
 from lanindex.search.fast.ways import Used, smallest, stacked
 
@@ -73,6 +77,60 @@ def gathered(tables: list[Stretches]) -> Stretches:
     return found
 
 
+class Others:
+    """Lines that others stand beside, in order of capture, start and end.
+
+    Parameters
+    ----------
+    lines : Stretches
+        In any order.
+
+    Attributes
+    ----------
+    lines : Stretches
+        In order.
+    order : ndarray
+        (N,) int64: where each of them stood.
+    starts : ndarray
+        (N,) int64, growing: capture and start as one number.
+    """
+
+    def __init__(self, lines: Stretches) -> None:
+        starts = lines.capture * FAR + lines.start
+        self.order = np.arange(len(lines))
+        same = starts[1:] == starts[:-1]
+        if not ((starts[1:] > starts[:-1]) | same & (lines.until[1:] >= lines.until[:-1])).all():
+            self.order = np.lexsort((lines.until, starts))
+            lines, starts = lines.at(self.order), starts[self.order]
+        self.lines, self.starts = lines, starts
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.lines)
+
+    @cached_property
+    def latest(self) -> Whole:
+        """The latest end of each and all before it, with the capture as one number, growing."""
+        latest: Whole = np.maximum.accumulate(self.lines.capture * FAR + self.lines.until)
+        return latest
+
+    @cached_property
+    def by_end(self) -> Whole:
+        """The places of the lines in order of their ends."""
+        return np.argsort(self.lines.capture * FAR + self.lines.until, kind="stable")
+
+    @cached_property
+    def ends(self) -> Whole:
+        """Capture and end as one number, growing."""
+        ends: Whole = (self.lines.capture * FAR + self.lines.until)[self.by_end]
+        return ends
+
+    @cached_property
+    def heads(self) -> Whole:
+        """Where lines begin that start together, and how many there are of all."""
+        return np.append(np.flatnonzero(starts_of(self.starts)), len(self))
+
+
 @dataclass(slots=True, eq=False)
 class Margins:
     """How far apart lines may lie, by capture.
@@ -90,160 +148,142 @@ class Margins:
     slack: Whole
 
 
-def shares(lines: Stretches, others: Stretches, margins: Margins) -> Mask:
-    """Tell which lines have another one that shares a frame with them, or lies near enough.
+class Limits(NamedTuple):
+    """Between which frames another line has to begin and to end, both included; (N,) each."""
 
-    Compared are the frames from `low` to `high`.
+    begin_first: Whole
+    begin_last: Whole
+    end_first: Whole
+    end_last: Whole
+
+    def at(self, chosen: Whole | Mask) -> Limits:
+        """Return those of some lines."""
+        return Limits(*(it[chosen] for it in self))
+
+
+def limits(relation: str, lines: Stretches, margins: Margins) -> Limits:
+    """Return within which limits another line stands in a relation to each."""
+    start, until = lines.start, lines.until
+    first, last = np.zeros(len(lines), np.int64), np.full(len(lines), FAR - 1)
+    found = {"begin_first": first, "begin_last": last, "end_first": first, "end_last": last}
+    least, most, slack = (it[lines.capture] for it in (margins.least, margins.most, margins.slack))
+    least = np.maximum(least, 0)
+    if relation in ("with", "without"):
+        found |= {"begin_last": until + most, "end_first": start - most}
+    elif relation == "during":
+        found |= {"begin_last": start, "end_first": until}
+    elif relation == "after":
+        found |= {"end_first": start - most, "end_last": start - least}
+    elif relation == "before":
+        found |= {"begin_first": until + least, "begin_last": until + most}
+    if relation in ("starting with", "exactly with"):
+        found |= {"begin_first": start - slack, "begin_last": start + slack}
+    if relation in ("ending with", "exactly with"):
+        found |= {"end_first": until - slack, "end_last": until + slack}
+    return Limits(
+        np.maximum(found["begin_first"], 0),
+        np.minimum(found["begin_last"], FAR - 1),
+        np.maximum(found["end_first"], 0),
+        found["end_last"],
+    )
+
+
+def holds(relation: str, lines: Stretches, others: Others, margins: Margins) -> Mask:
+    """Tell which lines have another one that stands in a relation to them.
+
+    Of those that lie exactly with them only the beginnings are compared.
     """
     if not len(others):
         return np.zeros(len(lines), bool)
-    order = np.lexsort((others.start, others.capture))
-    starts = (others.capture * FAR + others.start)[order]
-    latest = np.maximum.accumulate((others.capture * FAR + others.until)[order])
-    near = margins.most[lines.capture] + 1
-    base = lines.capture * FAR
-    place = np.searchsorted(starts, base + lines.high + near) - 1
-    shared: Mask = (place >= 0) & (latest[place] > base + np.maximum(lines.low - near, -1))
-    return shared
+    base, limit = lines.capture * FAR, limits(relation, lines, margins)
+    if relation in ("after", "ending with"):
+        return _some(others.ends, base + limit.end_first, base + limit.end_last)
+    if relation in ("before", "starting with", "exactly with"):
+        return _some(others.starts, base + limit.begin_first, base + limit.begin_last)
+    place = np.searchsorted(others.starts, base + limit.begin_last, "right") - 1
+    held: Mask = (place >= 0) & (others.latest[place] >= base + limit.end_first)
+    return held
 
 
-def holds(relation: str, lines: Stretches, others: Stretches, margins: Margins) -> Mask:
-    """Tell which lines have another one around, after or before them."""
-    if not len(others):
-        return np.zeros(len(lines), bool)
-    base = lines.capture * FAR
-    if relation == "during":
-        order = np.lexsort((others.start, others.capture))
-        starts = (others.capture * FAR + others.start)[order]
-        latest = np.maximum.accumulate((others.capture * FAR + others.until)[order])
-        place = np.searchsorted(starts, base + lines.start, "right") - 1
-        around: Mask = (place >= 0) & (latest[place] >= base + lines.until)
-        return around
-    least = np.maximum(margins.least[lines.capture], 0)
-    most = margins.most[lines.capture]
-    if relation == "after":
-        keys = np.sort(others.capture * FAR + others.until)
-        first = base + np.maximum(lines.start - most, 0)
-        last = base + lines.start - least
-        last = np.where(lines.start < least, first - 1, last)
-    else:
-        keys = np.sort(others.capture * FAR + others.start)
-        first, last = base + lines.until + least, base + np.minimum(lines.until + most, FAR - 1)
-    found: Mask = np.searchsorted(keys, first) < np.searchsorted(keys, last, "right")
-    return found
+def _some(keys: Whole, first: Whole, last: Whole) -> Mask:
+    some: Mask = np.searchsorted(keys, first) < np.searchsorted(keys, last, "right")
+    return some
+
+
+def pairs(relation: str, lines: Stretches, others: Others, margins: Margins) -> tuple[Whole, Whole]:
+    """Return all pairs of a line and another one that stands beside it."""
+    base, limit = lines.capture * FAR, limits(relation, lines, margins)
+    if relation in ("after", "ending with"):
+        first = np.searchsorted(others.ends, base + limit.end_first)
+        line, place = spread(first, np.searchsorted(others.ends, base + limit.end_last, "right"))
+        return line, others.by_end[place]
+    first = np.searchsorted(others.starts, base + limit.begin_first)
+    first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
+    line, other = spread(first, np.searchsorted(others.starts, base + limit.begin_last, "right"))
+    until = others.lines.until[other]
+    fits = (limit.end_first[line] <= until) & (until <= limit.end_last[line])
+    return line[fits], other[fits]
 
 
 def hulls(
-    relation: str, lines: Stretches, others: Stretches, margins: Margins
+    relation: str, lines: Stretches, others: Others, margins: Margins
 ) -> tuple[Whole, Whole, Whole]:
-    """Return the hulls of the lines that stand beside each, but for those that hold another.
+    """Return the hulls of each line and another one beside it, but for those that hold another.
 
     Returns
     -------
     tuple of ndarray
-        Which line, and low and high of the other.
+        Which line, growing, and low and high.
     """
-    if relation == "ending with":
-        line, other = _ending(lines, others, margins)
-    elif relation == "with":
-        line, other = _sharing(lines, others, margins)
+    if relation == "with":
+        fast = compiled.chosen(len(lines) + len(others))
+        if fast and others.lines.plain:
+            return _compiled_hulls(fast, lines, others, limits(relation, lines, margins))
+        line, other = _sharing(lines, others, limits(relation, lines, margins))
     else:
-        line, other = _starting(lines, others, margins)
-        if relation == "exactly with":
-            apart = np.abs(others.until[other] - lines.until[line])
-            fits = apart <= margins.slack[lines.capture[line]]
-            line, other = line[fits], other[fits]
-    return smallest(line, others.low[other], others.high[other])
+        line, other = pairs(relation, lines, others, margins)
+    low = np.minimum(lines.low[line], others.lines.low[other])
+    return smallest(line, low, np.maximum(lines.high[line], others.lines.high[other]))
 
 
-def pairs(
-    relation: str, lines: Stretches, others: Stretches, margins: Margins
-) -> tuple[Whole, Whole]:
-    """Return all pairs of a line and another one that stands beside it."""
-    if relation == "ending with":
-        return _ending(lines, others, margins)
-    if relation in ("starting with", "exactly with"):
-        line, other = _starting(lines, others, margins)
-        apart_by = np.abs(others.until[other] - lines.until[line])
-        fits = (relation != "exactly with") | (apart_by <= margins.slack[lines.capture[line]])
-        return line[fits], other[fits]
-    order = np.lexsort((others.start, others.capture))
-    keys = (others.capture * FAR + others.start)[order]
-    base, latest = lines.capture * FAR, np.full(len(lines), FAR - 1)
-    if relation in ("with", "without", "during"):
-        latest = lines.until + np.maximum(margins.most[lines.capture], 0)
-    line, place = spread(np.searchsorted(keys, base), np.searchsorted(keys, base + latest, "right"))
-    other = order[place]
-    start, until = lines.start[line], lines.until[line]
-    begin, end = others.start[other], others.until[other]
-    least, most = (it[lines.capture[line]] for it in (margins.least, margins.most))
-    if relation == "during":
-        fits = (begin <= start) & (until <= end)
-    elif relation == "never":
-        fits = np.ones(len(line), bool)
-    else:
-        between = {"after": start - end, "before": begin - until}.get(
-            relation, np.maximum(begin - until, start - end)
-        )
-        if relation in ("after", "before"):
-            fits = (between >= np.maximum(least, 0)) & (between <= most)
-        else:
-            fits = between <= most
-    return line[fits], other[fits]
+def _compiled_hulls(
+    fast: ModuleType, lines: Stretches, others: Others, limit: Limits
+) -> tuple[Whole, Whole, Whole]:
+    """Return the same as `hulls` of lines that share frames with others which stand alone."""
+    own = lines.capture * FAR, lines.low, lines.high, limit.begin_last, limit.end_first
+    heads, their = others.heads, others.lines
+    found: tuple[Whole, Whole, Whole] = fast.sharing_hulls(
+        *own, others.starts[heads[:-1]], heads, their.start, their.until, others.latest
+    )
+    return found
 
 
-def _starting(lines: Stretches, others: Stretches, margins: Margins) -> tuple[Whole, Whole]:
-    """Return pairs that begin together."""
-    order = np.lexsort((others.start, others.capture))
-    keys = (others.capture * FAR + others.start)[order]
-    base, slack = lines.capture * FAR, margins.slack[lines.capture]
-    low = np.searchsorted(keys, base + np.maximum(lines.start - slack, 0))
-    line, place = spread(low, np.searchsorted(keys, base + lines.start + slack, "right"))
-    return line, order[place]
-
-
-def _ending(lines: Stretches, others: Stretches, margins: Margins) -> tuple[Whole, Whole]:
-    """Return pairs that end together."""
-    order = np.lexsort((others.until, others.capture))
-    keys = (others.capture * FAR + others.until)[order]
-    base, slack = lines.capture * FAR, margins.slack[lines.capture]
-    low = np.searchsorted(keys, base + np.maximum(lines.until - slack, 0))
-    line, place = spread(low, np.searchsorted(keys, base + lines.until + slack, "right"))
-    return line, order[place]
-
-
-def _sharing(lines: Stretches, others: Stretches, margins: Margins) -> tuple[Whole, Whole]:
+def _sharing(lines: Stretches, others: Others, limit: Limits) -> tuple[Whole, Whole]:
     """Return pairs that share a frame, or lie near enough.
 
     Of others that begin together and have nothing beside them only the first that ends late enough.
     """
-    order = np.lexsort((others.until, others.start, others.capture))
-    capture, start, until = others.capture[order], others.start[order], others.until[order]
-    new = starts_of(capture) | starts_of(start)
-    bounds = np.append(np.flatnonzero(new), len(order))
-    heads = (capture * FAR + start)[bounds[:-1]]
-    near = margins.most[lines.capture] + 1
-    base = lines.capture * FAR
-    low = np.searchsorted(heads, base)
-    line, head = spread(low, np.searchsorted(heads, base + lines.until + near))
-    after = np.maximum(lines.start[line] - near[line], -1)
-    place = _first_after(until, bounds[head], bounds[head + 1], after)
-    if others.plain:
-        fits = place < bounds[head + 1]
-        return line[fits], order[place[fits]]
-    pair, place = spread(place, bounds[head + 1])
-    return line[pair], order[place]
+    base, heads, until = lines.capture * FAR, others.heads, others.lines.until
+    keys = others.starts[heads[:-1]]
+    first = np.searchsorted(others.latest[heads[1:] - 1], base + limit.end_first)
+    line, head = spread(first, np.searchsorted(keys, base + limit.begin_last, "right"))
+    place = _first_from(until, heads[head], heads[head + 1], limit.end_first[line])
+    if others.lines.plain:
+        fits = place < heads[head + 1]
+        return line[fits], place[fits]
+    pair, place = spread(place, heads[head + 1])
+    return line[pair], place
 
 
-def _first_after(values: Whole, low: Whole, high: Whole, after: Whole) -> Whole:
-    """Return the first place in each range of growing values that holds more than `after`."""
+def _first_from(values: Whole, low: Whole, high: Whole, least: Whole) -> Whole:
+    """Return the first place in each range of growing values that holds at least so much."""
     low, high = low.copy(), high.copy()
     while (low < high).any():
         middle = (low + high) >> 1
-        more = values[np.minimum(middle, len(values) - 1)] > after
+        enough = values[np.minimum(middle, len(values) - 1)] >= least
         open_still = low < high
-        high = np.where(open_still & more, middle, high)
-        low = np.where(open_still & ~more, middle + 1, low)
+        high = np.where(open_still & enough, middle, high)
+        low = np.where(open_still & ~enough, middle + 1, low)
     return low
 
 

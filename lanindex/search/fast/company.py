@@ -7,6 +7,8 @@ out for the frames alone: the plain matcher tells the symbols of those hits that
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cached_property
 from math import floor
 
 import numpy as np
@@ -14,11 +16,18 @@ import numpy as np
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside
 from lanindex.search.fast.arrows import NONE
-from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches, gathered
+from lanindex.search.fast.beside import (
+    FORBIDDEN,
+    NO_FRAMES,
+    Margins,
+    Others,
+    Stretches,
+    gathered,
+)
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import Contested, all_lines, could_want, manner_of
 from lanindex.search.fast.lines import Backwards, end_of
-from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, best_of_each, in_order, starts_of
 from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
 from lanindex.search.fast.ways import Used, Ways, apart, reduced, united
 
@@ -36,10 +45,8 @@ class Company:
 
     def __init__(self, block: Block, taken: Contested) -> None:
         self._block, self._contested = block, taken
-        rates = block.clocks()
-        slack = np.array([floor(block.tolerance * clock.rate) for clock in rates[0]], np.int64)
-        self._slack = slack[rates[1]]
         self._lines: dict[tuple[Program, bool], Stretches] = {}
+        self._others: dict[Companion, tuple[Others, Others]] = {}
 
     def leading(self, program: Program) -> tuple[Whole, Whole, Whole, Whole]:
         """Return the best way of a program from each beginning.
@@ -49,8 +56,7 @@ class Company:
         tuple of ndarray
             By which entry and at which event it begins, its low and high.
         """
-        ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
-        lines = self._stretches(program, ends)
+        ends, lines = self._found(program)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
         close = self._running_on if program.open_ended else self._ending_first
@@ -72,7 +78,8 @@ class Company:
         Of each beginning some are tried, then twice as many, as long as one ranks no worse than the
         `high` of the best way found.
         """
-        order = np.lexsort((ranks, ends.root, ends.entry))
+        order = np.flatnonzero(self._accompanied(program, lines))
+        order = order[in_order((ends.entry[order], ends.root[order], ranks[order]))]
         new = starts_of(ends.root[order]) | starts_of(ends.entry[order])
         root = np.cumsum(new) - 1
         place = np.arange(len(order)) - np.flatnonzero(new)[root] if len(order) else order
@@ -140,27 +147,27 @@ class Company:
         longest = program.open_ended and not forbidden
         key = (program, forbidden)
         if key not in self._lines:
-            ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
-            lines = self._stretches(program, ends)
+            ends, lines = self._found(program)
             if longest:
                 if outer_groups(program):
                     raise NotCovered
                 lines = lines.at(self._last_of_all(program, ends))
             alone = forbidden and program not in self._contested.outside
             if alone:  # the furthest of each beginning will do; any rank is more than any frame
-                ways = self._tried(program, ends, lines, FAR - lines.until)
-            else:
-                ways = self._closed(program, lines)
-            lines = lines.at(ways.line)
-            lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+                lines = _as(self._tried(program, ends, lines, FAR - lines.until), lines)
+            elif outer_groups(program):
+                lines = _as(self._closed(program, lines), lines)
             if program not in self._contested.outside:
                 lines.used = ()
             if alone:
                 lines = lines.at(beside.outermost(lines))
-            keys = [getattr(lines, name) for name in ("capture", "start", "until", "alone")]
-            keys += [lines.low, lines.high, *(rows for it in lines.used for rows in it[1:])]
-            self._lines[key] = lines.at(best_of_each(tuple(keys), ()))
+            self._lines[key] = _different(lines)
         return self._lines[key]
+
+    def _found(self, program: Program) -> tuple[Ends, Stretches]:
+        """Return the ways of a line, and their frames."""
+        ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
+        return ends, self._stretches(program, ends)
 
     def _stretches(self, program: Program, ends: Ends) -> Stretches:
         """Return the frames of lines."""
@@ -232,20 +239,48 @@ class Company:
             ways.used = ()
 
     def _margins(self, companion: Companion) -> Margins:
-        none = np.zeros(len(self._block), np.int64)
+        none = np.broadcast_to(np.int64(0), len(self._block))
+        least, most = none, np.broadcast_to(np.int64(-1), len(self._block))
         if companion.within:
             least, most = self._block.bounds(companion.within)
-            return Margins(least, most, self._slack)
-        if companion.relation in ("after", "before"):
-            return Margins(none, none + (FAR >> 1), self._slack)
-        return Margins(none, none - 1, self._slack)
+        elif companion.relation in _IN_TURN:
+            most = np.broadcast_to(np.int64(FAR >> 1), len(self._block))
+        return Margins(least, most, self._slack if companion.relation in _TOGETHER else none)
 
-    def _partners(self, companion: Companion) -> list[tuple[bool, Stretches]]:
+    @cached_property
+    def _slack(self) -> Whole:
+        """By how many frames edges may differ, by capture."""
+        clocks, own = self._block.clocks()
+        slack = [floor(self._block.tolerance * clock.rate) for clock in clocks]
+        return np.array(slack, np.int64)[own]
+
+    def _partners(self, companion: Companion) -> tuple[Others, Others]:
         """Return the other lines that those stand beside that are not alone, and those that are."""
-        forbidden = companion.relation in FORBIDDEN
-        tables = [self.lines(program, forbidden=forbidden) for program in companion.programs]
-        others = gathered(tables)
-        return [(False, others.at(~others.alone)), (True, others)]
+        if companion not in self._others:
+            forbidden = companion.relation in FORBIDDEN
+            tables = [self.lines(program, forbidden=forbidden) for program in companion.programs]
+            others = gathered(tables)
+            every = Others(others)
+            moving = Others(others.at(~others.alone)) if others.alone.any() else every
+            self._others[companion] = moving, every
+        return self._others[companion]
+
+    def _accompanied(self, program: Program, lines: Stretches) -> Mask:
+        """Tell which lines have all that must stand beside them, whatever it takes."""
+        found = np.ones(len(lines), bool)
+        compared = replace(lines, low=lines.start, high=lines.until)
+        for group in outer_groups(program):
+            for companion in group.companions:
+                if companion.relation not in FORBIDDEN and found.any():
+                    moving, every = self._partners(companion)
+                    margins = self._margins(companion)
+                    for alone, others in ((False, moving), (True, every)):
+                        own = np.flatnonzero(found & (lines.alone == alone))
+                        if not len(own):
+                            continue
+                        held = beside.holds(companion.relation, compared.at(own), others, margins)
+                        found[own] = held & ~(alone and companion.relation in _IN_TURN)
+        return found
 
     def _joined(self, companion: Companion, lines: Stretches, ways: Ways) -> Ways:
         """Return the ways to which another line comes that must be there."""
@@ -256,15 +291,15 @@ class Company:
         wanted = np.zeros(len(lines), bool)
         wanted[ways.line] = True
         found = []
-        for alone, others in self._partners(companion):
+        for alone, others in zip((False, True), self._partners(companion), strict=True):
             own = np.flatnonzero(wanted & (lines.alone == alone))
-            if len(own) and not (alone and relation in ("after", "before")):
-                join = self._with_each if others.used else self._with_best
+            if len(own) and not (alone and relation in _IN_TURN):
+                join = self._with_each if others.lines.used else self._with_best
                 found.append(join(companion, lines, own, others, ways))
         return united(found) if found else ways.at(np.zeros(0, np.int64))
 
     def _with_best(
-        self, companion: Companion, lines: Stretches, own: Whole, others: Stretches, ways: Ways
+        self, companion: Companion, lines: Stretches, own: Whole, others: Others, ways: Ways
     ) -> Ways:
         """Return ways together with the best of the others; none wants what they took."""
         relation, margins = companion.relation, self._margins(companion)
@@ -277,7 +312,7 @@ class Company:
         return reduced(Ways(ways.line[way], low, high, tuple(it.at(way) for it in ways.used)))
 
     def _with_each(
-        self, companion: Companion, lines: Stretches, own: Whole, others: Stretches, ways: Ways
+        self, companion: Companion, lines: Stretches, own: Whole, others: Others, ways: Ways
     ) -> Ways:
         """Return ways together with each of the others that took nothing of theirs."""
         relation = companion.relation
@@ -285,14 +320,17 @@ class Company:
         way, place = beside.matched(ways.line, own[line])
         line, other = own[line][place], other[place]
         used = tuple(it.at(line) for it in lines.used) + tuple(it.at(way) for it in ways.used)
-        more = tuple(it.at(other) for it in others.used)
+        more = tuple(it.at(other) for it in others.lines.used)
         if used:
             fits = apart(used, more)
             way, line, other = way[fits], line[fits], other[fits]
         low, high = ways.low[way], ways.high[way]
         if relation not in NO_FRAMES:
-            low, high = np.minimum(low, others.low[other]), np.maximum(high, others.high[other])
-        used = tuple(it.at(way) for it in ways.used) + tuple(it.at(other) for it in others.used)
+            low = np.minimum(low, others.lines.low[other])
+            high = np.maximum(high, others.lines.high[other])
+        used = tuple(it.at(way) for it in ways.used) + tuple(
+            it.at(other) for it in others.lines.used
+        )
         return Ways(line, low, high, used)
 
     def _disturbed(self, companion: Companion, lines: Stretches, ways: Ways) -> Mask:
@@ -304,21 +342,44 @@ class Company:
         )
         disturbed: Mask = np.zeros(len(hulls), bool)
         margins = self._margins(companion)
-        for alone, others in self._partners(companion):
+        for alone, others in zip((False, True), self._partners(companion), strict=True):
             own = np.flatnonzero(hulls.alone == alone)
-            if companion.relation == "never":
-                fits = np.isin(hulls.capture[own], others.capture)
-            else:
-                fits = beside.shares(hulls.at(own), others, margins)
-            own = own[fits]
-            if hulls.used and others.used:
+            own = own[beside.holds(companion.relation, hulls.at(own), others, margins)]
+            if hulls.used and others.lines.used:
                 here = hulls.at(own)
                 hull, other = beside.pairs(companion.relation, here, others, margins)
                 one = tuple(it.at(hull) for it in here.used)
-                another = tuple(it.at(other) for it in others.used)
+                another = tuple(it.at(other) for it in others.lines.used)
                 own = own[np.unique(hull[apart(one, another)])]
             disturbed[own] = True
         return disturbed
+
+
+def _as(ways: Ways, lines: Stretches) -> Stretches:
+    """Return ways as lines of their own."""
+    lines = lines.at(ways.line)
+    lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
+    return lines
+
+
+def _different(lines: Stretches) -> Stretches:
+    """Return each line once, in order of capture, start and end."""
+    columns: list[Numbers] = [lines.capture, lines.start, lines.until]
+    if lines.alone.any():
+        columns.append(lines.alone.astype(np.int8))
+    if not lines.plain:
+        columns += [lines.low, lines.high]
+    columns += [rows for it in lines.used for rows in it[1:]]
+    chosen = best_of_each(tuple(columns), ())
+    grown = chosen[1:] > chosen[:-1]
+    return lines if len(chosen) == len(lines) and grown.all() else lines.at(chosen)
+
+
+_TOGETHER = ("starting with", "ending with", "exactly with")
+"""Relations of lines whose edges agree."""
+
+_IN_TURN = ("after", "before")
+"""Relations that a line which is no more than a starting position has to none."""
 
 
 def _in_order(group: Group) -> list[Companion]:

@@ -16,6 +16,7 @@ from lanindex.search import plain
 from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import holds
 from lanindex.search.fast import overlaps as staying
+from lanindex.search.fast.alone import Alone, alone_of, walked
 from lanindex.search.fast.answers import (
     Answers,
     best,
@@ -30,6 +31,7 @@ from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.found import TOGETHER, Found
 from lanindex.search.fast.lines import value_of
+from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
 from lanindex.search.fast.setting import Setting
@@ -100,6 +102,8 @@ class Finder:
         """
         pieces = self._chained(watch)
         if pieces is None:
+            pieces = self._linked(watch)
+        if pieces is None:
             self._narrow()
         blocks = self._blocks() if pieces is None else []
         pieces = pieces or []
@@ -119,7 +123,9 @@ class Finder:
         """Return all answers where no program is more than chains, else None."""
         if self._asked:
             return None
-        chained = [chains_of(program) for program in self._programs]
+        chained = [
+            chains_of(program) or alone_of(program, self._columns) for program in self._programs
+        ]
         found: list[Answers] = []
         for number, chains in enumerate(chained):
             if chains is None:
@@ -130,9 +136,25 @@ class Finder:
             place, _ = firsts(state, self._parts)
             if None not in chained and state.members[0] in self._columns:
                 columns = self._columns[state.members[0]]
-                found.append(table_of(columns, chains, number, place))
+                if isinstance(chains, Alone):
+                    found.append(walked(chains, self._roster, columns, number, place))
+                else:
+                    found.append(table_of(columns, chains, number, place))
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
+
+    def _linked(self, watch: Watch | None) -> list[Answers] | None:
+        """Return all answers where all lines are linked movements of one part, else None."""
+        chains = None if self._asked else covered(self._programs)
+        if chains is None:
+            return None
+        linked = Linked(self._roster, self._columns, self._programs, self._tolerance)
+        found = []
+        for done, answers in linked.answers(chains, self._parts):
+            if watch:
+                watch(done, len(self._roster))
+            found.append(answers)
+        return found
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""

@@ -10,9 +10,10 @@ import numpy as np
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside, taken
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches
+from lanindex.search.fast.ends import Found
 from lanindex.search.fast.memory import Nodes, distinct
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, TooMuch, Whole, starts_of
-from lanindex.search.fast.recall import Found, Recall
+from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
 from lanindex.search.fast.taken import Taken, filled, sets_together
 
@@ -180,13 +181,18 @@ class Partners:
     ) -> Hulls:
         """Return the ways of some lines with each of the others that can stand beside them."""
         (lines, own), relation = which, companion.relation
-        here, margins = lines.at(own), self._margins(companion)
+        margins = self._margins(companion)
+        keys = [lines.capture[own], lines.start[own], lines.until[own]]
+        once, alike = distinct(keys, len(own))  # ways differ, where they stand hardly does
+        here = lines.at(own[once])
+        stands = np.full(len(lines), -1)
+        stands[own] = alike
         runs_on = any(program.open_ended for program in companion.programs)
         simple = not (runs_on or others.taken or others.owed.size or len(others.seen))
         if simple and not self._setting.asked.of_frames:
-            return self._with_best(relation, (here, own), hulls, others, margins)
-        line, other = beside.pairs(relation, here, others.lines, margins)
-        way, place = beside.matched(hulls.line, own[line])
+            return self._with_best(relation, (here, stands), hulls, others, margins)
+        line, other = _pairs(relation, here, others.lines, margins)
+        way, place = beside.matched(stands[hulls.line], line)
         other = other[place]
         fits = hulls.taken.at(way).apart(others.taken.at(other))
         way, other = way[fits], other[fits]
@@ -217,12 +223,15 @@ class Partners:
         margins: Margins,
     ) -> Hulls:
         """Return the ways of some lines with the best of others that remember nothing."""
-        here, own = which
+        here, stands = which
+        place = stands[hulls.line]
         if relation in NO_FRAMES:
-            held = own[beside.holds(relation, here, others.lines, margins)]
-            return hulls.at(np.flatnonzero(np.isin(hulls.line, held)))
-        line, low, high = beside.hulls(relation, here, others.lines, margins)
-        way, place = beside.matched(hulls.line, own[line])
+            held = np.append(
+                beside.holds(relation, here, beside.Others(others.lines), margins), False
+            )
+            return hulls.at(np.flatnonzero(held[place]))
+        line, low, high = beside.hulls(relation, here, beside.Others(others.lines), margins)
+        way, place = beside.matched(place, line)
         found = hulls.at(way)
         found.low = np.minimum(found.low, low[place])
         found.high = np.maximum(found.high, high[place])
@@ -257,11 +266,11 @@ class Partners:
             if companion.relation == "never":
                 disturbed[own] |= np.isin(capture[own], some.capture)
             else:
-                disturbed[own] |= beside.shares(here.at(own), some, margins)
+                disturbed[own] |= beside.holds(
+                    "without", here.at(own), beside.Others(some), margins
+                )
             owed = np.flatnonzero(fits & ~free)
-            hull, other = beside.pairs(
-                companion.relation, here.at(own), others.lines.at(owed), margins
-            )
+            hull, other = _pairs(companion.relation, here.at(own), others.lines.at(owed), margins)
             hull, other = own[hull], owed[other]
             apart = hulls.taken.at(hull).apart(others.taken.at(other))
             owing.append(np.stack((hull[apart], other[apart] + base)))
@@ -282,6 +291,15 @@ class Partners:
             self._alone[programs] = others, len(self._matches)
             self._matches = taken.beside_each_other([self._matches, others.taken])
         return self._alone[programs]
+
+
+def _pairs(
+    relation: str, lines: Stretches, others: Stretches, margins: Margins
+) -> tuple[Whole, Whole]:
+    """Return all pairs of a line and another one that stands beside it, by place."""
+    ordered = beside.Others(others)
+    line, place = beside.pairs(relation, lines, ordered, margins)
+    return line, ordered.order[place]
 
 
 def _goes_on(others: Others, way: Whole, other: Whole) -> Mask:

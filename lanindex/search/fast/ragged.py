@@ -100,8 +100,37 @@ def best_of_each(keys: tuple[Numbers, ...], ranks: tuple[Numbers, ...]) -> Whole
     ranks : tuple of ndarray
         (N,) each: smaller is better; the first counts most. Of equal rows the first one wins.
     """
-    order = np.lexsort((*reversed(ranks), *reversed(keys)))
+    order = in_order((*keys, *ranks))
     new = np.zeros(len(order), bool)
     for key in keys:
         new |= starts_of(key[order])
     return order[new]
+
+
+def in_order(columns: tuple[Numbers, ...]) -> Whole:
+    """Return the places of rows in order of some columns; the first counts most, ties stay.
+
+    Parameters
+    ----------
+    columns : tuple of ndarray
+        (N,) whole numbers each.
+    """
+    if not len(columns[0]):
+        return np.empty(0, np.int64)
+    packed, room = np.zeros(len(columns[0]), np.int64), 63
+    for column in columns:
+        least, most = int(column.min()), int(column.max())
+        room -= (most - least).bit_length()
+        if room < 0:
+            return np.lexsort(columns[::-1])
+        packed <<= (most - least).bit_length()
+        packed += column - least
+    if (packed[1:] >= packed[:-1]).all():
+        return np.arange(len(packed))
+    room -= len(packed).bit_length()
+    if room < 0:
+        return np.argsort(packed, kind="stable")
+    packed <<= len(packed).bit_length()  # numbers that differ are sorted faster than places
+    packed += np.arange(len(packed))
+    packed.sort()
+    return packed & (1 << len(packed).bit_length()) - 1

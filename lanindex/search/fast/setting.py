@@ -216,6 +216,22 @@ class Setting:
         return np.flatnonzero(fits)
 
 
+def open_groups(program: Program) -> list[tuple[Group, ...]]:
+    """Return the brackets that are open at each state, the inner ones last."""
+    found: list[tuple[Group, ...]] = [()] * len(program.states)
+    todo = [(entry.state, entry.opens) for entry in program.entries]
+    seen: set[int] = set()
+    while todo:
+        state, groups = todo.pop()
+        if state not in seen:
+            seen.add(state)
+            found[state] = groups
+            for edge in program.edges[state]:
+                left = groups[: len(groups) - len(edge.exit.closes)]
+                todo.append((edge.entry.state, (*left, *edge.entry.opens)))
+    return found
+
+
 @dataclass(slots=True)
 class _Line:
     """A line in the list of a program's lines: with where it stands, and all beside it behind it.

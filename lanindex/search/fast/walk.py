@@ -16,7 +16,14 @@ from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.lines import components, may_leave
-from lanindex.search.fast.ragged import TooMuch, Whole, best_of_each, spread, starts_of
+from lanindex.search.fast.ragged import (
+    TooMuch,
+    Whole,
+    best_of_each,
+    in_order,
+    spread,
+    starts_of,
+)
 
 ROOT, EVENT, OPENED = range(3)
 """What the columns of a row are: where it began, at which event it stands, and from `OPENED` on in
@@ -96,7 +103,7 @@ class Walk:
     def __init__(self, block: Block, program: Program, used: tuple[int, ...] = ()) -> None:
         self._block, self._program, self._used = block, program, used
         self._outer = len(outer_groups(program))
-        self._depths = depths(program, self._outer)
+        self._depths = _depths(program, self._outer)
         self._taken = OPENED + max(self._depths)
         self._width = self._taken + len(used)
         self._reaches: dict[int, Reach] = {}
@@ -246,7 +253,7 @@ class Walk:
         return sources, targets[places] if targets is not None else places
 
 
-def depths(program: Program, outer: int) -> list[int]:
+def _depths(program: Program, outer: int) -> list[int]:
     """Return how many brackets with something to remember are open at each state."""
     depths = [0] * len(program.states)
     todo = [(entry.state, len(entry.opens) - outer) for entry in program.entries]
@@ -263,7 +270,7 @@ def depths(program: Program, outer: int) -> list[int]:
 
 
 def _distinct(rows: Whole) -> Whole:
-    order = np.lexsort(rows[::-1])
+    order = in_order(tuple(rows))
     rows = rows[:, order]
     new = np.zeros(rows.shape[1], bool)
     for column in rows:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, in_order
 
 
 class Used(NamedTuple):
@@ -78,10 +78,10 @@ class Ways:
 
 def smallest(line: Whole, low: Whole, high: Whole) -> tuple[Whole, Whole, Whole]:
     """Return the hulls of each line that hold no other one of its own, in order of the lines."""
-    order = np.lexsort((-low, high, line))
-    line, low, high = line[order], low[order], high[order]
-    if not len(line):
+    if (line[1:] > line[:-1]).all():
         return line, low, high
+    order = in_order((line, high, -low))
+    line, low, high = line[order], low[order], high[order]
     best = np.maximum.accumulate(line * FAR + low)
     kept = np.ones(len(line), bool)
     kept[1:] = (line[1:] * FAR + low[1:]) > best[:-1]

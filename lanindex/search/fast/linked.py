@@ -1,0 +1,196 @@
+"""Lines of linked movements, alone and beside one another: in many captures at once.
+
+Where each line is a row of movements of one part, joined by ``->``, nothing need be known of the
+rows but their cells. The leading line is looked for first, the others only in its captures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from lanindex.model.columns import PASSING, STARTING, Columns, Roster
+from lanindex.search.automaton import Group, Program
+from lanindex.search.fast import compiled
+from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
+from lanindex.search.fast.beside import Stretches
+from lanindex.search.fast.block import Block
+from lanindex.search.fast.chains import Chain, Links, chains_of
+from lanindex.search.fast.claims import Contested, all_lines, contested
+from lanindex.search.fast.company import Company
+from lanindex.search.fast.events import cells_of
+from lanindex.search.fast.narrow import Narrowing
+from lanindex.search.fast.planes import Part
+from lanindex.search.fast.ragged import Mask, Whole, starts_of
+from lanindex.search.fast.walk import Ends, NotCovered
+
+MOST_ROWS = 1 << 19
+"""How many rows of a part are gone through at once."""
+
+Ways = dict[Program, list[Chain]]
+"""By program all its chains."""
+
+
+def covered(programs: tuple[Program, ...]) -> Ways | None:
+    """Return the chains of programs and of all lines beside them, None if they are more."""
+    found: Ways = {}
+    for program in programs:
+        try:
+            if contested(program).states:
+                return None
+        except NotCovered:
+            return None
+        for line in all_lines(program):
+            chains = chains_of(replace(line, whole=Group()))
+            if chains is None or not all(map(_linked, chains)):
+                return None
+            found[line] = chains
+    return found
+
+
+def _linked(chain: Chain) -> bool:
+    """Tell whether a chain's steps follow each other, and ask for a place alone."""
+    changing = any("change" in state.fits[0] for state in chain.states)
+    return not changing and not any(arrow.later for arrow in chain.arrows)
+
+
+class Linked:
+    """Searches for programs all of whose lines are linked movements.
+
+    Parameters
+    ----------
+    roster : Roster
+        All captures.
+    columns : Mapping of str to Columns
+        By part; a part that is not there never moves.
+    programs : tuple of Program
+        Any one of them answers.
+    tolerance : Fraction
+        Seconds by which edges may differ that should agree.
+    """
+
+    def __init__(
+        self,
+        roster: Roster,
+        columns: Mapping[str, Columns],
+        programs: tuple[Program, ...],
+        tolerance: Fraction,
+    ) -> None:
+        self._columns, self._programs = columns, programs
+        self._block = Block(roster, columns, 0, len(roster), tolerance)
+
+    def answers(self, chains: Ways, parts: list[tuple[str, ...]]) -> Iterator[tuple[int, Answers]]:
+        """Yield answers, with how many captures are done before them.
+
+        Parameters
+        ----------
+        chains : dict
+            As from `covered`.
+        parts : list of tuple of str
+            Of `Finder`.
+        """
+        narrowing = Narrowing(self._columns, len(self._block))
+        for captures in self._slabs(np.flatnonzero(narrowing.possible(self._programs))):
+            found = []
+            for number, program in enumerate(self._programs):
+                part = program.states[0].members[0]
+                if part not in self._columns:
+                    continue
+                company = _Linked(self._block, self._columns, chains, captures)
+                _, rows, low, high = company.leading(program)
+                place, _ = firsts(program.states[0], parts)
+                capture = np.searchsorted(self._columns[part].bounds, rows, side="right") - 1
+                every = np.stack((rows, np.full(len(rows), -1)), axis=1)
+                unknown, one = np.full(len(rows), -1), np.ones(len(rows), np.int64)
+                found.append(Answers(capture, low, high, unknown, number * one, place * one, every))
+            answers = best(joined(found))
+            yield (
+                int(captures[0]),
+                own_rows(answers, parts, lambda part: self._columns[part].bounds),
+            )
+
+    def _slabs(self, captures: Whole) -> Iterator[Whole]:
+        """Yield captures, a few at once."""
+        most = np.zeros(len(captures), np.int64)
+        for columns in self._columns.values():
+            most = np.maximum(most, columns.bounds[captures + 1] - columns.bounds[captures])
+        slab = np.cumsum(most) // MOST_ROWS
+        if len(captures):
+            yield from np.split(captures, np.flatnonzero(starts_of(slab))[1:])
+
+
+class _Linked(Company):
+    """Programs in some captures, whose chains are known; the rows are those of all captures."""
+
+    def __init__(
+        self, block: Block, columns: Mapping[str, Columns], chains: Ways, captures: Whole
+    ) -> None:
+        super().__init__(block, Contested({}, set()))
+        self._columns, self._chains, self._captures = columns, chains, captures
+
+    def _found(self, program: Program) -> tuple[Ends, Stretches]:
+        """Return the ways of a line; what is looked for later, only in the captures of these."""
+        part = program.states[0].members[0]
+        if part not in self._columns:
+            return _ends(np.empty((3, 0), np.int64), None)
+        columns = self._columns[part]
+        pieces = [rows_of(columns, chain, self._captures) for chain in self._chains[program]]
+        found = _ends(np.concatenate(pieces, axis=1), columns)
+        if program.whole.companions:
+            capture = found[1].capture
+            self._captures = np.sort(capture)[starts_of(np.sort(capture))]
+        return found
+
+
+def _ends(found: Whole, columns: Columns | None) -> tuple[Ends, Stretches]:
+    """Return as ways of a line what begins and ends at some rows of some captures."""
+    capture, first, last = found
+    nothing = np.zeros(len(first), np.int64)
+    ends = Ends(nothing, first, nothing, last, np.empty((len(first), 0), np.int64))
+    start = columns.start[first].astype(np.int64) if columns else nothing
+    stop = columns.stop[last].astype(np.int64) if columns else nothing
+    return ends, Stretches(capture, start, stop, start, stop, nothing > 0)
+
+
+def rows_of(columns: Columns, chain: Chain, captures: Whole) -> Whole:
+    """Return capture, first and last row of all ways of a chain in some captures, (3, N) int64.
+
+    Parameters
+    ----------
+    columns : Columns
+        Of its part.
+    chain : Chain
+        Of linked movements.
+    captures : ndarray
+        (M,) int64, growing.
+    """
+    if not len(captures):
+        return np.empty((3, 0), np.int64)
+    fast = compiled.chosen(len(columns))
+    begin, behind = int(captures[0]), int(captures[-1]) + 1
+    if fast:
+        found: Whole = fast.linked(columns.cell, columns.bounds, captures, _tables(chain))
+        return found
+    own = columns.between(begin, behind)
+    links = Links(Part(own), chain)
+    rows = links.linked(0, len(chain.states) - 1)
+    capture = np.searchsorted(own.bounds, rows[0], side="right") - 1 + begin
+    wanted = np.zeros(behind, bool)
+    wanted[captures] = True
+    first = int(columns.bounds[begin])
+    return np.stack((capture, rows[0] + first, rows[-1] + first))[:, wanted[capture]]
+
+
+def _tables(chain: Chain) -> Mask:
+    """Return which cells each step of a chain fits, (steps, 256) bool."""
+    cells, last = np.arange(256), len(chain.states) - 1
+    tables = np.stack([cells_of(state, 0) for state in chain.states])
+    for number, state in enumerate(chain.states):
+        if not (state.manner == "via" or (state.names_passing and 0 < number < last)):
+            tables[number] &= cells & PASSING == 0
+        if number or not last:
+            tables[number] &= cells & STARTING == 0
+    return tables

@@ -1,0 +1,96 @@
+"""In which captures the steps of a line occur in its order."""
+
+from random import Random
+
+import numpy as np
+import pytest
+from fast_search import find_fast
+from grammar_patterns import random_pattern
+from query_cases import recordings_of
+from random_library import DIRECTIONS, PARTS, random_library
+
+from lanindex.model.columns import columns_of
+from lanindex.search.automaton import plan
+from lanindex.search.fast import compiled, order
+from lanindex.search.language import parse
+
+TRACKS = (
+    "capture one fps 10 frames 60; r_arm: place low 0 0, right mid 5 12, left low* 20 25, "
+    "place high 20 30, right low 40 50; "
+    "capture two fps 10 frames 60; r_arm: place high 0 0, right mid 20 30, place low 40 50; "
+    "capture three fps 10 frames 60; l_arm: left high 0 0, place low 4 9"
+)
+
+
+def ways(monkeypatch):
+    """Choose the plain way and the compiled one, one after the other."""
+    monkeypatch.setattr(order, "FEW", 0)
+    for way in (None, compiled.compiled()):
+        monkeypatch.setattr(compiled, "chosen", lambda symbols, way=way: way)
+        yield way
+
+
+def found(text: str, recordings, part: str = "r_arm") -> list[bool]:
+    captures = [it.capture for it in recordings]
+    columns = columns_of(part, captures, [it.tracks.get(part) for it in recordings])
+    (program,) = plan(parse(text))
+    asked = order.order_of(program, part)
+    assert asked is not None
+    return order.in_order(asked, columns, np.arange(len(captures))).tolist()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("r_arm mid -> high", [True, False, False]),
+        ("r_arm high -> mid", [False, True, False]),
+        ("r_arm mid -> low", [False, True, False]),
+        ("r_arm mid -> left low -> high", [True, False, False]),
+        ("r_arm mid ... low", [True, True, False]),
+        ("r_arm low -> hold -> mid", [True, False, False]),
+        ("r_arm at not mid -> at mid -> at low", [False, True, False]),
+        ("r_arm high -> l_arm any -> r_arm low", [True, True, False]),
+    ],
+)
+def test_what_is_in_another_order_is_not_found(text, expected, monkeypatch):
+    for _ in ways(monkeypatch):
+        assert found(text, list(recordings_of(TRACKS))) == expected
+
+
+def test_of_what_a_way_goes_without_nothing_is_asked():
+    (program,) = plan(parse("l_arm low -> (l_arm high or r_arm high)"))
+    assert order.order_of(program, "r_arm") is None
+
+
+def test_a_line_of_too_many_steps_asks_for_nothing():
+    (program,) = plan(parse("r_arm low -> high x64"))
+    assert order.order_of(program, "r_arm") is None
+
+
+def test_the_compiled_way_is_the_plain_one_and_leaves_out_no_hit(monkeypatch):
+    left_out = 0
+    for case in range(150):
+        random = Random(f"order {case}")
+        query = parse(random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"}))
+        recordings = random_library(random)
+        captures = [capture for capture, _ in recordings]
+        hits = {hit.capture.id for hit in find_fast(query, recordings)}
+        may: dict[bool, set[int]] = {}
+        for way in ways(monkeypatch):
+            own = may.setdefault(way is None, set())
+            for program in plan(query):
+                own |= {captures[it].id for it in possible(program, recordings, captures)}
+        assert may[False] == may[True], query.text
+        assert hits <= may[True], query.text
+        left_out += len(captures) - len(may[True])
+    assert left_out > 0
+
+
+def possible(program, recordings, captures) -> list[int]:
+    fits = np.ones(len(captures), bool)
+    for part in {part for state in program.states for part in state.members}:
+        columns = columns_of(part, captures, [tracks.get(part) for _, tracks in recordings])
+        asked = order.order_of(program, part)
+        if asked:
+            fits &= order.in_order(asked, columns, np.arange(len(captures)))
+    return np.flatnonzero(fits).tolist()
