@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -71,6 +71,8 @@ def run(
     score (.lnd), and a manifest lists them all.
     """
     out = Output(json, quiet, verbose, color)
+    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    how |= {"near": near, "fuzzy": fuzzy, "within": within, "where": options.where(where)}
     _one_thing(what, capture)
     if capture is None and not (begin is None and end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
@@ -92,16 +94,7 @@ def run(
         else:
             library.words = words
             pattern = meaning.of(out, library, pattern_in(str(what)), words)
-            found = library.search(
-                pattern,
-                tolerance=tolerance,
-                overlaps=overlaps,
-                within=within,
-                where=options.where(where),
-                strict=strict,
-                near=near,
-                fuzzy=fuzzy,
-            )
+            found = library.search(pattern, **how)
             end_progress()
             wanted = from_hits(hits_in(found), found.pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
