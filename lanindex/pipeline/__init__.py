@@ -11,7 +11,7 @@ from lanindex.alphabet import PARTS
 from lanindex.errors import PatternError
 from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
-from lanindex.pipeline.patience import Patience, Tell, silent
+from lanindex.pipeline.patience import Patience
 from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
@@ -58,9 +58,6 @@ class Library(Asking, Exploring):
 
     words: str | os.PathLike[str] | None = None
     """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
-
-    watch: Tell = staticmethod(silent)
-    """Is told how far a search is, and whatever else takes long."""
 
     def ingest(
         self,

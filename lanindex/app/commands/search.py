@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import meaning, options
-from lanindex.app.output import Output, one_of
+from lanindex.app.output import Output, end_progress, one_of
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -83,11 +83,12 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
+    among: dict[str, Any] = {"within": within, "where": options.where(where)}
     if pattern is None or like is not None or rerank:
         from lanindex.app import alike
 
         asked = alike.Asked(pattern, like, rerank, explain, count, limit)
-        return alike.run(out, asked, db, within=within, where=options.where(where))
+        return alike.run(out, asked, db, timeout=timeout, **among)
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
@@ -96,9 +97,8 @@ def run(
     _refuse_fuzzy(fuzzy, why)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
     how["near"] = near
-    among: dict[str, Any] = {"within": within, "where": options.where(where)}
     with open_library(db, readonly=True) as library:
-        library.tell, library.words = out.note, words
+        library.tell, library.watch, library.words = out.note, out.watch, words
         pattern = meaning.of(out, library, pattern, words)
         if why is not None:
             raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
@@ -106,6 +106,7 @@ def run(
             return _explain(out, library.explain(pattern, strict=strict, **among))
         best = limit if sort == "fit" and fuzzy is not None and not count else None
         found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, best=best, **how, **among)
+        end_progress()
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:

@@ -9,7 +9,7 @@ from plain_example import likeness, middle
 
 from lanindex.search.example.align import compared, pairs
 from lanindex.search.example.candidates import promises
-from lanindex.search.example.moves import POINTS, clips_of, joined
+from lanindex.search.example.moves import POINTS, clips_of
 from lanindex.search.example.nearest import nearest
 from lanindex.search.example.stretches import reach_of
 
@@ -53,16 +53,6 @@ def test_laws(one, two) -> None:
 def test_no_clip_is_more_like_than_was_promised(one, many) -> None:
     promise = promises(side_by_side([one]), side_by_side(many))
     assert (promise.whole >= alike(one, many) - 1e-5).all()
-
-
-@settings(max_examples=40)
-@given(st.lists(clips(), min_size=2, max_size=5), st.integers(1, 4))
-def test_batches_make_no_difference(many, first) -> None:
-    batches = [batch for batch in (many[:first], many[first:]) if batch]
-    found, wanted = joined([side_by_side(batch) for batch in batches]), side_by_side(many)
-    assert np.array_equal(found.first, wanted.first)
-    assert np.array_equal(found.moves.points, wanted.moves.points)
-    assert np.array_equal(found.moves.sizes, wanted.moves.sizes)
 
 
 @settings(max_examples=40)
