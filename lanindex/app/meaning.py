@@ -29,7 +29,7 @@ def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | N
     UsageError
         Where that file is no dictionary.
     """
-    from lanindex.pipeline.words import absent, meant, unknown
+    from lanindex.pipeline.words import absent, hints, meant, unknown
 
     entry = meant(asked, words)
     if entry is not None:
@@ -41,6 +41,8 @@ def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | N
         why = absent(name) or "lanindex words"
         out.note(f'no word "{name}" in the dictionary of movement: {why}')
         _labelled(out, library, name)
+    for hint in hints(asked, words):
+        out.note(hint)
     return asked
 
 

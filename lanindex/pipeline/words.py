@@ -6,17 +6,20 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from lanindex.search.dictionary import absent, inside, load, spelled
+from lanindex.search.dictionary.spoken import called, words_of
 
-__all__ = ["absent", "glob_of", "meant", "named", "said", "said_by", "unknown"]
+__all__ = ["absent", "glob_of", "hints", "meant", "named", "said", "said_by", "unknown"]
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from lanindex.search.dictionary import Entry
 
 
 def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
-    """Return the entry that a whole query names: ``walk``, ``@walk``, ``jumping jack``.
+    """Return the entry that a whole query names: ``walk``, ``@walk``, ``a person walks``.
+
+    Where the words have a meaning in the language as well, they are left to it.
 
     Parameters
     ----------
@@ -35,8 +38,29 @@ def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
     UsageError
         Where that file is no dictionary.
     """
-    name = spelled(text)
-    return load(words).get(name) if name.isidentifier() else None
+    name, known = spelled(text), load(words)
+    if name in known:
+        return known[name]
+    from lanindex.search.language.natural import reading
+
+    return called(text, known) if words_of(text) and reading(text) is None else None
+
+
+def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
+    """Yield what there is to say of single words of a query that has several and is no pattern.
+
+    Parameters
+    ----------
+    text, words
+        As for `meant`.
+    """
+    known, several = load(words), words_of(text)
+    for word in several if len(several) > 1 else ():
+        entry = called(word, known)
+        if entry is not None:
+            yield f'"{word}" is in the dictionary of movement: @{entry.name}'
+        elif why := absent(word):
+            yield f'no word "{word}" in the dictionary of movement: {why}'
 
 
 def said(text: str, words: str | PathLike[str] | None = None) -> str:

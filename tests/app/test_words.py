@@ -102,11 +102,9 @@ class TestSearch:
         assert "try: thighs forward/side_forward mid" in done.stderr
         assert 'lanindex list --where "label=squat deep"' in done.stderr
 
-    @pytest.mark.parametrize("asked", ["walk with raise", "walks", "raise with head"])
+    @pytest.mark.parametrize("asked", ["walk with raise", "raise with head"])
     def test_a_word_in_a_pattern_is_told_how_it_is_written(self, run, asked: str) -> None:
-        assert (
-            f'Did you mean "@{asked.split()[0].removesuffix("s")}"?' in run("search", asked).stderr
-        )
+        assert f'Did you mean "@{asked.split()[0]}"?' in run("search", asked).stderr
 
     @pytest.mark.parametrize("asked", ["r_arm", "arms", "head"])
     def test_a_part_is_no_stranger(self, run, asked: str) -> None:

@@ -61,6 +61,14 @@ _STRAY_WORDS = {
     "direction": "A line of LND stands where a step could: behind an arrow, or at the beginning.",
 }
 
+_STRANGERS = {
+    "for": "Times stand behind the step that they speak of: r_arm forward 1s",
+    "x": '"x3" is three times, in one word: r_arm rising x3',
+    "times": '"x3" is three times: r_arm rising x3',
+    "twice": '"x2" is twice: r_arm rising x2',
+}
+"""Words that are none, and what is probably meant."""
+
 _NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", "match", "and")
 """Words that are no step, wherever they stand."""
 
@@ -70,7 +78,8 @@ def stranger(cursor: Cursor, part_expected: bool = False) -> PatternError:
     said = cursor.said(cursor.token)
     if cursor.stands("string"):
         return cursor.error("Take the quotation marks away.")
-    return cursor.error(cursor.vocabulary.stranger(said, part_expected))
+    meant = _STRANGERS.get(said.lower())
+    return cursor.error(meant or cursor.vocabulary.stranger(said, part_expected))
 
 
 def is_strange(cursor: Cursor) -> bool:

@@ -305,5 +305,7 @@ class Vocabulary:
         if limb in self.movers:
             return limb
         known = [*VALUES, *self.movers, *LANGUAGE, *named]
-        found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.6)
-        return named.get(found[0], found[0]) if found else None
+        jumbled = [it for it in known if sorted(it) == sorted(word)]
+        found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.7)
+        guess = jumbled[0] if jumbled else found[0] if found else ""
+        return named.get(guess, guess) or None
