@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 from lanindex.search.dictionary import Entry
 
-_LEFT_OUT = frozenset(
-    ("a", "an", "the", "his", "her", "their", "he", "she", "they", "someone", "somebody")
-    + ("person", "dancer", "man", "woman", "is", "are", "with")
-)
+_LEFT_OUT = {
+    *("a", "an", "the", "his", "her", "their", "he", "she", "they", "someone", "somebody"),
+    *("person", "dancer", "man", "woman", "is", "are", "with"),
+}
 """What may stand in between and says nothing."""
 
 _ENDINGS = ("ing", "es", "ed", "s")
