@@ -2,9 +2,9 @@
 
 Random patterns of the whole grammar, each on a few small random captures, with overlaps and
 without; capture, frames and fit must be the same; where ways tie in all these either may tell the
-symbols of another one, which is counted. Every other one as in a large library, of which most is left out at once; two of four with what is compiled. Says how many
-captures the engine left to the plain matcher, and which patterns did it. 20,000 cases take about
-five minutes.
+symbols of another one, which is counted. Every other one as in a large library, of which most is
+left out at once; two of four with what is compiled. Says how many captures the engine left to the
+plain matcher, and which patterns did it. 20,000 cases take about five minutes.
 """
 
 import sys
