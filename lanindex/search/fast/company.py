@@ -51,6 +51,8 @@ class Company:
         tuple of ndarray
             By which entry and at which event it begins, its low and high.
         """
+        if program.open_ended:
+            _check_running_on(program)
         ends, lines = self._found(program)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
@@ -103,21 +105,12 @@ class Company:
 
     def _running_on(self, program: Program, ends: Ends, lines: Stretches) -> Ways:
         """Return ways of lines that run on as long as they can."""
-        groups = outer_groups(program)
-        companions = [it for group in groups for it in group.companions]
-        relations = {it.relation for it in companions}
-        bounded = any(group.length for group in groups) or any(
-            it.relation == "before" and it.within for it in companions
-        )
-        if bounded or relations & {"ending with", "exactly with"}:
-            raise NotCovered
+        relations = {it.relation for group in outer_groups(program) for it in group.companions}
         if not relations & {"during", "before", "without"}:
             last = self._last_of_all(program, ends)
             ways = self._closed(program, lines.at(last))
             ways.line = last[ways.line]
             return ways
-        if relations & {"with", "starting with"}:
-            raise NotCovered
         ways = self._closed(program, lines)
         later = self._next_end(program, ends)[ways.line]
         on = np.flatnonzero(later < NONE)
@@ -388,6 +381,20 @@ _TOGETHER = ("starting with", "ending with", "exactly with")
 
 _IN_TURN = ("after", "before")
 """Relations that a line which is no more than a starting position has to none."""
+
+
+def _check_running_on(program: Program) -> None:
+    """Refuse lines whose longest way cannot be told before what stands beside them."""
+    groups = outer_groups(program)
+    companions = [it for group in groups for it in group.companions]
+    relations = {it.relation for it in companions}
+    bounded = any(group.length for group in groups) or any(
+        it.relation == "before" and it.within for it in companions
+    )
+    if bounded or relations & {"ending with", "exactly with"}:
+        raise NotCovered
+    if relations & {"during", "before", "without"} and relations & {"with", "starting with"}:
+        raise NotCovered
 
 
 def _in_order(group: Group) -> list[Companion]:

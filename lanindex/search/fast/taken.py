@@ -100,9 +100,12 @@ def beside_each_other(tables: list[Taken]) -> Taken:
 def filled(tables: list[Whole]) -> Whole:
     """Return columns of different lengths as one table, filled up with `FAR`."""
     most = max(len(it) for it in tables)
-    return np.concatenate(
-        [np.pad(it, ((0, most - len(it)), (0, 0)), constant_values=FAR) for it in tables], axis=1
-    )
+    found = np.full((most, sum(it.shape[1] for it in tables)), FAR)
+    begin = 0
+    for it in tables if most else ():
+        found[: len(it), begin : begin + it.shape[1]] = it
+        begin += it.shape[1]
+    return found
 
 
 def sets_together(one: Whole, other: Whole) -> Whole:
