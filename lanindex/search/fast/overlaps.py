@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
+from lanindex.search.fast import compiled
+from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, starts_of
 
 
 def nearest(capture: Whole, low: Whole, high: Whole) -> Mask:
     """Return which hits start last of those of a capture that end together."""
     best: Mask = np.zeros(len(low), bool)
-    order = np.lexsort((np.arange(len(low)), -low, high, capture))
+    order = in_order((capture, high, -low))
     new = starts_of(capture[order]) | starts_of(high[order])
     best[order[new]] = True
     return best
@@ -25,6 +26,10 @@ def from_left(capture: Whole, low: Whole, high: Whole) -> Mask:
         (H,) in order of capture, start, end.
     """
     kept: Mask = np.zeros(len(low), bool)
+    fast = compiled.chosen(len(low))
+    if fast:
+        fast.from_left(capture, low, high, kept)
+        return kept
     after = np.searchsorted(capture * FAR + low, capture * FAR + high)
     here = np.flatnonzero(starts_of(capture)) if len(low) else after
     while len(here):
