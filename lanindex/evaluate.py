@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,17 +18,23 @@ from lanindex import records
 from lanindex.errors import PatternError, UsageError, quoted, shown
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
+from lanindex.pipeline.how import How
 from lanindex.pipeline.ingest import discover
 from lanindex.pipeline.labels import Labels, key_of
+from lanindex.pipeline.patience import Patience, Tell, silent
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
+from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
 from lanindex.search.language.saved import pattern_in
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Hit, Track
-    from lanindex.search.fast import Found
+    from lanindex.model.columns import Columns
+    from lanindex.search.fast import Watch
+
+_BOUND = 'Bound what the patterns try: write "...[<5s]" for "...".'
 
 RESAMPLES = 2000
 """Draws of the bootstrap that tells the standard error."""
@@ -262,7 +269,13 @@ def _clip(number: int, outcome: Outcome, label: str, metadata: Mapping[str, str]
 
 
 def evaluate(
-    clips: Sequence[Clip], expectations: Iterable[Expectation], *, timeout: float | None = None
+    clips: Sequence[Clip],
+    expectations: Sequence[Expectation],
+    *,
+    near: bool = False,
+    fuzzy: str | float | None = None,
+    timeout: float | None = None,
+    tell: Tell = silent,
 ) -> list[Result]:
     """Search all clips for each pattern.
 
@@ -270,10 +283,14 @@ def evaluate(
     ----------
     clips : sequence of Clip
         As from `read_clips`.
-    expectations : iterable of Expectation
+    expectations : sequence of Expectation
         As from `read_patterns`.
+    near, fuzzy
+        As for `lanindex.Library.search`.
     timeout : float, optional
         Seconds after which to give up.
+    tell : callable, optional
+        Is told how many patterns are done.
 
     Returns
     -------
@@ -300,42 +317,50 @@ def evaluate(
     >>> summary([bow])["mean_f1"]
     1.0
     """
-    search, results = _searcher(clips, timeout), []
-    for expectation in expectations:
-        hits = search(expectation.query)
-        first = {place: index for index, place in reversed(list(enumerate(hits.place.tolist())))}
-        found = tuple(place in first for place in range(len(clips)))
+    how = How.read(near=near, fuzzy=fuzzy)
+    patience = Patience(tell, timeout, "evaluation", _BOUND)
+    search, results = _searcher(clips, how), []
+    for done, expectation in enumerate(expectations):
+        watch = partial(_searching, patience, done, len(expectations))
+        watch()
+        hits = search(expectation.query, watch)
+        first: dict[int, int] = {}
+        for index, (capture, _) in enumerate(hits.spans()):
+            first.setdefault(capture.id, index)
+        found = tuple(clip.capture.id in first for clip in clips)
         wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
         misses = tuple(
-            Miss(clip.capture, hits[first[place]] if got else None, clip.tracks)
-            for place, (clip, got, should) in enumerate(zip(clips, found, wanted, strict=True))
+            Miss(clip.capture, hits[first[clip.capture.id]] if got else None, clip.tracks)
+            for clip, got, should in zip(clips, found, wanted, strict=True)
             if got != should
         )
         results.append(Result(expectation, found, wanted, misses))
     return results
 
 
-def _searcher(clips: Sequence[Clip], timeout: float | None) -> Callable[[Query], Found]:
+def _searching(patience: Patience, done: int, total: int, *_: int) -> None:
+    """Say how many patterns are done, however far a search is."""
+    patience("patterns", done, total)
+
+
+def _searcher(clips: Sequence[Clip], how: How) -> Callable[[Query, Watch], Hits]:
     """Return what searches the clips for a query."""
     from lanindex.model.columns import columns_of, roster_of
-    from lanindex.search.fast import Finder, Timeout
 
     captures = [clip.capture for clip in clips]
-    parts = {part for clip in clips for part in clip.tracks}
-    columns = {
-        part: columns_of(part, captures, [clip.tracks.get(part) for clip in clips])
-        for part in parts
-    }
-    roster, watch = roster_of(captures), None if timeout is None else Timeout(timeout)
+    roster = roster_of(captures)
+    columns: dict[str, Columns] = {}
 
     def recordings(
         places: Sequence[int], parts: Collection[str]
     ) -> list[tuple[Capture, Mapping[str, Track]]]:
         return [(clips[place].capture, clips[place].tracks) for place in places]
 
-    def search(query: Query) -> Found:
-        own = {part: columns[part] for part in query.parts if part in columns}
-        return Finder(query, roster, own, recordings).find(watch=watch)
+    def search(query: Query, watch: Watch) -> Hits:
+        for part in set(query.parts) - columns.keys():
+            columns[part] = columns_of(part, captures, [clip.tracks.get(part) for clip in clips])
+        own = {part: columns[part] for part in query.parts}
+        return Hits(how.find(query, roster, own, recordings, watch), str(query))
 
     return search
 

@@ -14,7 +14,7 @@ from lanindex.model.symbol import FIELDS
 
 HIT = (
     *("capture", "capture_id", "label", "fps", "start_frame", "end_frame", "start", "end"),
-    *("fit", "symbols", "pattern"),
+    *("fit", "symbols", "labels", "pattern"),
 )
 """The keys of a hit, in order."""
 
@@ -67,6 +67,29 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
     }
 
 
+def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
+    """Return what a label stands for, as conditions behind a pattern have it.
+
+    Parameters
+    ----------
+    capture : Capture
+        Where.
+    symbols : sequence of Symbol
+        One at least. The times are of all of them, the rest is of the last one.
+    """
+    last = symbols[-1]
+    start, stop = min(it.start for it in symbols), max(it.stop for it in symbols)
+    return {
+        **of_symbol(last),
+        "start_frame": start,
+        "end_frame": stop,
+        "start": seconds(capture, start),
+        "end": seconds(capture, stop),
+        "swings": last.swings,
+        "margin": round(last.margin, 3),
+    }
+
+
 def of_matched(symbol: Symbol) -> dict[str, Any]:
     """Return a symbol with how clearly it is what it is, as a line of ``search --why`` has it."""
     runner_up = " ".join(symbol.runner_up) if symbol.runner_up else None
@@ -102,7 +125,8 @@ def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
     Returns
     -------
     dict
-        Capture, frames, seconds, fit, the symbols that matched, and the pattern if it is given.
+        Capture, frames, seconds, fit, the symbols that matched, what the pattern's labels stand
+        for, by label, and the pattern if it is given.
     """
     capture = hit.capture
     return {
@@ -116,6 +140,9 @@ def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
         "end": seconds(capture, hit.span.stop),
         "fit": round(hit.fit, 3),
         "symbols": [of_symbol(symbol) for symbol in hit.symbols],
+        "labels": {
+            name: of_label(capture, symbols) for name, symbols in hit.labels.items() if symbols
+        },
         **({} if pattern is None else {"pattern": pattern}),
     }
 

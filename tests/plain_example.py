@@ -37,7 +37,7 @@ class Move:
         self.source = self.to if before is None else point(before)
         self.pace = math.log(max((row["stop"] - row["start"]) / rate, 1 / 60))
         self.swings = 0.2 * row["swings"]
-        way = 0 if self.begins else 0.2 + math.dist(self.source, self.to)
+        way = 0 if self.begins else 0.25 + math.dist(self.source, self.to)
         self.size = way + self.swings
 
 

@@ -29,7 +29,7 @@ def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | N
     UsageError
         Where that file is no dictionary.
     """
-    from lanindex.pipeline.words import meant, unknown
+    from lanindex.pipeline.words import absent, meant, unknown
 
     entry = meant(asked, words)
     if entry is not None:
@@ -38,7 +38,8 @@ def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | N
         _labelled(out, library, entry.name)
         return entry.pattern
     if name := unknown(asked):
-        out.note(f'no word "{name}" in the dictionary of movement: lanindex words')
+        why = absent(name) or "lanindex words"
+        out.note(f'no word "{name}" in the dictionary of movement: {why}')
         _labelled(out, library, name)
     return asked
 
@@ -48,9 +49,9 @@ def _labelled(out: Output, library: Library, name: str) -> None:
     from lanindex.app.formatting import counted
     from lanindex.pipeline.words import glob_of, said_by
 
-    labelled = library.captures(where=[("label", glob_of(name))])
+    labelled = library.numbers(where=[("label", glob_of(name))])
     if labelled:
-        label = said_by(labelled, glob_of(name))
+        label = said_by(library.called("label", labelled).values(), glob_of(name))
         verb = "is" if len(labelled) == 1 else "are"
         out.note(
             f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '

@@ -40,7 +40,7 @@ def captures(ctx: Context, incomplete: str) -> list[str]:
     """Return the paths of captures that begin with what was typed, or whose file's name does."""
     fitting = [
         path
-        for path in _held(ctx, lambda library: [one.path for one in library.captures()])
+        for path in _held(ctx, lambda library: list(library.called("path").values()))
         if path.startswith(incomplete) or Path(path).name.startswith(incomplete)
     ]
     return fitting[:_MOST]

@@ -9,7 +9,7 @@ from sqlalchemy import Connection, select
 from sqlalchemy.exc import DatabaseError
 
 from lanindex.errors import LibraryError
-from lanindex.library import columns, derive, gather, read, rows, segments, state
+from lanindex.library import called, columns, derive, gather, read, rows, segments, state
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.schema import capture, profile
 from lanindex.library.segments import Distrust
@@ -111,6 +111,7 @@ def _columns(connection: Connection) -> Iterator[str]:
     spine = segments.read_spine(connection)
     for segment in spine.segments:
         order, roster, held = columns.alive(connection, spine, segment)
+        names = called.read_texts(connection, segment)
         for first in range(0, len(order), derive.BATCH):
             some = order[first : first + derive.BATCH]
             try:
@@ -119,11 +120,13 @@ def _columns(connection: Connection) -> Iterator[str]:
                 continue
             own = roster.taken(some)
             same = found.same_as(own)
+            now = called.of_rows(connection, own.number.tolist())
+            same = same and called.together([names], called.NAMES, some) == now
             for part, one in held.items():
                 same = same and one.taken(some).same_as(wanted.get(part))
             if not same or not held.keys() >= wanted.keys():
                 yield (
                     f"the columns of captures {own.number[0]} to {own.number[-1]} in segment "
-                    f"{segment.id} are not those of their symbols, wanted the same. Have them made "
+                    f"{segment.id} are not those of their rows, wanted the same. Have them made "
                     "anew: UPDATE state SET columns = -1"
                 )

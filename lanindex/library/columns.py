@@ -47,7 +47,7 @@ class Whole:
         found = [part for one in self.segments for part in one.parts]
         return list(dict.fromkeys([*found, *self.extra[1]]))
 
-    def columns(self, connection: Connection, part: str) -> Columns:
+    def columns(self, connection: Connection, part: str, *, swings: bool = False) -> Columns:
         """Load the columns of a part.
 
         Raises
@@ -55,7 +55,7 @@ class Whole:
         Distrust
             If they are not what was stored.
         """
-        found = stored(connection, self.segments, self.extra, part)
+        found = stored(connection, self.segments, self.extra, part, swings=swings)
         return found if self.order is None else found.taken(self.order)
 
 
@@ -150,7 +150,9 @@ def alive(
     """
     roster, nothing = read_roster(connection, segment), (enrolled([]), dict[str, Columns]())
     order = order_of(Spine([segment], spine.dead, []), roster.number)
-    held = {part: stored(connection, [segment], nothing, part) for part in segment.parts}
+    held = {
+        part: stored(connection, [segment], nothing, part, swings=True) for part in segment.parts
+    }
     return np.arange(len(roster)) if order is None else order, roster, held
 
 
@@ -172,7 +174,12 @@ def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | No
 
 
 def stored(
-    connection: Connection, held: Sequence[Segment], extra: derive.Derived, part: str
+    connection: Connection,
+    held: Sequence[Segment],
+    extra: derive.Derived,
+    part: str,
+    *,
+    swings: bool = False,
 ) -> Columns:
     """Return the columns of a part in all captures of segments, dead ones too, then in `extra`.
 
@@ -189,6 +196,8 @@ def stored(
             segments.TYPES[name],
         )
 
+    if swings and not all(one.complete for one in held):
+        raise Distrust(segments.OLD)
     counts = [_counts(connection, one, part) for one in held]
     counts.append(np.diff(added.bounds) if part in extra[1] else np.zeros(len(extra[0]), np.int64))
     start = column("start", added.start)
@@ -209,10 +218,15 @@ def stored(
         start,
         stop,
         np.concatenate(gaps).astype(np.int32),
+        column("swings", _swings(added)) if swings else None,
     )
-    if {len(found.cell), len(found.runner), len(found.margin), len(start)} != {found.bounds[-1]}:
+    if {len(getattr(found, name)) for name in found.rows} != {found.bounds[-1]}:
         raise Distrust(f"damaged: the columns of {part} are not of one length")
     return found
+
+
+def _swings(added: Columns) -> NDArray[Any]:
+    return np.empty(0, np.int32) if added.swings is None else added.swings
 
 
 def _counts(connection: Connection, segment: Segment, part: str) -> NDArray[np.int64]:
@@ -244,13 +258,25 @@ class Held:
         self._roster = enrolled([])
         self._columns: dict[str, Columns] = {}
 
-    def has(self, connection: Connection, parts: Sequence[str]) -> bool:
+    def has(self, connection: Connection, parts: Sequence[str], *, swings: bool = False) -> bool:
         """Return whether the library is as it was, and these parts are loaded."""
         same = state.read_state(connection).stamp == self._stamp
-        return same and all(part in self._columns for part in parts)
+        return same and not self._missing(parts, swings)
+
+    def _missing(self, parts: Sequence[str], swings: bool) -> list[str]:
+        return [
+            part
+            for part in parts
+            if part not in self._columns or (swings and self._columns[part].swings is None)
+        ]
 
     def find(
-        self, connection: Connection, parts: Sequence[str], *, trusted: bool = True
+        self,
+        connection: Connection,
+        parts: Sequence[str],
+        *,
+        swings: bool = False,
+        trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return all captures and the columns of some parts.
 
@@ -260,6 +286,8 @@ class Held:
             In a transaction.
         parts : sequence of str
             Whose.
+        swings : bool
+            Whether with their swings.
         trusted : bool
             Read the segments; else the rows.
 
@@ -274,7 +302,7 @@ class Held:
         if stamp != self._stamp:
             self._columns = {}
             self._stamp = None
-        missing = [part for part in parts if part not in self._columns]
+        missing = self._missing(parts, swings)
         if missing or self._stamp is None:
             if trusted:
                 spine = segments.read_spine(connection)
@@ -282,7 +310,7 @@ class Held:
                 spine = Spine([], {}, state.capture_numbers(connection))
             whole = read_whole(connection, spine, missing)
             for part in missing:
-                self._columns[part] = whole.columns(connection, part)
+                self._columns[part] = whole.columns(connection, part, swings=swings)
             self._roster, self._stamp = whole.roster, stamp
         return self._roster, {part: self._columns[part] for part in parts}
 

@@ -22,13 +22,14 @@ from lanindex.model.columns import (
 )
 from lanindex.model.symbol import FIELDS
 
-BATCH = 64
-"""Captures read at a time: the rows of each are objects for a moment."""
+BATCH = 256
+"""Captures read at a time."""
 
 _RUNNER = FIELDS["runner_direction"].shift
 _MARGIN, _FULL = FIELDS["margin"].shift, (1 << FIELDS["margin"].bits) - 1
 _PASSING = FIELDS["passing"].shift
-_READ = ("sign", "start", "length")
+_SWINGS, _MOST_SWINGS = FIELDS["swings"].shift, (1 << FIELDS["swings"].bits) - 1
+_READ = ("sign", "start", "length", "notes")
 """Of the columns of ``symbol_code``."""
 
 Derived = tuple[Roster, dict[str, Columns]]
@@ -79,7 +80,7 @@ def together(pieces: Sequence[Derived]) -> Derived:
 def _batch(connection: Connection, numbers: Sequence[int], parts: Sequence[str] | None) -> Derived:
     chosen = read.read_captures(connection, numbers)
     wanted = read.read_wanted(connection, chosen, parts)
-    symbols = read.read_rows(connection, wanted)
+    symbols = read.read_fields(connection, wanted, every=parts is None)
     places = {one.capture.id: place for place, one in enumerate(chosen)}
     names = {listed.part: None for _, listed in wanted}
     codes_of = {part: code for code, part in enumerate(names)}
@@ -115,8 +116,8 @@ def _columns(
     symbols: NDArray[np.int64],
     gaps: NDArray[np.int32],
 ) -> Columns:
-    """Return columns of rows as `lanindex.library.read.read_rows` gives them."""
-    sign, start, length = (symbols[:, 3 + codes.COLUMNS.index(one)] for one in _READ)
+    """Return columns of rows as `lanindex.library.read.read_fields` gives them."""
+    sign, start, length, notes = (symbols[:, codes.COLUMNS.index(one)] for one in _READ)
     cell = sign & CELL  # as it stands there: direction, then level
     cell |= np.where(sign >> _PASSING & 1, PASSING, 0)
     cell |= np.where(length == 0, STARTING, 0)
@@ -129,4 +130,5 @@ def _columns(
         start.astype(np.int32),
         (start + length).astype(np.int32),
         gaps,
+        (notes >> _SWINGS & _MOST_SWINGS).astype(np.int32),
     )

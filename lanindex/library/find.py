@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from fnmatch import fnmatchcase
+from fnmatch import translate
 from numbers import Integral
-from operator import attrgetter
-from typing import TypeGuard
+from typing import Any, TypeGuard
 from unicodedata import normalize
 
 from lanindex.errors import LibraryError, UsageError
@@ -16,11 +16,13 @@ from lanindex.model import Capture
 Where = Mapping[str, str] | Iterable[tuple[str, str]]
 """Globs by what of a capture they are compared with."""
 
-_COLUMNS: dict[str, Callable[[Capture], str]] = {
-    "label": attrgetter("label"),
-    "format": attrgetter("format"),
-    "dataset": lambda capture: capture.metadata.get("dataset", ""),
-}
+_NEEDED = {"path": ("path", "location"), "label": ("label",), "format": ("format",)}
+"""By column the lists of what captures are called in which it stands; else ``metadata``."""
+
+Texts = Mapping[str, Sequence[Any]]
+"""What captures are called: by name of the column, a value for each."""
+
+_COLUMNS = ("label", "format", "dataset")
 """What every capture can be asked for by name, beside its path."""
 
 _MOST_NUMBER = (1 << 63) - 1
@@ -33,64 +35,85 @@ def is_number(which: object) -> TypeGuard[int]:
     return whole and 0 < int(which) <= _MOST_NUMBER  # type: ignore[call-overload]
 
 
-def _fits(text: str, glob: str) -> bool:
+def globs(within: str | None, where: Where | None) -> list[tuple[str, str]]:
+    """Return what is asked of captures as globs by column."""
+    pairs = list(where.items() if isinstance(where, Mapping) else where or ())
+    return pairs if within is None else [*pairs, ("path", within)]
+
+
+def _fitting(glob: str) -> Callable[[str], bool]:
+    """Return what tells whether a text fits a glob."""
     # The same letters may be composed or not: macOS names files in one way, people type in both.
-    return fnmatchcase(normalize("NFC", text), normalize("NFC", glob))
+    fits = re.compile(translate(normalize("NFC", glob))).match
+    return lambda text: fits(text if text.isascii() else normalize("NFC", text)) is not None
 
 
-def matching(captures: Iterable[Capture], glob: str) -> list[Capture]:
-    """Return the captures whose path fits a glob.
-
-    Parameters
-    ----------
-    captures : iterable of Capture
-        To choose from.
-    glob : str
-        Compared with the path as ingested, the absolute path and, if it has no slash, the name
-        of the file; ``*`` crosses folders.
-    """
-    return [
-        capture
-        for capture in captures
-        if any(_fits(path, glob) for path in (capture.path, capture.location))
-        or ("/" not in glob and _fits(os.path.basename(capture.location), glob))
-    ]
-
-
-def chosen_by(captures: Sequence[Capture], where: Where) -> list[Capture]:
-    """Return the captures that fit all of some globs.
+def fitting(
+    called: Texts, places: Sequence[int], where: Iterable[tuple[str, str]]
+) -> Sequence[int]:
+    """Return those of some captures that fit all of some globs.
 
     Parameters
     ----------
-    captures : sequence of Capture
-        To choose from.
-    where : Mapping of str to str, or iterable of (str, str)
-        Globs by column: ``path`` as `matching` compares it, ``label``, ``format``, ``dataset`` or
-        any other column that the user gave; one that a capture lacks is the empty text.
+    called : Mapping
+        What captures are called: for ``path``, ``location``, ``format``, ``label`` and
+        ``metadata`` a list each.
+    places : sequence of int
+        Which captures to choose from: places in these lists.
+    where : iterable of (str, str)
+        Globs by column: ``path`` as ingested, the absolute path and, if it has no slash, the name
+        of the file, where ``*`` crosses folders; ``label``, ``format``, ``dataset`` or any other
+        column that the user gave; one that a capture lacks is the empty text.
 
     Raises
     ------
     UsageError
         If no capture has such a column.
     """
-    chosen = list(captures)
-    for key, glob in where.items() if isinstance(where, Mapping) else where:
+    for key, glob in where:
         if key == "path":
-            chosen = matching(chosen, glob)
+            places = _paths(called, places, glob)
             continue
-        asked = _COLUMNS.get(key) or _column(captures, key)
-        chosen = [capture for capture in chosen if _fits(asked(capture), glob)]
-    return chosen
+        fits, texts = _fitting(glob), _texts(called, key)
+        known = {text: fits(text) for text in {texts[place] for place in places}}
+        places = [place for place in places if known[texts[place]]]
+    return places
 
 
-def _column(captures: Sequence[Capture], key: str) -> Callable[[Capture], str]:
-    columns = sorted({column for capture in captures for column in capture.metadata})
-    if captures and key not in columns:
+def needed(where: Iterable[tuple[str, str]]) -> list[str]:
+    """Return which lists of what captures are called `fitting` looks at."""
+    names = [_NEEDED.get(key, ("metadata",)) for key, _ in where]
+    return list(dict.fromkeys(name for some in names for name in some))
+
+
+def _paths(called: Texts, places: Sequence[int], glob: str) -> list[int]:
+    """Return those captures of which a path fits: as ingested, absolute, or the file's name."""
+    fits, paths, locations = _fitting(glob), called["path"], called["location"]
+    if glob.startswith("*"):  # what fits the end of a path fits all of it
+        rest = [place for place in places if not locations[place].endswith(paths[place])]
+        known = {place for place in rest if fits(paths[place])}
+        return [place for place in places if fits(locations[place]) or place in known]
+    named = "/" not in glob
+    return [
+        place
+        for place in places
+        if fits(paths[place])
+        or fits(locations[place])
+        or (named and fits(os.path.basename(locations[place])))
+    ]
+
+
+def _texts(called: Texts, key: str) -> Sequence[str]:
+    if key in ("label", "format"):
+        return called[key]
+    metadata: Sequence[Mapping[str, str]] = called["metadata"]
+    columns = {column for one in metadata for column in one}
+    if metadata and key not in columns and key not in _COLUMNS:
         raise UsageError(
             f'no capture has a column "{key}"',
-            wanted=f"one of {', '.join(dict.fromkeys(('path', *_COLUMNS, *columns)))}",
+            wanted=f"one of {', '.join(dict.fromkeys(('path', *_COLUMNS, *sorted(columns))))}",
         )
-    return lambda capture: capture.metadata.get(key, "")
+    return [one.get(key, "") for one in metadata]
 
 
 def missing(captures: Iterable[Capture]) -> list[Capture]:
@@ -109,16 +132,18 @@ def gone(path: str) -> bool:
     return False
 
 
-def find_capture(captures: Sequence[Capture], named: str, place: str) -> Capture:
-    """Return the one capture that a name means.
+def find_capture(numbers: Sequence[int], called: Texts, named: str, place: str) -> int:
+    """Return the number of the one capture that a name means.
 
     The first of these that any capture fits: its path, its absolute path, the last parts of its
     path, its number.
 
     Parameters
     ----------
-    captures : sequence of Capture
-        Of the library.
+    numbers : sequence of int
+        Of the captures of the library.
+    called : Mapping
+        Their ``path`` and ``location``.
     named : str
         What the user wrote.
     place : str
@@ -130,33 +155,36 @@ def find_capture(captures: Sequence[Capture], named: str, place: str) -> Capture
         If no capture is meant, or several are.
     """
     absolute, tail = os.path.abspath(named), os.sep + named
-    tests = (
-        lambda capture: capture.path == named,
-        lambda capture: capture.location == absolute,
-        lambda capture: capture.location.endswith(tail),
-        lambda capture: str(capture.id) == named,
+    paths, locations = called["path"], called["location"]
+    every = range(len(numbers))
+    tests: tuple[Callable[[int], bool], ...] = (
+        lambda at: paths[at] == named,
+        lambda at: locations[at] == absolute,
+        lambda at: locations[at].endswith(tail),
+        lambda at: str(numbers[at]) == named,
     )
     for test in tests:
-        found = [capture for capture in captures if test(capture)]
+        found = [at for at in every if test(at)]
         if len(found) == 1:
-            return found[0]
+            return numbers[found[0]]
         if found:
             raise LibraryError(
                 f"{len(found)} captures are called {named}",
                 place=place,
-                remedy=f"Name one: {_listed([capture.location for capture in found])}",
+                remedy=f"Name one: {_listed([locations[at] for at in found])}",
             )
-    raise LibraryError(f"there is no capture {named}", place=place, remedy=_guess(captures, named))
+    raise LibraryError(f"there is no capture {named}", place=place, remedy=_guess(called, named))
 
 
 def _listed(names: Sequence[str], most: int = 3) -> str:
     return ", ".join(names[:most]) + (" …" if len(names) > most else "")
 
 
-def _guess(captures: Sequence[Capture], named: str) -> str:
+def _guess(called: Texts, named: str) -> str:
     from rapidfuzz import process
 
-    names = {os.path.basename(capture.location): capture.path for capture in captures}
+    pairs = zip(called["location"], called["path"], strict=True)
+    names = {os.path.basename(location): path for location, path in pairs}
     near = process.extract(os.path.basename(named), list(names), limit=3, score_cutoff=60)
     if near:
         return f"Did you mean {_listed([names[name] for name, _, _ in near])}?"

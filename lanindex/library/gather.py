@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection
 
-from lanindex.library import derive, segments
+from lanindex.library import called, derive, segments
 from lanindex.library.columns import check_pending, order_of, read_roster, read_rosters, stored
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, enrolled
@@ -33,7 +33,8 @@ def is_gathered(connection: Connection) -> bool:
         spine = segments.read_spine(connection)
     except Distrust:
         return False
-    return not spine.pending and _first_to_join(spine) >= len(spine.segments)
+    whole = all(one.complete for one in spine.segments)
+    return whole and not spine.pending and _first_to_join(spine) >= len(spine.segments)
 
 
 def verify(connection: Connection) -> None:
@@ -48,8 +49,15 @@ def verify(connection: Connection) -> None:
     read_rosters(connection, spine)
     nothing = derive.derived(connection, [])
     for segment in spine.segments:
+        _check_complete(segment)
+        called.read_texts(connection, segment)
         for part in segment.parts:
-            stored(connection, [segment], nothing, part)
+            stored(connection, [segment], nothing, part, swings=True)
+
+
+def _check_complete(segment: Segment) -> None:
+    if not segment.complete:
+        raise Distrust(segments.OLD)
 
 
 def purge(connection: Connection) -> bool:
@@ -62,8 +70,15 @@ def purge(connection: Connection) -> bool:
     return False
 
 
-def cover(connection: Connection) -> bool:
+def cover(connection: Connection, told: Callable[[int], None] = lambda waiting: None) -> bool:
     """Write a segment of captures that are in none, and return whether more are left.
+
+    Parameters
+    ----------
+    connection : Connection
+        In a transaction that may write.
+    told : callable, optional
+        Is told now and then how many captures still wait; it may raise.
 
     Raises
     ------
@@ -72,20 +87,26 @@ def cover(connection: Connection) -> bool:
     LibraryError
         If one of those captures is not what was stored.
     """
-    pending = segments.read_spine(connection).pending
+    spine = segments.read_spine(connection)
+    for segment in spine.segments:
+        _check_complete(segment)
+    pending = spine.pending
     pieces: list[derive.Derived] = []
     symbols = covered = 0
+    told(len(pending))
     for piece in derive.batches(connection, pending):
         pieces.append(piece)
         covered += len(piece[0])
         symbols += sum(map(len, piece[1].values()))
+        told(len(pending) - covered)
         if symbols >= CHUNK:
             break
     if not covered:
         return False
     roster, columns = derive.together(pieces)
     check_pending(roster, pending[:covered])
-    segments.put(connection, roster, columns.values())
+    texts = called.spelled(called.of_rows(connection, pending[:covered]))
+    segments.put(connection, roster, texts, columns.values())
     segments.mark_covered(connection, pending[:covered])
     return covered < len(pending)
 
@@ -113,7 +134,9 @@ def join(connection: Connection) -> bool:
     order = order_of(Spine(old, dead, []), rosters.number)
     roster = rosters if order is None else rosters.taken(order)
     parts = list(dict.fromkeys(part for one in old for part in one.parts))
-    segments.put(connection, roster, _moved(connection, old, parts, order))
+    pieces = [called.read_texts(connection, one) for one in old]
+    texts = called.spelled(called.together(pieces, called.NAMES, order))
+    segments.put(connection, roster, texts, _moved(connection, old, parts, order))
     segments.drop(connection, old)
     return True
 
@@ -127,7 +150,7 @@ def _moved(
     """Yield the columns of segments part by part, each gone from there: its room is used again."""
     nothing = derive.derived(connection, [])
     for part in parts:
-        found = stored(connection, old, nothing, part)
+        found = stored(connection, old, nothing, part, swings=True)
         segments.drop_part(connection, old, part)
         if len(found := found if order is None else found.taken(order)) or len(found.gaps):
             yield found

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from functools import partial
 from typing import Any
 
 from lanindex.errors import LibraryError
@@ -41,13 +42,18 @@ class Keeper(Session):
     tell : callable
         Is given each of these when it comes up, before the work begins; by default they are kept
         in `notes`.
+    watch : callable
+        Is told what a job that takes long goes through, how much of it is done, and of how much;
+        it may raise, which breaks the job off.
     """
 
     def __init__(self, *where: Any, **how: Any) -> None:
         super().__init__(*where, **how)
         self.notes: list[str] = []
         self.tell: Callable[[str], None] = self.notes.append
+        self.watch: Callable[[str, int, int], None] = _unwatched
         self._held, self._mended_at = Held(), -1
+        self._doubt = ""  # what was found wrong, and is not mended yet
 
     def gather(self) -> None:
         """Put all captures into segments, and join those that are small.
@@ -74,10 +80,11 @@ class Keeper(Session):
         with self._writing() as connection:
             return step(connection)
 
-    def _found(self, parts: Sequence[str]) -> Found:
+    def _found(self, parts: Sequence[str], *, swings: bool = False) -> Found:
         """Return all captures and the columns of some parts, from wherever they can be trusted."""
-        found, fault = self._tried(parts, MOST_PENDING)
-        if found is None:
+        found, fault = self._tried(parts, swings, MOST_PENDING)
+        fault, self._doubt = fault or self._doubt, ""
+        if found is None or fault:
             with self._reading() as connection:
                 stamp = int(state.read_state(connection).stamp)
                 pending = segments.count_pending(connection)
@@ -86,20 +93,21 @@ class Keeper(Session):
                     self.tell(f"the library's columns lack {pending} of its captures: {_ANEW}")
                 self._mend(fault)
                 self._mended_at = stamp
-            found, _ = self._tried(parts)
+            found, _ = self._tried(parts, swings)
         if found is None:
             with self._reading() as connection:
-                found = self._held.find(connection, parts, trusted=False)
+                found = self._held.find(connection, parts, swings=swings, trusted=False)
         return found
 
-    def _tried(self, parts: Sequence[str], most: int | None = None) -> tuple[Found | None, str]:
+    def _tried(
+        self, parts: Sequence[str], swings: bool, most: int | None = None
+    ) -> tuple[Found | None, str]:
         """Return what the segments give; else None, and what is wrong with them, if anything is."""
         try:
             with self._reading() as connection:
-                if self._held.has(connection, parts) or most is None:
-                    return self._held.find(connection, parts), ""
-                if segments.count_pending(connection) <= most:
-                    return self._held.find(connection, parts), ""
+                held = most is None or self._held.has(connection, parts, swings=swings)
+                if held or segments.count_pending(connection) <= (most or 0):
+                    return self._held.find(connection, parts, swings=swings), ""
         except Distrust as fault:
             return None, fault.found
         return None, ""
@@ -110,20 +118,25 @@ class Keeper(Session):
         A library that is only to be read is written for a moment, by a connection of its own.
         """
         if fault:
-            self._tell_fault(fault)
+            self.tell_fault(fault)
         try:
             if self._readonly:
-                _gather_aside(self._where, fault, self._tell_fault)
+                _gather_aside(self._where, fault, self)
             else:
-                _gather(self._step, fault, self._tell_fault)
+                _gather(self._step, fault, self)
         except LibraryError as error:
             self.tell(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
-    def _tell_fault(self, fault: str) -> None:
+    def tell_fault(self, fault: str) -> None:
+        """Say what was wrong with the columns."""
         self.tell(f"the library's columns were {fault}: {_ANEW}")
 
 
-def _gather(run: Callable[[Step], bool], fault: str, tell: Callable[[str], None]) -> None:
+def _unwatched(noun: str, done: int, total: int) -> None:
+    """Tell nobody."""
+
+
+def _gather(run: Callable[[Step], bool], fault: str, keeper: Keeper) -> None:
     """Cover and join what there is to cover and join, after a fault was found or not.
 
     One that comes up only now is told.
@@ -131,20 +144,27 @@ def _gather(run: Callable[[Step], bool], fault: str, tell: Callable[[str], None]
     if fault:
         run(gather.purge)
     try:
-        _settle(run)
+        _settle(run, keeper)
     except Distrust as error:
-        tell(error.found)
+        keeper.tell_fault(error.found)
         run(gather.purge)
-        _settle(run)
+        _settle(run, keeper)
 
 
-def _settle(run: Callable[[Step], bool]) -> None:
-    for step in (gather.cover, gather.join):
-        while run(step):
-            pass
+def _settle(run: Callable[[Step], bool], keeper: Keeper) -> None:
+    left: list[int] = []
+
+    def told(waiting: int) -> None:
+        left.append(waiting)
+        keeper.watch("captures", left[0] - waiting, left[0])
+
+    while run(partial(gather.cover, told=told)):
+        pass
+    while run(gather.join):
+        pass
 
 
-def _gather_aside(where: Target, fault: str, tell: Callable[[str], None]) -> None:
+def _gather_aside(where: Target, fault: str, keeper: Keeper) -> None:
     """Do as `_gather` on another connection, which may write."""
     if where.sqlite and where.path is None:
         raise LibraryError("it is kept nowhere else", place=where.place)
@@ -154,4 +174,4 @@ def _gather_aside(where: Target, fault: str, tell: Callable[[str], None]) -> Non
             with translated(where.place), writing(connection):
                 return step(connection)
 
-        _gather(run, fault, tell)
+        _gather(run, fault, keeper)

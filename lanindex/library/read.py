@@ -15,12 +15,18 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, CursorResult, or_, select
 
 from lanindex.errors import LanindexError, LibraryError
-from lanindex.library import checksums, codes, rows, schema, state
+from lanindex.library import checksums, codes, packed, rows, schema, state
 from lanindex.library.encoding import ENCODED, Encoding
 from lanindex.model import Capture, Meter, Score, Span, Track
 
 _FACTS = len(ENCODED) + 2
 """Columns of `CAPTURE` that a capture's checksum is over: `ENCODED`, and its profile."""
+
+_NUMBER = _FACTS + 1
+"""The column of `CAPTURE` that is a capture's number."""
+
+_Raw = tuple[Any, ...]
+"""A row as the driver gives it."""
 
 CAPTURE = (
     select(
@@ -81,37 +87,35 @@ def read_stored(
     metadata: dict[int, dict[str, str]] = {}
     for number, key, value in connection.execute(described):
         metadata.setdefault(number, {})[key] = value
-    for row in connection.execute(found).all():
+    # Straight from the driver: SQLAlchemy's rows would cost as much again.
+    for row in connection.execute(found).cursor.fetchall():
         try:
-            yield _stored(row, metadata.get(row.id, {}))
+            yield _stored(row, metadata.get(row[_NUMBER], {}))
         except LibraryError as error:
             yield error
 
 
-def _stored(row: Any, metadata: Mapping[str, str]) -> Stored:
+def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
+    facts, (checksum, number, label, stored) = row[:_FACTS], row[_FACTS:]
+    path, location, form, sha256, _, rate, frames, *meter, options, warnings, tracks, content = (
+        facts[:-2]
+    )
     what = "what is known of its file"
-    if checksums.of_values(*row[:_FACTS]) != row.checksum:
-        raise checksums.damaged(row.id, row.location, what)
-    if said(row.id, row.label, metadata) != row.said:
-        raise checksums.damaged(row.id, row.location, "its label or metadata (say them again, too)")
+    if checksums.of_values(*facts) != checksum:
+        raise checksums.damaged(number, location, what)
+    if said(number, label, metadata) != stored:
+        raise checksums.damaged(number, location, "its label or metadata (say them again, too)")
     try:
         capture = Capture(
-            id=row.id,
-            path=row.path,
-            format=row.format,
-            sha256=row.sha256,
-            label=row.label,
-            rate=_fraction(row.rate),
-            frames=row.frames,
-            meter=Meter(_fraction(row.speed), row.beats, row.beat, row.division),
+            *(number, path, form, sha256, label, _fraction(rate), frames, _meter(*meter)),
             metadata=metadata,
-            location=row.location,
-            warnings=tuple(json.loads(row.warnings)),
+            location=location,
+            warnings=_listed(warnings),
         )
-        encoding = Encoding(row.profile or "", row.digest or "", json.loads(row.options))
+        encoding = Encoding(facts[-2] or "", facts[-1] or "", json.loads(options))
     except _NONSENSE as error:
-        raise checksums.damaged(row.id, row.location, f"{what} ({error})") from error
-    return Stored(capture, encoding, row.tracks, row.content)
+        raise checksums.damaged(number, location, f"{what} ({error})") from error
+    return Stored(capture, encoding, tracks, content)
 
 
 _NONSENSE = (ValueError, TypeError, ArithmeticError, LookupError, RecursionError, LanindexError)
@@ -121,6 +125,16 @@ _NONSENSE = (ValueError, TypeError, ArithmeticError, LookupError, RecursionError
 @lru_cache(maxsize=64)
 def _fraction(text: str) -> Fraction:
     return Fraction(text)
+
+
+@lru_cache(maxsize=64)
+def _meter(speed: str, beats: int, beat: int, division: int) -> Meter:
+    return Meter(_fraction(speed), beats, beat, division)
+
+
+@lru_cache(maxsize=64)
+def _listed(warnings: str) -> tuple[str, ...]:
+    return tuple(json.loads(warnings))
 
 
 def said(number: int, label: str, metadata: Mapping[str, str]) -> int:
@@ -145,6 +159,21 @@ def read_captures(connection: Connection, numbers: Sequence[int] | None = None) 
             connection, [one.capture.id for one in found if isinstance(one, Stored)]
         )
     return [one for one in found if isinstance(one, Stored)]
+
+
+def read_chosen(connection: Connection, numbers: Sequence[int]) -> list[Capture]:
+    """Return those captures that exist of some, however many.
+
+    Raises
+    ------
+    LibraryError
+        If one is not what was stored.
+    """
+    return [
+        one.capture
+        for first in range(0, len(numbers), state.MOST)
+        for one in read_captures(connection, numbers[first : first + state.MOST])
+    ]
 
 
 def read_capture(connection: Connection, number: int) -> Stored:
@@ -196,12 +225,11 @@ def read_parts(connection: Connection) -> Counter[str]:
     return parts
 
 
-_Raw = tuple[Any, ...]
-"""A row of ``track`` without its capture, in the order of `Listed`."""
-
-
 def _lists(found: CursorResult[Any], wanted: Sequence[Any]) -> dict[int, list[_Raw]]:
-    """Return the rows of each capture, by its number; of each its location and checksum is told."""
+    """Return the rows of ``track`` of each capture, as `Listed` has them, by its number.
+
+    Of each wanted one its number, its location and the checksum of these are told.
+    """
     lists: dict[int, list[_Raw]] = {number: [] for number, _, _ in wanted}
     for number, *row in found.cursor.fetchall():
         if number in lists:  # else it hangs on nothing: it is no capture's
@@ -223,7 +251,7 @@ def read_tracks(
         If one of them is not what was stored.
     """
     wanted = read_wanted(connection, chosen, parts)
-    symbols, first = codes.unpack(read_rows(connection, wanted)[:, 3:]), 0
+    symbols, first = codes.unpack(read_fields(connection, wanted, every=parts is None)), 0
     tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
     for (capture, *_), listed in wanted:
         stretch = symbols[first : first + listed.symbols]
@@ -274,15 +302,29 @@ def known_of(capture: Capture, listed: Listed) -> tuple[Span, ...]:
         raise checksums.damaged(capture.id, capture.location, what) from error
 
 
-def read_rows(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
-    """Return the rows of tracks: (S, C + 3) int64, capture, track, row, fields.
+def read_fields(
+    connection: Connection, wanted: Sequence[Wanted], *, every: bool = False
+) -> NDArray[np.int64]:
+    """Return the fields of the rows of tracks: (S, C) int64, in the order of `codes.COLUMNS`.
+
+    Parameters
+    ----------
+    connection : Connection
+        In a transaction.
+    wanted : sequence
+        Which tracks.
+    every : bool
+        Whether they are all that their captures have.
 
     Raises
     ------
     LibraryError
         If one of them is not what was stored.
     """
-    return _checked(_numbers(connection, wanted), wanted)
+    captures = list(dict.fromkeys(one.capture.id for one, _ in wanted))
+    tracks = [(listed.ordinal, listed.symbols, listed.checksum) for _, listed in wanted]
+    found = packed.read_fields(connection, captures, tracks, every=every) if wanted else None
+    return _checked(_numbers(connection, wanted), wanted)[:, 3:] if found is None else found
 
 
 def _numbers(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:

@@ -34,7 +34,7 @@ from lanindex.model.columns import Columns, Roster
 
 TYPES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64} | {
     **{"counts": np.int64, "cell": np.uint8, "runner": np.uint8, "margin": np.uint16},
-    **{"start": np.int32, "length": np.int32, "gaps": np.int32},
+    **{"start": np.int32, "length": np.int32, "gaps": np.int32, "swings": np.int32},
 }
 """By the name of a column, its type in memory."""
 
@@ -47,8 +47,11 @@ _MOST = 500
 """Values in one statement: databases take a thousand at least."""
 
 CAPTURES = ("number", "frames", "rate", "speed")
-ROWS = ("counts", "cell", "runner", "margin", "start", "length", "gaps")
-"""The columns of the captures, and those of a part."""
+TEXTS = ("path", "location", "format", "label", "metadata")
+"""The columns of the captures: numbers, and what they are called, which is JSON."""
+
+OLD = "made by an earlier version"
+"""What is wrong with segments that lack a column."""
 
 
 class Distrust(LibraryError):
@@ -80,6 +83,14 @@ class Segment(NamedTuple):
     def parts(self) -> list[str]:
         """The parts that any of its captures has."""
         return list(dict.fromkeys(part for part, _ in self.entries if part))
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all columns: what an earlier version wrote lacks some."""
+        named = all(("", name) in self.entries for name in TEXTS)
+        return named and all(
+            (part, "swings") in self.entries for part, name in self.entries if name == "cell"
+        )
 
 
 class Spine(NamedTuple):
@@ -138,6 +149,12 @@ def mark_dead(connection: Connection, number: int) -> None:
     """Note that what the segments hold of a capture does not count any more."""
     for statement in (_COVER, _RAISE, _DIE):
         connection.execute(statement, {"number": number})
+
+
+def mark_changed(connection: Connection, number: int) -> None:
+    """Note that a segment is to hold a capture that has changed in place of what they hold now."""
+    mark_dead(connection, number)
+    mark_pending(connection, number)
 
 
 def mark_covered(connection: Connection, numbers: Iterable[int]) -> None:
@@ -233,7 +250,12 @@ def read_column(connection: Connection, segment: Segment, part: str, name: str) 
     return stored if width == 1 else stored.reshape(-1, width)
 
 
-def put(connection: Connection, roster: Roster, columns: Iterable[Columns]) -> int:
+def put(
+    connection: Connection,
+    roster: Roster,
+    texts: Iterable[tuple[str, NDArray[np.uint8]]],
+    columns: Iterable[Columns],
+) -> int:
     """Write a segment and return its number.
 
     Parameters
@@ -242,13 +264,16 @@ def put(connection: Connection, roster: Roster, columns: Iterable[Columns]) -> i
         In a transaction that may write.
     roster : Roster
         The captures.
+    texts : iterable of (str, ndarray)
+        What they are called, as `lanindex.library.called.spelled` gives it.
     columns : iterable of Columns
         Of all parts that any of them has; each is written before the next is asked for.
     """
     unlisted = {"captures": len(roster), "symbols": 0, "listing": "", "checksum": 0}
     key = connection.execute(insert(schema.segment), unlisted).inserted_primary_key
     number, symbols = int(key[0]) if key else 0, 0
-    entries = _put(connection, number, "", [(name, getattr(roster, name)) for name in CAPTURES])
+    own = [(name, getattr(roster, name)) for name in CAPTURES]
+    entries = _put(connection, number, "", [*own, *texts])
     for one in columns:
         entries += _put(connection, number, one.part, _arrays(one))
         symbols += len(one)
@@ -261,10 +286,10 @@ def put(connection: Connection, roster: Roster, columns: Iterable[Columns]) -> i
 
 def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
     """Return the columns of a part that have anything in them."""
-    found = [("counts", np.diff(columns.bounds))]
+    found = [("counts", np.diff(columns.bounds)), ("swings", columns.swings)]
     found += [(name, getattr(columns, name)) for name in ("cell", "runner", "margin", "start")]
     found += [("length", columns.stop - columns.start), ("gaps", columns.gaps)]
-    return [(name, array) for name, array in found if array.size]
+    return [(name, array) for name, array in found if array is not None and array.size]
 
 
 def _put(

@@ -14,10 +14,11 @@ from sqlalchemy import Connection
 
 from lanindex.alphabet import PARTS
 from lanindex.library import read, rows, segments, state, write
+from lanindex.library.called import texts_of
+from lanindex.library.choosing import Choosing
 from lanindex.library.columns import chosen
 from lanindex.library.encoding import Encoding
-from lanindex.library.find import Where, chosen_by, find_capture, is_number, matching, missing
-from lanindex.library.keeper import Keeper
+from lanindex.library.find import Where, find_capture, fitting, globs, is_number, missing
 from lanindex.library.stats import Stats, count
 from lanindex.library.texts import check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
@@ -27,7 +28,7 @@ _BATCH = 64
 """Captures read at a time by `Store.tracks`."""
 
 
-class Store(Keeper):
+class Store(Choosing):
     """Captures and their scores. Made by `open`; belongs to one thread."""
 
     def add(
@@ -202,9 +203,8 @@ class Store(Keeper):
         """
         with self._reading() as connection:
             found = [one.capture for one in read.read_captures(connection)]
-        chosen = chosen_by(found, where) if where else found
-        chosen = chosen if within is None else matching(chosen, within)
-        return [one for one in chosen if one.warnings] if doubts else chosen
+        places = fitting(texts_of(found), range(len(found)), globs(within, where))
+        return [found[place] for place in places if found[place].warnings or not doubts]
 
     def capture(self, which: int | str) -> Capture:
         """Return one capture.
@@ -290,7 +290,11 @@ class Store(Keeper):
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
 
     def columns(
-        self, parts: Iterable[str], numbers: Iterable[int] | None = None
+        self,
+        parts: Iterable[str],
+        numbers: Iterable[int] | None = None,
+        *,
+        swings: bool = False,
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return captures and what some parts do in them, as columns.
 
@@ -304,6 +308,8 @@ class Store(Keeper):
             Whose; one that no capture has gets columns without rows.
         numbers : iterable of int, optional
             Only these captures; else all.
+        swings : bool
+            Whether with their swings, which hardly a search asks for.
 
         Returns
         -------
@@ -324,7 +330,7 @@ class Store(Keeper):
         (10, 11)
         """
         wanted = list(dict.fromkeys(parts))
-        roster, columns = self._found(wanted)
+        roster, columns = self._found(wanted, swings=swings)
         return (roster, columns) if numbers is None else chosen(roster, columns, list(numbers))
 
     def stats(self) -> Stats:
@@ -344,8 +350,7 @@ class Store(Keeper):
             numbers = read.numbers_at(connection, named)
             if len(numbers) == 1:
                 return numbers[0]
-            others = [one.capture for one in read.read_captures(connection)]
-            return find_capture(others, named, self.place).id
+            return find_capture(*self._places(connection), named, self.place)
         if is_number(which) and state.read_numbers(connection, [int(which)]):
             return int(which)
-        return find_capture([], str(which), self.place).id  # which says that there is none
+        return find_capture([], {"path": [], "location": []}, str(which), self.place)  # it says so

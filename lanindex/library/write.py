@@ -140,6 +140,8 @@ def describe(
     label = str(label or "")
     said = read.said(number, label, held)
     connection.execute(_CHANGE, {"number": number, "label": label, "said": said})
+    if not new:
+        segments.mark_changed(connection, number)
 
 
 def move_capture(connection: Connection, number: int, path: str, location: str) -> None:
@@ -149,6 +151,7 @@ def move_capture(connection: Connection, number: int, path: str, location: str) 
     checksum = encoded(values, row.profile, row.digest)
     changed = {"path": path, "location": location, "checksum": checksum}
     connection.execute(_CHANGE, {"number": number, **changed})
+    segments.mark_changed(connection, number)
 
 
 def remove_capture(connection: Connection, number: int) -> None:

@@ -36,6 +36,12 @@ def cell_of(direction: int, level: int) -> int:
     return (direction + 1) | (level + 1) << 4
 
 
+def codes_of(cells: NDArray[np.uint8]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """Return the directions and the levels of cells, flags or not; -1 where there is none."""
+    told = (cells & CELL).astype(np.int8)
+    return (told & 15) - 1, (told >> 4) - 1
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Roster:
     """The captures that columns are of, in the order of their numbers.
@@ -99,6 +105,8 @@ class Columns:
         (G, 3) int32, in order: place of the capture in the roster, and a stretch of frames in which
         the part was seen. Captures that do not stand here are known from the first frame to the
         last; a part that was never seen has a stretch without frames.
+    swings : ndarray or None
+        (S,) int32, moves out and back within the cell; None where nobody has asked for them.
     kept : dict
         What searches have worked out about these rows, and want to find again: it goes with them.
     """
@@ -111,12 +119,18 @@ class Columns:
     start: NDArray[np.int32]
     stop: NDArray[np.int32]
     gaps: NDArray[np.int32]
+    swings: NDArray[np.int32] | None = None
     kept: dict[str, object] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("bounds", "cell", "runner", "margin", "start", "stop", "gaps"):
+        for name in ("bounds", *self.rows, "gaps"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """What there is one of for each symbol."""
+        return _ROWS if self.swings is None else (*_ROWS, "swings")
 
     def __len__(self) -> int:
         """Return how many symbols there are."""
@@ -126,7 +140,7 @@ class Columns:
         """Return whether other columns say the same; None: all captures lack the part."""
         if other is None:
             return not len(self) and not len(self.gaps)
-        names = ("bounds", *_ROWS, "gaps")
+        names = ("bounds", *(name for name in self.rows if name in other.rows), "gaps")
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
 
     def taken(self, order: NDArray[np.int64]) -> Columns:
@@ -135,7 +149,7 @@ class Columns:
         held, places = ranges(*(np.searchsorted(self.gaps[:, 0], order + end) for end in (0, 1)))
         gaps = self.gaps[places]
         gaps[:, 0] = np.repeat(np.arange(len(order)), np.diff(held))
-        taken = {name: getattr(self, name)[rows] for name in _ROWS}
+        taken = {name: getattr(self, name)[rows] for name in self.rows}
         return Columns(self.part, bounds, **taken, gaps=gaps)
 
     def between(self, first: int, last: int) -> Columns:
@@ -143,7 +157,7 @@ class Columns:
         begin, end = self.bounds[first].item(), self.bounds[last].item()
         gaps = self.gaps[slice(*np.searchsorted(self.gaps[:, 0], [first, last]))].copy()
         gaps[:, 0] -= first
-        own = {name: getattr(self, name)[begin:end] for name in _ROWS}
+        own = {name: getattr(self, name)[begin:end] for name in self.rows}
         return Columns(self.part, self.bounds[first : last + 1] - begin, **own, gaps=gaps)
 
 
@@ -168,6 +182,7 @@ def joined(part: str, pieces: Sequence[Columns | None], rosters: Sequence[Roster
     """
     held = [one for one in pieces if one is not None]
     empty = columns_of(part, [], [])
+    names = [name for name in empty.rows if all(name in one.rows for one in held)]
     counts = [
         np.zeros(len(roster), np.int64) if one is None else np.diff(one.bounds)
         for one, roster in zip(pieces, rosters, strict=True)
@@ -179,7 +194,7 @@ def joined(part: str, pieces: Sequence[Columns | None], rosters: Sequence[Roster
         if one is not None
     ]
     bounds = np.concatenate([[0], *counts]).cumsum(dtype=np.int64)
-    rows = {name: np.concatenate([getattr(one, name) for one in (empty, *held)]) for name in _ROWS}
+    rows = {name: np.concatenate([getattr(one, name) for one in (empty, *held)]) for name in names}
     return Columns(part, bounds, **rows, gaps=np.concatenate([empty.gaps, *gaps]))
 
 
@@ -278,6 +293,7 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
         symbols["start"].copy(),
         symbols["stop"].copy(),
         np.array(gaps, np.int32).reshape(-1, 3),
+        symbols["swings"].astype(np.int32),
     )
 
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
-from fractions import Fraction
 from itertools import chain
-from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import PARTS
-from lanindex.errors import PatternError, UsageError
+from lanindex.errors import PatternError
 from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
+from lanindex.pipeline.patience import Patience
 from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
@@ -23,18 +21,12 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Hit, Reading
     from lanindex.pipeline.prepare import Outcome
-    from lanindex.search.fast import Watch
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
     from lanindex.search.stages import Counts
 
 
-class _How(TypedDict):
-    """How a search is made, whichever engine makes it."""
-
-    tolerance: Fraction
-    overlaps: str
-    watch: Watch | None
+_BOUND = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
 
 
 class Library(Asking, Exploring):
@@ -141,6 +133,7 @@ class Library(Asking, Exploring):
         near: bool = False,
         fuzzy: str | float | None = None,
         timeout: float | None = None,
+        best: int | None = None,
     ) -> Hits | Counts:
         """Find movement by pattern.
 
@@ -165,6 +158,9 @@ class Library(Asking, Exploring):
             How many edits a match may cost, 1.5, or how many for each step but the first two, 15%.
         timeout : float, optional
             Seconds after which to give up.
+        best : int, optional
+            Only so many, those that fit best, the clearest first; of a fuzzy search far sooner
+            there than all of them.
 
         Returns
         -------
@@ -191,28 +187,18 @@ class Library(Asking, Exploring):
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.pipeline.search import nearly, search
-        from lanindex.search.fast import Timeout
-        from lanindex.search.nearly import NEAR
+        from lanindex.pipeline.how import How
+        from lanindex.pipeline.search import search
 
-        if not 0 <= tolerance < inf:
-            raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-        if overlaps not in ("none", "all"):
-            raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
-        text = pattern if isinstance(pattern, str) else str(pattern)
-        query, numbers = self._asked(text, within, where, strict)
-        watch = None if timeout is None else Timeout(timeout)
-        span = Fraction(str(tolerance))
-        if near and fuzzy is not None:
-            raise UsageError("near and fuzzy together", remedy="fuzzy counts what is near already.")
-        query = replace(query, near=NEAR) if near else query
-        how: _How = {"tolerance": span, "overlaps": overlaps, "watch": watch}
-        if fuzzy is None:
-            return piped(query.stages, Hits(search(self, query, numbers, **how), text))
-        from lanindex.search.fuzzy import Allowance
-
-        found = nearly(self, query, numbers, Allowance.read(str(fuzzy)), **how)
-        return piped(query.stages, Hits(found, text))
+        how = How.read(tolerance, overlaps, near, fuzzy)
+        query, numbers = self._asked(pattern, within, where, strict)
+        patience = Patience(self.watch, timeout, remedy=_BOUND)
+        sooner = None if query.stages else best
+        found = Hits(
+            search(self, query, numbers, how, patience.of("captures"), sooner), str(pattern)
+        )
+        told = piped(query.stages, found)
+        return told.by_fit()[:best] if best is not None and isinstance(told, Hits) else told
 
     def explain(
         self,
@@ -254,24 +240,23 @@ class Library(Asking, Exploring):
         """
         from lanindex.search.explain import explanation
 
-        text = pattern if isinstance(pattern, str) else str(pattern)
-        query, numbers = self._asked(text, within, where, strict)
+        query, numbers = self._asked(pattern, within, where, strict)
         return explanation(query, self.tracks(numbers, query.parts))
 
     def _asked(
-        self, pattern: str, within: str | None, where: Where | None, strict: bool
+        self, pattern: str | Pattern, within: str | None, where: Where | None, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.pipeline.columns import check_columns
         from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
-        pattern = said(pattern, self.words)
-        names = named(pattern, self.words)
+        text = said(str(pattern), self.words)
+        names = named(text, self.words)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
             held = self.parts(checked=False)
-            query = parse(pattern, held, known=PARTS, names=names, strict=strict)
+            query = parse(text, held, known=PARTS, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

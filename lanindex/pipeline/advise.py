@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 
@@ -12,10 +11,11 @@ from lanindex.alphabet import PARTS
 from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
+from lanindex.pipeline.how import How
 from lanindex.search.explain.advice import SECONDS, Advice, Found, LeftOut, advise
 from lanindex.search.explain.budget import Budget
 from lanindex.search.explain.tree import places
-from lanindex.search.fast import Finder
+from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
 from lanindex.search.language.query import Arrow, steps_of
 
@@ -27,9 +27,7 @@ def suggest(
     library: Store,
     query: Query,
     numbers: Sequence[int] | None,
-    *,
-    tolerance: Fraction,
-    overlaps: str,
+    how: How,
     budget: Budget | None = None,
 ) -> Advice:
     """Return what to do about a query that finds nothing.
@@ -42,8 +40,8 @@ def suggest(
         Which finds nothing.
     numbers : sequence of int, optional
         The captures that were looked at; by default all.
-    tolerance, overlaps
-        As in `lanindex.pipeline.search.search`.
+    how : How
+        How exactly it was looked for; what is offered is looked for likewise.
     budget : Budget, optional
         How long it may take, about.
     """
@@ -54,7 +52,7 @@ def suggest(
         if budget.late():
             return None
         try:
-            return _counted(library, query, among, tolerance, overlaps, budget)
+            return _counted(library, query, among, how, budget)
         except (TimeoutError, LanindexError):  # or it fits in too many ways
             return None
 
@@ -74,8 +72,7 @@ def _counted(
     library: Store,
     query: Query,
     numbers: Sequence[int] | None,
-    tolerance: Fraction,
-    overlaps: str,
+    how: How,
     budget: Budget,
 ) -> Found:
     """Return how many hits there are, and in how many captures; give up what takes too long."""
@@ -88,16 +85,18 @@ def _counted(
 
     def recordings(
         captures: Sequence[int], parts: Collection[str]
-    ) -> Iterable[tuple[Capture, Mapping[str, Track]]]:
-        """Return some for the plain matcher, which nobody can break off, if they are small."""
-        chosen = np.array(captures)
+    ) -> Iterator[tuple[Capture, Mapping[str, Track]]]:
+        """Yield some for the plain matcher, which nobody can break off, if they are small."""
+        chosen = np.array(captures, np.int64)
         rows = [np.diff(columns[part].bounds)[chosen] for part in parts if part in columns]
         most = np.max(rows, axis=0) if rows else np.zeros(0)
-        if float((most.astype(float) ** power).sum()) > _MOST_WORK:
+        if how.allowance is None and float((most.astype(float) ** power).sum()) > _MOST_WORK:
             raise TimeoutError
-        return list(library.tracks(roster.number[chosen].tolist(), parts))
+        for recording in library.tracks(roster.number[chosen].tolist(), parts):
+            watch(0, 0)
+            yield recording
 
-    found = Finder(query, roster, columns, recordings, tolerance).find(overlaps, watch)
+    found = Hits(how.find(query, roster, columns, recordings, watch), "")
     return len(found), found.captures
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lanindex.library import store
@@ -20,7 +20,7 @@ class Asking(store.Store):
     if TYPE_CHECKING:
 
         def _asked(
-            self, pattern: str, within: str | None, where: Where | None, strict: bool
+            self, pattern: str | Pattern, within: str | None, where: Where | None, strict: bool
         ) -> tuple[Query, list[int] | None]: ...
 
     def suggest(
@@ -32,13 +32,15 @@ class Asking(store.Store):
         within: str | None = None,
         where: Where | None = None,
         strict: bool = False,
+        near: bool = False,
+        fuzzy: str | float | None = None,
     ) -> Advice:
         """Say why a pattern finds nothing, and what would be found.
 
         Parameters
         ----------
-        pattern, tolerance, overlaps, within, where, strict
-            As for `search`.
+        pattern, tolerance, overlaps, within, where, strict, near, fuzzy
+            As for `search`; what is offered is counted in the same way.
 
         Returns
         -------
@@ -65,11 +67,11 @@ class Asking(store.Store):
           torso forward high         1 hit in 1 capture
         """
         from lanindex.pipeline.advise import suggest
+        from lanindex.pipeline.how import How
 
-        text = pattern if isinstance(pattern, str) else str(pattern)
-        query, chosen = self._asked(text, within, where, strict)
-        span = Fraction(str(tolerance))
-        return suggest(self, query, chosen, tolerance=span, overlaps=overlaps)
+        how = How.read(tolerance, overlaps, near, fuzzy)
+        query, chosen = self._asked(pattern, within, where, strict)
+        return suggest(self, query, chosen, how)
 
     def why(
         self,
@@ -79,12 +81,13 @@ class Asking(store.Store):
         tolerance: float = 0.1,
         overlaps: str = "none",
         strict: bool = False,
+        near: bool = False,
     ) -> Trace:
         """Say step by step what a pattern met with in one capture.
 
         Parameters
         ----------
-        pattern, tolerance, overlaps, strict
+        pattern, tolerance, overlaps, strict, near
             As for `search`.
         capture : int or str
             Its number or path.
@@ -110,10 +113,10 @@ class Asking(store.Store):
         >>> stop.reason
         'torso forward high [482, 524) takes 1.40 s, wanted <0.5s'
         """
+        from lanindex.pipeline.how import How
         from lanindex.search.explain import trace
 
-        text = pattern if isinstance(pattern, str) else str(pattern)
-        query, _ = self._asked(text, None, None, strict)
+        how = How.read(tolerance, overlaps, near)
+        query = replace(self._asked(pattern, None, None, strict)[0], near=how.near)
         held, tracks = next(self.tracks([self.capture(capture).id]))
-        span = Fraction(str(tolerance))
-        return trace(query, held, tracks, tolerance=span, overlaps=overlaps)
+        return trace(query, held, tracks, tolerance=how.tolerance, overlaps=how.overlaps)

@@ -26,9 +26,9 @@ def check_columns(library: Store, query: Query) -> None:
     """
     references = references_in((*query.where, *query.stages))
     named = {it.field for it in references if it.name == CLIP} - set(CLIP_FIELDS)
-    captures = library.captures() if named else []
-    known = {column.lower() for capture in captures for column in capture.metadata}
-    for column in sorted(named - known) if captures else ():
+    said = library.called("metadata").values() if named else ()
+    known = {column.lower() for columns in said for column in columns}
+    for column in sorted(named - known) if said else ():
         raise UsageError(
             f'no capture has a column "{column}"',
             wanted=f"clip and one of {', '.join([*CLIP_FIELDS, *sorted(known)])}",

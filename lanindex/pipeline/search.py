@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import nullcontext
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,24 +11,23 @@ import numpy as np
 from lanindex.errors import LibraryError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Track
-from lanindex.search.fast import Finder, Found, Watch
+from lanindex.pipeline.how import How
+from lanindex.search.fast import Watch
 from lanindex.search.language.query import Query
 
 if TYPE_CHECKING:
     from lanindex.model.columns import Columns, Roster
     from lanindex.search.fast.source import Recordings
-    from lanindex.search.fuzzy import Allowance
 
 
 def search(
     library: Store,
     query: Query,
     numbers: Sequence[int] | None,
-    *,
-    tolerance: Fraction,
-    overlaps: str,
+    how: How,
     watch: Watch | None = None,
-) -> Found:
+    best: int | None = None,
+) -> Sequence[Hit]:
     """Find a pattern in a library.
 
     Parameters
@@ -40,76 +38,24 @@ def search(
         What to find.
     numbers : sequence of int or None
         Only in these captures; None: in all.
-    tolerance : Fraction
-        Seconds within which edges agree.
-    overlaps : str
-        ``none`` or ``all``.
+    how : How
+        How exactly.
     watch : callable, optional
         Is told now and then how many captures are done, of how many; it may raise.
-
-    Returns
-    -------
-    Found
-
-    Raises
-    ------
-    LibraryError
-        Where the library cannot be read.
-    """
-    stamp = library.stamp
-    roster, columns = library.columns(query.parts, numbers)
-    recordings = _recordings(library, stamp, roster, columns)
-    finder = Finder(query, roster, columns, recordings, tolerance)
-    return finder.find(overlaps, watch)
-
-
-def nearly(
-    library: Store,
-    query: Query,
-    numbers: Sequence[int] | None,
-    allowance: Allowance,
-    *,
-    tolerance: Fraction,
-    overlaps: str,
-    watch: Watch | None = None,
-) -> list[Hit]:
-    """Find what is nearly a pattern in a library.
-
-    Parameters
-    ----------
-    allowance : Allowance
-        How much a match may differ.
-    library, query, numbers, tolerance, overlaps, watch
-        As for `search`.
-
-    Returns
-    -------
-    list of Hit
+    best : int, optional
+        Only so many, those that fit best, the clearest first.
 
     Raises
     ------
     LibraryError
         Where the library cannot be read.
     UsageError
-        Where the pattern says what has no edits.
+        Where the pattern says what has no edits, and some are allowed.
     """
-    from lanindex.search import fuzzy
-
     stamp = library.stamp
     roster, columns = library.columns(query.parts, numbers)
     recordings = _recordings(library, stamp, roster, columns)
-    return list(
-        fuzzy.find(
-            query,
-            roster,
-            columns,
-            lambda places: recordings(places, query.parts),
-            allowance,
-            tolerance=tolerance,
-            overlaps=overlaps,
-            watch=watch,
-        )
-    )
+    return how.find(query, roster, columns, recordings, watch, best)
 
 
 def _recordings(
@@ -130,7 +76,10 @@ def _recordings(
             if library.is_open
             else type(library).open(library.place, readonly=True) as opened
         ):
-            found = list(opened.tracks(wanted, parts))
+            if parts:
+                found = list(opened.tracks(wanted, parts))
+            else:
+                found = [(capture, {}) for capture in opened.some(wanted)]
             unchanged = opened.stamp == stamp
         if not unchanged:
             held = {capture.id: (capture, tracks) for capture, tracks in found}

@@ -5,12 +5,13 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from lanindex.search.dictionary import inside, load, spelled
+from lanindex.search.dictionary import absent, inside, load, spelled
+
+__all__ = ["absent", "glob_of", "meant", "named", "said", "said_by", "unknown"]
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable
 
-    from lanindex.model import Capture
     from lanindex.search.dictionary import Entry
 
 
@@ -89,15 +90,15 @@ def glob_of(name: str) -> str:
     return name.replace("_", "?") + "*"
 
 
-def said_by(captures: Sequence[Capture], glob: str) -> str:
+def said_by(labels: Iterable[str], glob: str) -> str:
     """Return the glob of labels, or the one label where that is all that fits it.
 
     Parameters
     ----------
-    captures : sequence of Capture
-        Those whose label fits.
+    labels : iterable of str
+        Those that fit.
     glob : str
         As from `glob_of`.
     """
-    labels = {capture.label for capture in captures}
-    return labels.pop() if len(labels) == 1 else glob
+    different = set(labels)
+    return different.pop() if len(different) == 1 else glob

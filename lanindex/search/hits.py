@@ -29,6 +29,9 @@ class Lazy(Protocol):
     def captures(self) -> int:
         """In how many captures they are."""
 
+    def tally(self) -> list[tuple[int, int]]:
+        """Return the numbers of the captures, each with how many hits it has."""
+
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
 
@@ -66,6 +69,8 @@ class Hits(Sequence[Hit]):
     ('greeting', Span(start=482, stop=602))
     >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
     ([482], 2, 1)
+    >>> hits.tally()
+    [(5, 1)]
     >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
     (True, 482, array([602]))
     """
@@ -99,6 +104,12 @@ class Hits(Sequence[Hit]):
         if isinstance(self._hits, Lazy):
             return self._hits.captures
         return len({hit.capture.id for hit in self._hits})
+
+    def tally(self) -> list[tuple[int, int]]:
+        """Return the numbers of the captures, each with how many hits it has."""
+        if isinstance(self._hits, Lazy):
+            return self._hits.tally()
+        return list(Counter(hit.capture.id for hit in self).items())
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""

@@ -195,12 +195,25 @@ class TestSearch:
 
     def test_json_as_designed(self, filled) -> None:
         (hit,) = records(filled("search", "r_arm place high", "--in", "*.bvh", "--json"))
-        keys = "capture capture_id label fps start_frame end_frame start end fit symbols pattern"
-        assert list(hit) == keys.split()
+        keys = "capture capture_id label fps start_frame end_frame start end fit symbols labels"
+        assert list(hit) == [*keys.split(), "pattern"]
+        assert hit["labels"] == {}
         assert hit["label"] == "raise"
         (symbol,) = hit["symbols"]
         assert list(symbol) == ["part", "direction", "level", "start_frame", "end_frame"]
         assert hit["pattern"] == "r_arm place high"
+
+    def test_labels_in_json(self, filled) -> None:
+        pattern = "a: (r_arm right -> place high) with b: l_arm left"
+        (hit,) = records(filled("search", pattern, "--in", "*.bvh", "--json"))
+        first, second, left = hit["symbols"]
+        assert list(hit["labels"]) == ["a", "b"]
+        edges = {"start_frame": first["start_frame"], "end_frame": second["end_frame"]}
+        label = hit["labels"]["a"]
+        assert {**second, **edges}.items() <= label.items()
+        assert (label["start"], label["end"]) == (hit["start"], hit["end"])
+        assert left.items() <= hit["labels"]["b"].items()
+        assert set(label) - set(first) == {"start", "end", "swings", "margin"}
 
     def test_limit_count_and_sort(self, filled) -> None:
         done = filled("search", "arm any", "--limit", "2")

@@ -66,6 +66,13 @@ class TestWords:
         assert done.exit_code == 2
         assert 'no word "wlk" in the dictionary of movement. Did you mean walk?' in done.stderr
 
+    @pytest.mark.parametrize("word", ["jump", "Turn around", "point"])
+    def test_why_a_word_is_not_there(self, run, word: str) -> None:
+        done = run("words", word)
+        assert done.exit_code == 2
+        assert f'no word "{word}" in the dictionary of movement: ' in done.stderr
+        assert "Did you mean" not in done.stderr
+
 
 class TestSearch:
     @pytest.mark.parametrize("asked", ["raise", "@raise", "Lift"])
@@ -91,7 +98,8 @@ class TestSearch:
             library.label(1, "squat deep")
         done = run("search", "squat")
         assert done.exit_code == 2
-        assert 'no word "squat" in the dictionary of movement: lanindex words' in done.stderr
+        assert 'no word "squat" in the dictionary of movement: nothing tells yet how' in done.stderr
+        assert "try: thighs forward/side_forward mid" in done.stderr
         assert 'lanindex list --where "label=squat deep"' in done.stderr
 
     @pytest.mark.parametrize("asked", ["walk with raise", "walks", "raise with head"])

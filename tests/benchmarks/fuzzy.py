@@ -85,7 +85,11 @@ def main() -> None:
     for allowed in ALLOWED:
         allowance = fuzzy.Allowance.read(allowed)
         ways[f"--fuzzy {allowed}"] = lambda query, allowance=allowance: fuzzy.find(
-            query, roster, columns, lambda places: [recordings[it] for it in places], allowance
+            query,
+            roster,
+            columns,
+            lambda places, parts: [recordings[it] for it in places],
+            allowance,
         )
     for way, find in ways.items():
         found = defaultdict(set)

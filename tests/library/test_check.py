@@ -109,7 +109,7 @@ def test_columns_of_other_symbols_are_found(tmp_path):
             connection.execute(f"INSERT INTO {table} SELECT * FROM other.{table}")
     (found,) = check(path)
     assert found == (
-        "the columns of captures 1 to 3 in segment 1 are not those of their symbols, wanted the "
+        "the columns of captures 1 to 3 in segment 1 are not those of their rows, wanted the "
         "same. Have them made anew: UPDATE state SET columns = -1"
     )
     with sql(path) as connection:

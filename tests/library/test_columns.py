@@ -1,12 +1,15 @@
 """What a library gives as columns is what its rows say, from wherever it comes."""
 
+import json
 from fractions import Fraction
 
 import numpy as np
 import pytest
 from sample import add_sample, fill, sample_score, sql
 
-from lanindex.library import derive, gather
+from lanindex.library import checksums, derive, gather
+from lanindex.library.migrate import check
+from lanindex.library.segments import TEXTS, read_spine
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import columns_of, roster_of
@@ -23,7 +26,10 @@ def assert_same(one, other, names):
 
 
 def assert_true(library, parts=PARTS, numbers=None):
-    """Hold what a library gives as columns against its tracks."""
+    """Hold what a library gives as columns against its tracks and captures."""
+    for name in TEXTS:
+        wanted = {one.id: getattr(one, name) for one in library.captures()}
+        assert library.called(name) == wanted
     roster, columns = library.columns(parts, numbers)
     held = list(library.tracks(numbers))
     captures = [capture for capture, _ in held]
@@ -32,6 +38,10 @@ def assert_true(library, parts=PARTS, numbers=None):
         wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
         names = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
         assert_same(columns[part], wanted, names)
+    _, columns = library.columns(parts, numbers, swings=True)
+    for part in parts:
+        wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
+        assert_same(columns[part], wanted, (*names, "swings"))
 
 
 def segments(library):
@@ -56,6 +66,7 @@ def odd_score(seed: int) -> Score:
         symbols = score.tracks["r_arm"].symbols.copy()
         symbols["passing"] = choice.random(len(symbols)) < 0.3
         symbols["margin"] = (choice.integers(0, 1001, len(symbols)) / 1000).astype(np.float32)
+        symbols["swings"] = choice.integers(0, 3, len(symbols)) ** 9
         symbols["runner_level"] = choice.integers(-1, 3, len(symbols))
         spans = ((Span(0, score.frames),), (), (Span(0, 5), Span(9, score.frames)))
         tracks[str(part)] = Track(str(part), symbols, spans[choice.integers(3)])
@@ -95,7 +106,7 @@ def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
     library.gather()
     for gathered in (False, True):
         library.add("4.bvh", odd_score(1 + gathered), format="bvh", sha256="1")
-        library.label(2, f"walk {gathered}")
+        library.label(2, f"walk {gathered}", {"who": f"\u00e9 {gathered}"})
         library.move(3, f"/elsewhere/{gathered}.bvh")
         library.remove(6 + gathered)
         assert_true(library)
@@ -105,6 +116,38 @@ def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
     library.remove("4.bvh")
     add_sample(library, 4)
     assert_true(library)
+
+
+def test_segments_of_an_earlier_version_are_made_anew_by_an_ingest(library):
+    for number in range(5):
+        add_sample(library, number)
+        if number in (1, 3):
+            library.gather()
+    library.remove(2)
+    new = (*TEXTS, "swings")
+    with sql(library.place) as connection:
+        for number, captures, symbols, listing in connection.execute(
+            "SELECT id, captures, symbols, listing FROM segment"
+        ).fetchall():
+            kept = json.dumps([one for one in json.loads(listing) if one[1] not in new])
+            told = (kept, checksums.of_values(captures, symbols, kept), number)
+            connection.execute("UPDATE segment SET listing = ?, checksum = ? WHERE id = ?", told)
+        for name in new:
+            connection.execute("DELETE FROM segment_column WHERE name = ?", (name,))
+    with Store.open(library.place) as other:
+        other.columns(["r_arm"])
+        other.called("label")
+        assert (other.notes, segments(other)) == ([], [4])
+        other.gather()
+        assert other.notes == [
+            "the library's columns were made by an earlier version: they are made of its symbols "
+            "now"
+        ]
+        with other._reading() as connection:
+            (segment,) = read_spine(connection).segments
+        assert (segment.captures, segment.complete) == (4, True)
+        assert_true(other)
+    assert check(library.place) == []
 
 
 def test_segments_are_joined_as_they_grow(library):

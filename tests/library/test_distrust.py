@@ -17,13 +17,14 @@ from lanindex.library.store import Store
 from lanindex.model.columns import columns_of, roster_of
 
 PARTS = ("r_arm", "l_arm", "head", "tail")
-NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
+NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps", "swings")
+CALLED = ("path", "location", "format", "label", "metadata")
 ROSTER = ("number", "frames", "rate", "speed")
 
 
-def told(roster, columns):
+def told(roster, columns, called):
     parts = {part: [getattr(one, name).tolist() for name in NAMES] for part, one in columns.items()}
-    return [getattr(roster, name).tolist() for name in ROSTER], parts
+    return [getattr(roster, name).tolist() for name in ROSTER], parts, called
 
 
 def by_rows(path):
@@ -34,13 +35,20 @@ def by_rows(path):
     columns = {
         part: columns_of(part, captures, [tracks.get(part) for _, tracks in held]) for part in PARTS
     }
-    return told(roster_of(captures), columns)
+    called = {name: {one.id: getattr(one, name) for one in captures} for name in CALLED}
+    return told(roster_of(captures), columns, called)
+
+
+def given(library):
+    """Return what the columns are."""
+    called = {name: library.called(name) for name in CALLED}
+    return told(*library.columns(PARTS, swings=True), called)
 
 
 def found(path, **how):
     """Return what the columns are, and what is said of them."""
     with Store.open(path, **({"readonly": True} | how)) as library:
-        return told(*library.columns(PARTS)), library.notes
+        return given(library), library.notes
 
 
 @pytest.fixture
@@ -176,7 +184,7 @@ def test_a_library_held_open_sees_what_others_change(path):
         with Store.open(path) as other:
             other.remove(1)
             other.gather()
-        assert told(*library.columns(PARTS)) == by_rows(path)
+        assert given(library) == by_rows(path)
         assert library.notes == []
 
 
@@ -243,7 +251,7 @@ def test_many_captures_that_wait_while_another_process_writes(path, monkeypatch)
     with Store.open(path, readonly=True) as library, closing(sqlite3.connect(path)) as other:
         other.execute("BEGIN IMMEDIATE")
         for _ in range(2):
-            assert told(*library.columns(PARTS)) == wanted
+            assert given(library) == wanted
         assert library.notes[1:] == [CANNOT.format("another process holds the library")]
 
 

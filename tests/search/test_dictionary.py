@@ -8,7 +8,18 @@ from lanindex.encode import encode
 from lanindex.errors import UsageError
 from lanindex.formats import read
 from lanindex.model import Capture, Track
-from lanindex.search.dictionary import Entry, entries, inside, load, mirror_image, mirrored, spelled
+from lanindex.notation.text import read_toml
+from lanindex.search import dictionary
+from lanindex.search.dictionary import (
+    Entry,
+    absent,
+    entries,
+    inside,
+    load,
+    mirror_image,
+    mirrored,
+    spelled,
+)
 from lanindex.search.language import parse
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 from lanindex.search.plain import find
@@ -178,3 +189,17 @@ class TestOwnWords:
     def test_a_missing_file_says_so(self, tmp_path: Path) -> None:
         with pytest.raises(UsageError, match=r"none\.toml"):
             load(tmp_path / "none.toml")
+
+
+def test_what_may_be_asked_in_place_of_an_absent_word_is_understood() -> None:
+    known = {word.name: inside(word.pattern) for word in entries(WORDS)}
+    words = read_toml(Path(dictionary.__file__).with_name("absent.toml"))
+    for name, entry in words.items():
+        assert not {name, *entry["names"]} & WORDS.keys()
+        for asked in (name, *entry["names"]):
+            assert absent(asked).startswith(entry["why"])
+        assert not entry["instead"] or parse(entry["instead"], names=known)
+
+
+def test_nothing_is_said_of_a_word_that_nobody_thought_of() -> None:
+    assert absent("yodel") == ""

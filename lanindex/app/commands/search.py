@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import meaning, options
-from lanindex.app.output import Output, one_of
+from lanindex.app.output import Output, end_progress, one_of
+from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
+    from lanindex.pipeline import Library
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
@@ -81,36 +83,45 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
+    among: dict[str, Any] = {"within": within, "where": options.where(where)}
     if pattern is None or like is not None or rerank:
         from lanindex.app import alike
 
         asked = alike.Asked(pattern, like, rerank, explain, count, limit)
-        return alike.run(out, asked, db, within=within, where=options.where(where))
+        return alike.run(out, asked, db, timeout=timeout, **among)
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
+    _refuse_fuzzy(fuzzy, why)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
-    among: dict[str, Any] = {"within": within, "where": options.where(where)}
+    how["near"] = near
     with open_library(db, readonly=True) as library:
-        library.tell, library.words = out.note, words
+        library.tell, library.watch, library.words = out.note, out.watch, words
         pattern = meaning.of(out, library, pattern, words)
         if why is not None:
             raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
             return _explain(out, library.explain(pattern, strict=strict, **among))
-        found = library.search(pattern, near=near, fuzzy=fuzzy, timeout=timeout, **how, **among)
+        best = limit if sort == "fit" and fuzzy is not None and not count else None
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, best=best, **how, **among)
+        end_progress()
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
-            _count(out, found)
+            _count(out, library, found)
         else:
-            _show(out, found.by_fit() if sort == "fit" else found, limit)
+            _show(out, found.by_fit() if sort == "fit" else found, limit, best)
         if not found:
             if not quiet:
-                _advise(out, library.suggest(pattern, **how, **among))
+                _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
             raise typer.Exit(1)
+
+
+def _refuse_fuzzy(fuzzy: str | None, why: str | None) -> None:
+    if fuzzy is not None and why is not None:
+        raise UsageError("--why and --fuzzy", wanted="one of them")
 
 
 def _explain(out: Output, text: str) -> None:
@@ -120,12 +131,13 @@ def _explain(out: Output, text: str) -> None:
         out.text(text)
 
 
-def _count(out: Output, found: Hits) -> None:
-    for capture, number in found.counts():
+def _count(out: Output, library: Library, found: Hits) -> None:
+    tally = dict(found.tally())
+    for number, path in library.called("path", tally).items():
         if out.json:
-            out.record({"capture": capture.path, "capture_id": capture.id, "count": number})
+            out.record({"capture": path, "capture_id": number, "count": tally[number]})
         else:
-            out.row([capture.path, number])
+            out.row([path, tally[number]])
     _summary(out, found, len(found))
 
 
@@ -149,12 +161,12 @@ def _said(value: str | float | None) -> str:
     return "-" if value is None else str(value)
 
 
-def _show(out: Output, found: Hits, limit: int | None) -> None:
+def _show(out: Output, found: Hits, limit: int | None, best: int | None = None) -> None:
     from lanindex.app import formatting
 
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
     formatting.hits(out, found[:most], found.pattern)
-    _summary(out, found, min(most, len(found)))
+    _summary(out, found, min(most, len(found)), len(found) == best)
 
 
 def _advise(out: Output, advice: Advice) -> None:
@@ -176,8 +188,9 @@ def _trace(out: Output, seen: Trace) -> bool:
     return bool(seen.hits)
 
 
-def _summary(out: Output, found: Hits, shown: int) -> None:
+def _summary(out: Output, found: Hits, shown: int, best: bool = False) -> None:
     from lanindex.app.formatting import counted
 
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
+    cut = "; no others fit better, --limit shows more" if best else cut
     out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")

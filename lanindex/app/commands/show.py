@@ -51,7 +51,7 @@ def run(
         if capture is not None:
             numbers = [library.capture(options.which(capture)).id]
         elif where:
-            numbers = [one.id for one in library.captures(None, options.where(where))]
+            numbers = library.numbers(where=options.where(where))
         _check_parts(part, library.parts())
         symbols = 0
         for found, tracks in library.tracks(numbers, part):

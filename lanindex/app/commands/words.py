@@ -47,10 +47,12 @@ def run(
 
 
 def _named(known: Mapping[str, Entry], word: str) -> Entry:
-    from lanindex.search.dictionary import spelled
+    from lanindex.search.dictionary import absent, spelled
 
     entry = known.get(spelled(word))
     if entry is None:
+        if why := absent(spelled(word)):
+            raise UsageError(f'no word "{word}" in the dictionary of movement: {why}')
         from rapidfuzz import process
 
         near = process.extractOne(spelled(word), list(known), score_cutoff=60)

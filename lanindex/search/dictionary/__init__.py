@@ -138,6 +138,28 @@ def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     }
 
 
+def absent(name: str) -> str:
+    """Return why there is no such word, and what may be asked instead; empty where none is known.
+
+    Parameters
+    ----------
+    name : str
+        As `spelled`.
+
+    Examples
+    --------
+    >>> from lanindex.search.dictionary import absent
+    >>> absent("squatting")
+    'nothing tells yet how high the body is; try: thighs forward/side_forward mid/high'
+    """
+    with resources.as_file(resources.files(__name__).joinpath("absent.toml")) as path:
+        words = read_toml(path)
+    for word, entry in words.items():
+        if name == word or name in entry["names"]:
+            return "; try: ".join(filter(None, (entry["why"], entry["instead"])))
+    return ""
+
+
 def entries(words: Mapping[str, Entry]) -> list[Entry]:
     """Return each entry once.
 

@@ -12,7 +12,7 @@ from lanindex.search.fast.arrows import NONE, begins
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import Events
 from lanindex.search.fast.lines import Backwards, cost_of, end_of
-from lanindex.search.fast.ragged import Mask, Whole, best_of_each
+from lanindex.search.fast.ragged import Mask, Whole, best_of_each, in_order
 
 
 @dataclass(slots=True, eq=False)
@@ -131,11 +131,14 @@ def best(answers: Answers) -> Answers:
     """
     if _settled(answers):
         return answers
+    if _once(answers):
+        columns = (answers.capture, answers.low, answers.high, answers.cost)
+        return answers.at(in_order(columns))
     keys = (answers.parts, answers.rows[:, 0], answers.rows[:, 1])
     chosen = best_of_each(keys, (answers.high, -answers.low, answers.cost))
     first = best_of_each(keys, (np.arange(len(answers)),))
     found = answers.at(chosen)
-    order = np.lexsort((first, found.cost, found.high, found.low, found.capture))
+    order = in_order((found.capture, found.low, found.high, found.cost, first))
     return answers.at(chosen[order])
 
 
@@ -173,3 +176,11 @@ def own_rows(
         for member, part in enumerate(members if len(answers.parts[own]) else ()):
             rows[own, member] -= bounds(part)[answers.capture[own]]
     return replace(answers, rows=rows)
+
+
+def _once(answers: Answers) -> bool:
+    """Tell whether answers are in order of their places already, one from each."""
+    if (answers.rows[:, 1] >= 0).any():
+        return False
+    part, row = np.diff(answers.parts), np.diff(answers.rows[:, 0])
+    return bool(((part > 0) | ((part == 0) & (row > 0))).all())

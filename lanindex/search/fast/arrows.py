@@ -29,6 +29,9 @@ from lanindex.search.language.query import Arrow
 NONE = 1 << 42
 """A value that is none: more than any."""
 
+FEW = 16
+"""What is less than one in so many rows is looked up, not counted."""
+
 
 class Way(NamedTuple):
     """An arrow between two states: where from, over what, where to."""
@@ -129,7 +132,12 @@ class Reach:
     def _places(self, member: int) -> Ranges:
         first = self._events.first[member]
         ahead = self._ahead[member]
-        return Ranges(np.searchsorted(first, ahead.low), np.searchsorted(first, ahead.high))
+        many = len(self._block.rows(self._way.target.members[member]))
+        if FEW * len(ahead.low) < many:
+            return Ranges(np.searchsorted(first, ahead.low), np.searchsorted(first, ahead.high))
+        before = np.zeros(many + 2, np.int64)  # how many begin before each row
+        np.cumsum(np.bincount(first, minlength=many + 1), out=before[1:])
+        return Ranges(before[ahead.low], before[ahead.high])
 
     def _in_time(self, low: Whole, high: Whole) -> Ranges:
         """Narrow ranges down to what begins in time, where events stand in order of time."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from fractions import Fraction
+
 import numpy as np
 
 from lanindex.search.automaton import Program
@@ -11,12 +14,16 @@ from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
+from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import Backwards, remembers
 from lanindex.search.fast.partners import MOST_MARKS, Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
-from lanindex.search.fast.recall import Found, Recall
+from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Setting
 from lanindex.search.fast.walk import NotCovered
+from lanindex.search.language.times import Length, Time
+
+_SOON = Length("<=", Time(Fraction(4), "s"))
 
 
 def answers_of(
@@ -113,18 +120,57 @@ def remembering(
     """
     setting.enter(program)
     partners = setting.company = Partners(setting)
-    rhythm = setting.asked.rhythm
-    recall = Recall(setting, program, timed=bool(rhythm), tracked=program.open_ended)
-    found = recall.found(passing_only=passing_only)
+    recall = Recall(setting, program, timed=bool(setting.asked.rhythm), tracked=program.open_ended)
+    begun = recall.roots()
+    if passing_only:
+        passing = (setting.block.events(program.states[it.state]) for it in program.entries)
+        begun = [fits & events.passing for fits, events in zip(begun, passing, strict=True)]
+    tables = []
+    for within in _limits(setting, recall, program):
+        found = recall.found(begun, within)
+        found = found.at(_best(setting, program, recall, found, partners))
+        if within is not None:
+            found = found.at(found.high - found.start <= within[found.capture])
+        tables.append(found)
+        for place, fits in enumerate(begun):
+            fits[found.root[found.entry == place]] = False
+    return [
+        answers for found in tables for answers in _answers(setting, number, program, parts, found)
+    ]
+
+
+def _limits(setting: Setting, recall: Recall, program: Program) -> Iterator[Whole | None]:
+    """Yield in how many frames ways are looked for, by capture: soon at first, at last in all.
+
+    A way that ends soon is better than any that goes on for longer.
+    """
+    block = setting.block
+    if recall.wanders and not program.open_ended:
+        within, most = block.bounds(_SOON)[1], int(block.frames.max(initial=0))
+        while int(within.min(initial=most)) < most:
+            yield within
+            within = 4 * within
+    yield None
+
+
+def _best(
+    setting: Setting, program: Program, recall: Recall, found: Found, partners: Partners
+) -> Whole:
+    """Return the places of the best ways from each beginning."""
     chosen = _whole(setting, program, found, partners)
     if program.open_ended:
         node = found.node[chosen]
         chosen = chosen[~recall.nodes.behind(np.zeros(len(node), np.int64), node, MOST_MARKS)]
     keys = (found.entry[chosen], found.root[chosen])
-    chosen = chosen[best_of_each(keys, (found.high[chosen], -found.low[chosen]))]
+    return chosen[best_of_each(keys, (found.high[chosen], -found.low[chosen]))]
+
+
+def _answers(
+    setting: Setting, number: int, program: Program, parts: list[tuple[str, ...]], found: Found
+) -> list[Answers]:
     answers = []
     for place, entry in enumerate(program.entries):
-        own = chosen[found.entry[chosen] == place]
+        own = np.flatnonzero(found.entry == place)
         state = program.states[entry.state]
         events = setting.block.events(state).at(found.root[own])
         unknown = np.full(len(own), -1)

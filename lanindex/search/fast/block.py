@@ -10,9 +10,12 @@ import numpy as np
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import State
 from lanindex.search.fast.events import Events, events_of, paired
-from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Whole
 from lanindex.search.fast.rows import Rows
 from lanindex.search.language.times import Clock, Length
+
+MOST_CLOCKS = 16
+"""Clocks that are looked for one by one, before all are put in order."""
 
 
 class Block:
@@ -84,26 +87,14 @@ class Block:
     def clocks(self) -> tuple[list[Clock], Whole]:
         """Return the clocks that captures have, and each capture's among them."""
         if self._clocks is None:
-            here = slice(self.first, self.last)
-            told = np.concatenate((self.roster.rate[here], self.roster.speed[here]), axis=1)
-            order = in_order(tuple(told.T))
-            new = np.any([starts_of(column) for column in told[order].T], axis=0)
-            own = np.empty(len(order), np.int64)
-            own[order] = np.cumsum(new) - 1
-            different = told[order[new]].tolist()
-            clocks = [Clock(Fraction(a, b), Fraction(c, d) / 60) for a, b, c, d in different]
-            self._clocks = clocks, own
+            self._clocks = clocks_of(self.roster, slice(self.first, self.last))
         return self._clocks
 
     def bounds(self, length: Length) -> tuple[Whole, Whole]:
         """Return by capture the fewest and the most frames that meet a condition on length."""
         if length not in self._bounds:
             clocks, own = self.clocks()
-            told = [length.bounds(clock) for clock in clocks]
-            least = np.array([min(it, FAR >> 1) for it, _ in told], np.int64)
-            most = np.array(
-                [FAR >> 1 if it is None else min(it, FAR >> 1) for _, it in told], np.int64
-            )
+            least, most = frames_of(length, clocks)
             self._bounds[length] = least[own], most[own]
         return self._bounds[length]
 
@@ -112,6 +103,39 @@ class Block:
         least, most = self.bounds(length)
         meets: Mask = (least[capture] <= frames) & (frames <= most[capture])
         return meets
+
+
+def clocks_of(roster: Roster, some: slice = slice(None)) -> tuple[list[Clock], Whole]:
+    """Return the clocks that captures have, and each capture's among them."""
+    told = np.concatenate((roster.rate[some], roster.speed[some]), axis=1)
+    different, own = _different(told)
+    clocks = [Clock(Fraction(a, b), Fraction(c, d) / 60) for a, b, c, d in different.tolist()]
+    return clocks, own
+
+
+def frames_of(length: Length, clocks: list[Clock]) -> tuple[Whole, Whole]:
+    """Return by clock the fewest and the most frames that meet a condition on length."""
+    told = [length.bounds(clock) for clock in clocks]
+    least = np.array([min(it, FAR >> 1) for it, _ in told], np.int64)
+    most = np.array([FAR >> 1 if it is None else min(it, FAR >> 1) for _, it in told], np.int64)
+    return least, most
+
+
+def _different(told: Whole) -> tuple[Whole, Whole]:
+    """Return the different rows of a table, and which of them each row is; mostly they are few."""
+    different: list[Whole] = []
+    own, left = np.zeros(len(told), np.int64), np.arange(len(told))
+    while len(left):
+        if len(different) == MOST_CLOCKS:
+            found, own = np.unique(told, axis=0, return_inverse=True)
+            return found, own.reshape(-1)
+        row, same = told[left[0]], np.ones(len(left), bool)
+        for column, number in zip(told.T, row, strict=True):
+            same &= column[left] == number
+        own[left[same]] = len(different)
+        different.append(row)
+        left = left[~same]
+    return np.array(different, np.int64).reshape(-1, told.shape[1]), own
 
 
 def _key(state: State) -> tuple[object, ...]:

@@ -231,13 +231,16 @@ def table(columns: Columns, chains: list[Chain], program: int, place: int) -> An
     """
     part = part_of(columns)
     rows, values = answers(part, chains)
-    many = len(rows)
-    firsts = np.stack((rows, np.full(many, -1)), axis=1)
-    low = part.start[rows].astype(np.int64)
-    ends = end_of(values), cost_of(values)
-    where = part.captures(rows)
-    same = np.broadcast_to(np.array([[program], [place]]), (2, many))
-    return Answers(where, low, *ends, same[0], same[1], firsts)
+    same = np.broadcast_to(np.array([[program], [place]]), (2, len(rows)))
+    if fast := compiled(0):
+        captures, firsts = part.filled
+        where, *times, symbols = fast.told(rows, values, part.near, firsts, captures, part.start)
+        low, high, cost = times
+    else:
+        where, low = part.captures(rows), part.start[rows].astype(np.int64)
+        high, cost = end_of(values), cost_of(values)
+        symbols = np.stack((rows, np.full(len(rows), -1)), axis=1)
+    return Answers(where, low, high, cost, same[0], same[1], symbols)
 
 
 def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
@@ -261,7 +264,8 @@ def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
         links = Links(part, chain)
         offsets = _offsets(chain.arrows)
         passing = any(len(links.passed(number)) for number in range(len(chain.states)))
-        if offsets is None or (passing and len(offsets) > 1):
+        linked = [tuple(range(len(chain.states)))]
+        if offsets is None or (passing and offsets != linked):
             found.append(_cut(links))
             continue
         ways += [Way(links, it) for it in offsets]

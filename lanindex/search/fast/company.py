@@ -349,8 +349,9 @@ class Company:
 
     def _disturbed(self, companion: Companion, lines: Stretches, ways: Ways) -> Mask:
         """Tell in which ways something happens that must not."""
+        high = np.maximum(ways.high, lines.until[ways.line])
         hulls = Stretches(
-            *(lines.capture[ways.line], ways.low, ways.high, ways.low, ways.high),
+            *(lines.capture[ways.line], ways.low, high, ways.low, high),
             lines.alone[ways.line],
             tuple(it.at(ways.line) for it in lines.used) + ways.used,
         )

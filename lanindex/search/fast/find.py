@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from lanindex.search import plain
 from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import holds
 from lanindex.search.fast import overlaps as staying
+from lanindex.search.fast.alone import Alone, alone_of, walked
 from lanindex.search.fast.answers import (
     Answers,
     best,
@@ -122,7 +124,9 @@ class Finder:
         """Return all answers where no program is more than chains, else None."""
         if self._asked:
             return None
-        chained = [chains_of(program) for program in self._programs]
+        chained = [
+            chains_of(program) or alone_of(program, self._columns) for program in self._programs
+        ]
         found: list[Answers] = []
         for number, chains in enumerate(chained):
             if chains is None:
@@ -133,7 +137,10 @@ class Finder:
             place, _ = firsts(state, self._parts)
             if None not in chained and state.members[0] in self._columns:
                 columns = self._columns[state.members[0]]
-                found.append(table_of(columns, chains, number, place))
+                if isinstance(chains, Alone):
+                    found.append(walked(chains, self._roster, columns, number, place))
+                else:
+                    found.append(table_of(columns, chains, number, place))
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
 
@@ -178,6 +185,7 @@ class Finder:
             self._programs[int(answer.program[0])],
             self._parts[int(answer.parts[0])],
             tuple(answer.rows[0].tolist()),
+            int(answer.low[0]),
             int(value_of(answer.high, answer.cost)[0]),
         )
         capture, tracks = self._fetched[place]
@@ -275,11 +283,7 @@ class Finder:
         found: list[Answers] = []
         doubtful = np.zeros(len(block), bool)
         source = Source(self._recordings, here, block, self._programs)
-
-        def tick() -> None:
-            if watch:
-                watch(int(here[0]), len(self._roster))
-
+        tick = self._tick(int(here[0]), watch)
         for number, program in enumerate(self._programs):
             setting = Setting(block, self._asked, source, tick)
             try:
@@ -320,13 +324,21 @@ class Finder:
             some = places[first : first + TOGETHER].tolist()
             recordings = self._recordings(some, self._query.parts)
             for place, recording in zip(some, recordings, strict=True):
-                if watch:
-                    watch(place, len(self._roster))
+                tick = self._tick(place, watch)
+                tick()
                 found = plain.find(
-                    self._query, [recording], tolerance=self._tolerance, overlaps="all"
+                    *(self._query, [recording]),
+                    tolerance=self._tolerance,
+                    overlaps="all",
+                    tick=tick,
                 )
                 told[place] = list(found)
         return told
+
+    def _tick(self, place: int, watch: Watch | None) -> Callable[[], None]:
+        """Return what tells that the search is still at a capture."""
+        many = len(self._roster)
+        return partial(watch, place, many) if watch else lambda: None
 
 
 def _columns_of(place: int, hits: list[Hit]) -> Answers:

@@ -177,21 +177,26 @@ class Part:
         return ranks if self.shown is None else self.shown[ranks].astype(np.int64)
 
     @cached_property
-    def _filled(self) -> tuple[Counted, Whole]:
-        """The first rows of the captures that have any, and these captures."""
+    def filled(self) -> tuple[Whole, Whole]:
+        """The captures that have rows, and the first row of each; and that behind the last."""
         captures = np.flatnonzero(np.diff(self.bounds))
+        return captures, np.append(self.bounds[captures], len(self))
+
+    @cached_property
+    def near(self) -> Numbers:
+        """In which of these captures the first row of each word of rows is, int32."""
+        first = np.arange(0, len(self), WORD)
+        return (np.searchsorted(self.filled[1], first, "right") - 1).astype(np.int32)
+
+    @cached_property
+    def _entered(self) -> Counted:
         mask = np.zeros(len(self) + 1, bool)
-        mask[self.bounds[captures]] = True
-        return Counted(packed(mask)), captures
+        mask[self.filled[1]] = True
+        return Counted(packed(mask))
 
     def captures(self, rows: Whole) -> Whole:
-        """Return in which captures rows are that grow."""
-        found: Whole
-        if fast := compiled(0):
-            found = fast.captures(self.bounds, rows)
-            return found
-        first, captures = self._filled
-        found = captures[first.before(rows + 1) - 1]
+        """Return in which captures rows are."""
+        found: Whole = self.filled[0][self._entered.before(rows + 1) - 1]
         return found
 
     @cached_property

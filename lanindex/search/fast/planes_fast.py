@@ -205,21 +205,31 @@ def together(store, goes_on, steps, groups, codes, offsets, places, shown, margi
 
 
 @numba.njit(cache=True, nogil=True)
-def captures(bounds, rows):
-    """Return in which captures rows are that grow."""
-    found = np.empty(len(rows), np.int64)
-    low, many = 0, len(bounds)
-    for place in range(len(rows)):
-        row, step = rows[place], 1
-        while low + step < many and bounds[low + step] <= row:
-            low += step
-            step *= 2
-        high = min(low + step, many)
-        while high - low > 1:
-            middle = (low + high) // 2
-            if bounds[middle] <= row:
-                low = middle
-            else:
-                high = middle
-        found[place] = low
-    return found
+def told(rows, values, near, firsts, captures, start):
+    """Return of rows and values: capture, first frame, end, cost, and the rows once more.
+
+    Parameters
+    ----------
+    rows, values : ndarray
+        (N,).
+    near : ndarray
+        By words of 64 rows: which of the captures that have any the first of them is in.
+    firsts, captures : ndarray
+        Of these captures the first row, and one more; and which they are.
+    start : ndarray
+        Of all rows.
+    """
+    many = len(rows)
+    where, low = np.empty(many, np.int64), np.empty(many, np.int64)
+    high, cost = np.empty(many, np.int64), np.empty(many, np.int64)
+    symbols = np.empty((many, 2), np.int64)
+    for place in range(many):
+        row = rows[place]
+        capture = near[row >> 6]
+        while firsts[capture + 1] <= row:
+            capture += 1
+        where[place], low[place] = captures[capture], start[row]
+        high[place] = values[place] >> COST_BITS
+        cost[place] = values[place] & ((1 << COST_BITS) - 1)
+        symbols[place, 0], symbols[place, 1] = row, -1
+    return where, low, high, cost, symbols

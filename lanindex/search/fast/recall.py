@@ -10,7 +10,6 @@ before it is left.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import NONE, Reach, begins, way_of
 from lanindex.search.fast.asked import MET
 from lanindex.search.fast.beside import Stretches
+from lanindex.search.fast.ends import Found, ends_of
 from lanindex.search.fast.lines import Backwards, components, may_leave
 from lanindex.search.fast.memory import (
     BEYOND,
@@ -32,46 +32,12 @@ from lanindex.search.fast.memory import (
     beginning,
     together,
 )
-from lanindex.search.fast.ragged import Mask, TooMuch, Whole, spread, starts_of
-from lanindex.search.fast.setting import Hulls, Setting, Settled
-from lanindex.search.fast.walk import NotCovered, depths
+from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, spread, starts_of
+from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
+from lanindex.search.fast.walk import NotCovered
 
 MOST_WAYS = 1 << 21
 """How many ways at once a walk may follow."""
-
-
-@dataclass(slots=True, eq=False)
-class Found:
-    """Ends of ways through a line.
-
-    Attributes
-    ----------
-    entry, root : ndarray
-        (N,) by which entry it began, and at which event.
-    capture, start, until, low, high : ndarray
-        (N,) int64 frames, those of all beside it in `low` and `high`.
-    alone : ndarray
-        (N,) bool: whether it is no more than a starting position.
-    part, row : ndarray
-        (N,) int64: its last symbol.
-    node : ndarray
-        (N,) int64.
-    memory : Memory
-        The rest.
-    """
-
-    entry: Whole
-    root: Whole
-    capture: Whole
-    start: Whole
-    until: Whole
-    low: Whole
-    high: Whole
-    alone: Mask
-    part: Whole
-    row: Whole
-    node: Whole
-    memory: Memory
 
 
 class Recall:
@@ -94,36 +60,52 @@ class Recall:
     ) -> None:
         self._setting, self._program, self._block = setting, program, setting.block
         self._timed, self._tracked, self.nodes = timed, tracked, Nodes()
-        self._depths = depths(program, 0)
+        self._open = open_groups(program)
+        self._depths = [len(groups) for groups in self._open]
         self._beats = GROUPS + 3 * (1 + max(self._depths))
         self._seen = self._beats + (len(setting.asked.rhythm) if timed else 0)
         self._due = setting.due(program)
         to_end = self._block, program
         self._alive = [self._leads_on(*it) for it in enumerate(Backwards(*to_end).values)]
-        self._reaches: dict[int, Reach] = {}
-        self._followed = 0
+        self._reaches: dict[int, tuple[Reach, Whole | None]] = {}
+
+    @property
+    def wanders(self) -> bool:
+        """Whether the line may go on for long before it ends."""
+        edges = [edge for edges in self._program.edges for edge in edges]
+        return any(edge.arrow.later or edge.entry.state <= edge.exit.state for edge in edges)
 
     def _leads_on(self, state: int, values: Whole) -> Mask:
         """Tell from which events of a state an end can be reached; one may be an end itself."""
         starting = self._block.events(self._program.states[state]).starting
         return (values < NONE) | (starting & bool(self._program.exits[state]))
 
-    def found(self, *, passing_only: bool = False) -> Found:
+    def roots(self) -> list[Mask]:
+        """Return, by entry, at which events of its state the line may begin."""
+        return [
+            roots(self._block, self._program, it) & self._alive[it.state]
+            for it in self._program.entries
+        ]
+
+    def found(self, begun: list[Mask] | None = None, within: Whole | None = None) -> Found:
         """Return all ways in which the line can match.
 
         Parameters
         ----------
-        passing_only : bool
-            Whether only those are asked for that begin with a passing symbol.
+        begun : list of ndarray, optional
+            By entry, at which events of its state, (N,) bool; None: wherever it can.
+        within : ndarray, optional
+            (captures,) int64: in how many frames after its beginning each way must have ended.
 
         Raises
         ------
         TooMuch
             Where there are too many.
         """
+        self._followed, self._within = 0, within
         program, ends = self._program, []
         at: dict[int, list[Memory]] = {state: [] for state in range(len(program.states))}
-        for number, rows in enumerate(self._begun(passing_only)):
+        for number, rows in enumerate(self._begun(begun or self.roots())):
             at[program.entries[number].state].append(rows)
         for states in components(program):
             circles = len(states) > 1 or any(
@@ -133,17 +115,20 @@ class Recall:
             for state, rows in waves:
                 self._setting.tick()
                 ends += self._leave(state, rows, at)
-        return self._gathered(ends)
+        none = np.empty((self._seen + len(self._setting.asked.columns), 0), np.int64)
+        ends = [(0, beginning(none)), *ends]
+        return ends_of(self._setting, program, self._firsts, ends)
 
-    def _begun(self, passing_only: bool) -> Iterator[Memory]:
+    def _begun(self, begun: list[Mask]) -> Iterator[Memory]:
         """Yield the ways that begin by each entry."""
         before = 0
         self._firsts: list[Whole] = []
-        for entry in self._program.entries:
-            state = entry.state
+        for entry, fits in zip(self._program.entries, begun, strict=True):
+            state, chosen = entry.state, np.flatnonzero(fits)
             events = self._block.events(self._program.states[state])
-            fits = roots(self._block, self._program, entry) & self._alive[state]
-            chosen = np.flatnonzero(fits & events.passing if passing_only else fits)
+            if self._within is not None:
+                start, end = events.start[chosen], events.end[chosen]
+                chosen = chosen[end - start <= self._within[events.capture[chosen]]]
             self._firsts.append(chosen)
             columns = np.full((self._seen + len(self._setting.asked.columns), len(chosen)), -1)
             columns[ROOT] = before + np.arange(len(chosen))
@@ -348,40 +333,40 @@ class Recall:
         return self._matched(gone, state, targets, self._due.at(edge.exit.state, state))
 
     def _led(self, edge: Edge, rows: Memory) -> tuple[Whole, Whole]:
-        """Return pairs of a way and an event to which an edge leads from it."""
+        """Return pairs of a way and an event to which an edge leads from it, if that is in time."""
+        state = self._program.states[edge.entry.state]
+        events, event = self._block.events(state), rows.columns[EVENT]
         if id(edge) not in self._reaches:
-            events = self._block.events(self._program.states[edge.exit.state])
-            self._reaches[id(edge)] = Reach(self._block, way_of(self._program.states, edge), events)
-        low, high, targets = self._reaches[id(edge)].listed()
-        event = rows.columns[EVENT]
-        sources, places = spread(low[event], high[event])
-        return sources, targets[places] if targets is not None else places
+            before = self._block.events(self._program.states[edge.exit.state])
+            reach = Reach(self._block, way_of(self._program.states, edge), before)
+            ends = events.capture * FAR + events.end
+            self._reaches[id(edge)] = reach, ends if (np.diff(ends) >= 0).all() else None
+        reach, in_order = self._reaches[id(edge)]
+        low, high, targets = reach.listed()
+        low, high, latest = low[event], high[event], self._latest(edge, rows)
+        if targets is None and in_order is not None:
+            high = np.minimum(high, np.searchsorted(in_order, latest, "right"))
+        sources, places = spread(low, high)
+        if targets is not None:
+            places = targets[places]
+        ends = events.capture[places] * FAR + events.end[places]
+        fits = ends <= latest[sources]
+        return sources[fits], places[fits]
 
-    def _gathered(self, ends: list[tuple[int, Memory]]) -> Found:
-        """Return ends as one table."""
-        none = np.empty((self._seen + len(self._setting.asked.columns), 0), np.int64)
-        ends = [(0, beginning(none)), *ends]
-        memory = together([rows for _, rows in ends])
-        many = [len(rows) for _, rows in ends]
-        state = np.repeat([number for number, _ in ends], many)
-        columns = np.zeros((6, len(memory)), np.int64)
-        alone = np.zeros(len(memory), bool)
-        for number in set(state.tolist()):
-            own = np.flatnonzero(state == number)
-            told = self._program.states[number]
-            events = self._block.events(told).at(memory.columns[EVENT][own])
-            until = np.where(events.starting, events.until, events.end)
-            high = np.maximum(memory.columns[GROUPS + BEYOND][own], events.end)
-            part = np.full(len(own), self._setting.asked.code(told.members[-1]))
-            columns[:5, own] = events.capture, until, high, part, events.last[-1]
-            alone[own] = events.starting
-        capture, until, high, part, row, _ = columns
-        bounds = np.cumsum([0, *map(len, self._firsts)])
-        entry = np.searchsorted(bounds, memory.columns[ROOT], "right") - 1
-        first = np.concatenate(self._firsts)[memory.columns[ROOT]]
-        start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
-        frames = (capture, start, until, low, high)
-        return Found(entry, first, *frames, alone, part, row, memory.came, memory)
+    def _latest(self, edge: Edge, rows: Memory) -> Whole:
+        """Return when what follows ways has to be over, with the captures, as one number."""
+        before = self._block.events(self._program.states[edge.exit.state])
+        capture = before.capture[rows.columns[EVENT]]
+        frames = self._block.frames[capture]
+        if self._within is not None:
+            frames = np.minimum(frames, rows.columns[GROUPS + START] + self._within[capture])
+        groups = self._open[edge.exit.state]
+        for level, group in enumerate(groups[: len(groups) - len(edge.exit.closes)], 1):
+            if group.length:
+                begun = rows.columns[GROUPS + 3 * level + START]
+                frames = np.minimum(frames, begun + self._block.bounds(group.length)[1][capture])
+        latest: Whole = capture * FAR + np.maximum(frames, 0)
+        return latest
 
 
 def _by(ranks: Whole, rows: Memory) -> Iterator[tuple[int, Memory]]:

@@ -103,7 +103,7 @@ class Walk:
     def __init__(self, block: Block, program: Program, used: tuple[int, ...] = ()) -> None:
         self._block, self._program, self._used = block, program, used
         self._outer = len(outer_groups(program))
-        self._depths = depths(program, self._outer)
+        self._depths = _depths(program, self._outer)
         self._taken = OPENED + max(self._depths)
         self._width = self._taken + len(used)
         self._reaches: dict[int, Reach] = {}
@@ -253,7 +253,7 @@ class Walk:
         return sources, targets[places] if targets is not None else places
 
 
-def depths(program: Program, outer: int) -> list[int]:
+def _depths(program: Program, outer: int) -> list[int]:
     """Return how many brackets with something to remember are open at each state."""
     depths = [0] * len(program.states)
     todo = [(entry.state, len(entry.opens) - outer) for entry in program.entries]

@@ -8,8 +8,9 @@ width: a neighbour in its middle costs half an edit, the next but one an edit an
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,10 +41,22 @@ BUCKETS = 16
 CHANGE = UNIT
 """What a change of level costs that is not the one asked for."""
 
+NEVER = 30000
+"""What a symbol costs that does not last as long as a step wants: no edit mends that."""
+
 _LEVELS = len(LEVELS)
 
 _BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.int32)
 """By thousandths of a margin, its step."""
+
+FEW = 8
+"""How many times the rows wanted a part must have, that they are not looked for one by one."""
+
+TABLES = 64
+"""Steps of which it is remembered what symbols cost as them."""
+
+_AT_ONCE = 1 << 18
+"""Rows whose kinds are worked out at once."""
 
 
 @lru_cache(maxsize=1)
@@ -82,26 +95,122 @@ def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np
     return result
 
 
-@lru_cache(maxsize=1)
-def _turns() -> NDArray[np.int16]:
-    """Return what a symbol costs where a cell is asked for: (64, 64, BUCKETS + 1, 27).
+class Kinds:
+    """The kinds of symbols of a part: all that have cell, runner-up and margin in common.
 
-    By cell, runner-up and margin of the symbol, as columns hold them. What stands for no direction
-    costs the most; one without a runner-up stands for the middle of its cell.
+    Parameters
+    ----------
+    columns : Columns
+        Of the part.
+
+    Attributes
+    ----------
+    code : ndarray
+        (S,) which kind each symbol is of.
+    counts : ndarray
+        (K,) how many are.
+    bucket : ndarray
+        (K,) the step of their margin.
+    passing : ndarray
+        (K,) bool.
+    begins : ndarray
+        (S + 1,) bool: where a stretch begins that no match reaches over; the one behind the last
+        row does.
     """
-    middle, place = middles(), _place(np.arange(CELL + 1))
-    share = (1 - np.arange(BUCKETS + 1) / BUCKETS)[None, None, :, None] / 2
-    towards = middle[None, :, None] - middle[:, None, None]
-    standing = np.concatenate(
-        [
-            middle[:, None, None] + share * towards,
-            np.broadcast_to(middle[:, None, None], (len(middle), 1, BUCKETS + 1, 3)),
-        ],
-        axis=1,
-    )
-    turned = angles(standing.reshape(-1, 3), middle).reshape(*standing.shape[:-1], len(middle))
-    costs = np.rint(np.maximum(turned - FREE, 0) / WIDTH * UNIT)
-    known: NDArray[np.int16] = np.minimum(costs, MOST).astype(np.int16)[place][:, place]
+
+    def __init__(self, columns: Columns) -> None:
+        numbers = np.empty(len(columns), np.int32)
+        for first in range(0, len(columns), _AT_ONCE):
+            own = slice(first, first + _AT_ONCE)
+            kinds = columns.cell[own].astype(np.int32)
+            kinds *= CELL + 1
+            kinds += columns.runner[own] & CELL
+            kinds *= BUCKETS + 1
+            kinds += _BUCKET[np.minimum(columns.margin[own], THOUSANDTHS)]
+            numbers[own] = kinds
+        counts = np.bincount(numbers)
+        known = np.flatnonzero(counts)
+        places = np.zeros(len(counts), np.min_scalar_type(len(known)))
+        places[known] = np.arange(len(known))
+        self.code: NDArray[np.unsignedinteger[Any]] = places[numbers]
+        self.counts = counts[known]
+        self.bucket = known % (BUCKETS + 1)
+        cell = known // (BUCKETS + 1) // (CELL + 1)
+        self.passing: NDArray[np.bool_] = cell & PASSING != 0
+        self.begins = np.zeros(len(columns) + 1, np.bool_)
+        np.greater_equal(columns.cell, STARTING, out=self.begins[:-1])
+        self.begins[columns.bounds] = True
+        self._cell = cell & CELL
+        self._turns = _turns(self._cell, known // (BUCKETS + 1) % (CELL + 1), self.bucket)
+        self._asked = 0
+        self._tables: dict[tuple[frozenset[int] | None, ...], NDArray[np.int16]] = {}
+
+    def table(self, state: State) -> NDArray[np.int16]:
+        """Return what each kind costs as what a state asks for: (K,), changes left out."""
+        key = tuple(state.fits[0].get(kind) for kind in ("direction", "level"))
+        if key not in self._tables:
+            asked = _asked(state)
+            wanted = _place(np.flatnonzero(asked))
+            wanted = wanted[wanted >= 0]
+            table = np.full(len(self._cell), MOST, np.int16)
+            if len(wanted):
+                table = self._turns[:, wanted].min(axis=1)
+            if len(self._tables) == TABLES:
+                self._tables.clear()
+            self._tables[key] = np.where(asked[self._cell], np.int16(0), table)
+        return self._tables[key].copy()
+
+    def where(self, some: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the rows of some kinds: (N,), growing.
+
+        Who asks again will ask more often: from the second time on all rows are held by kind.
+        """
+        self._asked += 1
+        if self._asked == 1 or FEW * int(self.counts[some].sum()) > len(self.code):
+            return np.flatnonzero(some[self.code])
+        ends = np.cumsum(self.counts)
+        begins = (ends - self.counts)[some].tolist()
+        pieces = [self._by_kind[it] for it in map(slice, begins, ends[some].tolist())]
+        return np.sort(np.concatenate([self._by_kind[:0], *pieces])).astype(np.int64)
+
+    @cached_property
+    def stretches(self) -> NDArray[np.int64]:
+        """The rows that begin stretches, and the one behind the last."""
+        return np.flatnonzero(self.begins)
+
+    @cached_property
+    def longest(self) -> int:
+        """How many rows the longest stretch has."""
+        return int(np.diff(self.stretches).max(initial=0))
+
+    @cached_property
+    def _by_kind(self) -> NDArray[np.int32]:
+        return np.argsort(self.code, kind="stable").astype(np.int32)
+
+
+_known: WeakKeyDictionary[Columns, Kinds] = WeakKeyDictionary()
+"""The kinds of columns, for as long as somebody has these."""
+
+
+def kinds_of(columns: Columns) -> Kinds:
+    """Return the kinds of columns; they are worked out once."""
+    found = _known.get(columns)
+    if found is None:
+        found = _known[columns] = Kinds(columns)
+    return found
+
+
+def _turns(cell: NDArray[Any], runner: NDArray[Any], bucket: NDArray[Any]) -> NDArray[np.int16]:
+    """Return what kinds of symbols cost where each of the 27 cells is asked for: (K, 27).
+
+    What stands for no direction costs the most; one without a runner-up stands for the middle of
+    its cell.
+    """
+    middle, place, other = middles(), _place(cell), _place(runner)
+    share = ((1 - bucket / BUCKETS) / 2 * (other >= 0))[:, None]
+    standing = middle[place] + share * (middle[other] - middle[place])
+    costs = np.rint(np.maximum(angles(standing, middle) - FREE, 0) / WIDTH * UNIT)
+    known = np.minimum(costs, MOST).astype(np.int16)
     known[place < 0] = MOST
     return known
 
@@ -113,68 +222,65 @@ def _place(cell: NDArray[Any]) -> NDArray[np.intp]:
     return np.where(known, direction * _LEVELS + level, -1)
 
 
-@lru_cache(maxsize=2)
-def _kinds(columns: Columns) -> NDArray[np.int32]:
-    """Return cell, runner-up and margin of each symbol as one number, as in `_turns`: (S,)."""
-    kinds = (columns.cell & CELL).astype(np.int32)
-    kinds *= CELL + 1
-    kinds += columns.runner
-    kinds *= BUCKETS + 1
-    kinds += _BUCKET[columns.margin]
-    return kinds
-
-
-def _asked(state: State, member: int) -> NDArray[np.bool_]:
+def _asked(state: State) -> NDArray[np.bool_]:
     """Return which cells a state asks for: (64,) by the bits of a cell."""
-    fits = state.fits[member]
+    fits, cells = state.fits[0], np.arange(CELL + 1)
     asked = np.ones(CELL + 1, np.bool_)
-    for cell in range(CELL + 1):
-        codes = {"direction": (cell & 15) - 1, "level": (cell >> 4) - 1}
-        asked[cell] = all(codes[kind] in fits[kind] for kind in codes if kind in fits)
+    for kind, codes in (("direction", (cells & 15) - 1), ("level", (cells >> 4) - 1)):
+        if kind in fits:
+            asked &= np.isin(codes, list(fits[kind]))
     return asked
 
 
-def substitutions(state: State, member: int, columns: Columns) -> NDArray[np.int64]:
-    """Return what each symbol costs as one that a state asks for.
+def substitutions(
+    state: State, table: NDArray[np.int16], columns: Columns, rows: NDArray[np.int64]
+) -> NDArray[np.int16]:
+    """Return what symbols cost as one that a state asks for.
 
     Parameters
     ----------
     state : State
-        A movement or a stay of one part.
-    member : int
-        Which of its members.
+        A movement or a stay.
+    table : ndarray
+        What each kind costs, as from `Kinds.table`.
     columns : Columns
-        Of that part.
+        Of its part.
+    rows : ndarray
+        (R,) int64: which symbols, growing.
 
     Returns
     -------
     ndarray
-        (S,) int64, parts of an edit: `UNIT` is a whole one, `MOST` the most.
+        (R,) int16, parts of an edit: `UNIT` is a whole one, `MOST` the most.
     """
-    asked = _asked(state, member)
-    wanted = _place(np.flatnonzero(asked))
-    wanted = wanted[wanted >= 0]
-    table = np.full((CELL + 1, CELL + 1, BUCKETS + 1), MOST, np.int16)
-    if len(wanted):
-        table = _turns()[..., wanted].min(axis=-1)
-    table[asked] = 0
-    costs = table.ravel()[_kinds(columns)].astype(np.int64)
-    if "change" in state.fits[member]:
-        costs += _changed(state.fits[member]["change"], columns)
-    return np.minimum(costs, MOST)
+    costs: NDArray[np.int16] = table[kinds_of(columns).code[rows]]
+    if "change" in state.fits[0]:
+        wrong = _changed(state.fits[0]["change"], columns, rows)
+        costs = np.minimum(costs + wrong * np.int16(CHANGE), np.maximum(costs, MOST))
+    return costs
 
 
-def _changed(wanted: frozenset[int], columns: Columns) -> NDArray[np.int64]:
-    """Return what rows cost whose change of level from the shown one before is not asked for."""
+def _changed(
+    wanted: frozenset[int], columns: Columns, rows: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Return at which rows the level has not changed from the shown one before as is asked for."""
     codes = WORD_KINDS["change"].codes
-    change = np.full(len(columns), codes["neither"])
-    shown = np.flatnonzero(columns.cell & PASSING == 0)
-    level = (columns.cell[shown] >> 4 & 3).astype(np.int64) - 1
-    follows = columns.cell[shown] & STARTING == 0
-    follows[:1] = False
-    more = np.sign(np.diff(level, prepend=level[:1]))
-    known = (level >= 0) & (np.roll(level, 1) >= 0) & follows
-    said = np.where(more > 0, codes["rising"], codes["sinking"])
-    change[shown] = np.where(known & (more != 0), said, codes["neither"])
-    wrong = ~np.isin(change, list(wanted))
-    return np.where(wrong, np.int64(CHANGE), np.int64(0))
+    change = np.full(len(rows), codes["neither"])
+    cell = columns.cell[rows]
+    places = np.flatnonzero(cell & (PASSING | STARTING) == 0)
+    begin = columns.bounds[np.searchsorted(columns.bounds, rows[places], side="right") - 1]
+    before = rows[places] - 1
+    going = np.arange(len(places))
+    while len(going):  # over what is passing, to the shown one before
+        there = before[going]
+        passing = (there >= begin[going]) & (columns.cell[there] & PASSING > 0)
+        going = going[passing]
+        before[going] -= 1
+    inside = before >= begin
+    places, before = places[inside], before[inside]
+    level = (cell[places] >> 4 & 3).astype(np.int64) - 1
+    lower = (columns.cell[before] >> 4 & 3).astype(np.int64) - 1
+    said = np.where(level > lower, codes["rising"], codes["sinking"])
+    known = (level >= 0) & (lower >= 0) & (level != lower)
+    change[places[known]] = said[known]
+    return ~np.isin(change, list(wanted))

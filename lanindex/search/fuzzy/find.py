@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import UsageError
-from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import plan
+from lanindex.search.fast.find import Watch
+from lanindex.search.fast.ragged import best_of_each
+from lanindex.search.fast.source import Recordings
+from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.allowance import Allowance
-from lanindex.search.fuzzy.costs import UNIT
-from lanindex.search.fuzzy.lines import Line, clock_of
-from lanindex.search.fuzzy.net import Net
-from lanindex.search.fuzzy.wholes import Apart, Partners, Plan, Whole, limits_of
+from lanindex.search.fuzzy.apart import Refusal
+from lanindex.search.fuzzy.costs import BUCKETS, UNIT
+from lanindex.search.fuzzy.found import Found, Source
+from lanindex.search.fuzzy.overlaps import staying
+from lanindex.search.fuzzy.wholes import Joining, Plan, Table
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.plain import TOLERANCE
-from lanindex.search.plain import find as find_exactly
 
-BLOCK = 1 << 16
-"""Captures that are aligned at once."""
+CLEAR = (15, 14, 12, 8)
+"""How clear the best hits are looked for, in steps of a margin, one after the other."""
 
-Watch = Callable[[int, int], None]
+MORE = 4
+"""How many times the captures are looked at that would be enough had each a hit."""
 
-Recordings = Callable[[Sequence[int]], Iterable[tuple[Capture, Mapping[str, Track]]]]
-"""Captures with their tracks, by their places in the roster."""
+Whole = NDArray[np.int64]
 
 
 def find(
@@ -40,8 +43,9 @@ def find(
     *,
     tolerance: Fraction = TOLERANCE,
     overlaps: str = "none",
+    best: int | None = None,
     watch: Watch | None = None,
-) -> Iterator[Hit]:
+) -> Found:
     """Find what is nearly a pattern.
 
     Parameters
@@ -53,7 +57,7 @@ def find(
     columns : Mapping of str to Columns
         Of all ``query.parts``.
     recordings : callable
-        Gives the captures that have hits, by their places in the roster.
+        Gives captures with the tracks of some parts, by their places in the roster.
     allowance : Allowance
         How much a match may differ.
     tolerance : Fraction, optional
@@ -61,14 +65,16 @@ def find(
     overlaps : str, optional
         ``none``: of matches that share frames the one that differs least; ``all``: one for every
         place where some begin.
+    best : int, optional
+        Only so many, those that fit best, the clearest first.
     watch : callable, optional
         Is told now and then how many captures are done, of how many; it may raise.
 
-    Yields
-    ------
-    Hit
-        By capture, start and end. Its fit is the smallest margin of the symbols that are what was
-        asked for, in proportion less for all that was edited.
+    Returns
+    -------
+    Found
+        By capture, start and end, where they are not the best. The fit is the smallest margin of
+        the symbols that are what was asked for, in proportion less for all that was edited.
 
     Raises
     ------
@@ -86,10 +92,10 @@ def find(
     ...     held = list(library.tracks(parts=query.parts))
     ...     for allowed in ("0", "0.5"):
     ...         hits = find(
-    ...             query, roster, columns, lambda places: [held[it] for it in places],
+    ...             query, roster, columns, lambda places, parts: [held[it] for it in places],
     ...             Allowance.read(allowed),
     ...         )
-    ...         print(len(list(hits)))
+    ...         print(len(hits))
     2
     3
     """
@@ -98,21 +104,14 @@ def find(
             'a fuzzy search cannot count edits in "where" and "rhythm"',
             remedy="Leave them out, or search without --fuzzy.",
         )
+    opened = [lines for pattern in query.patterns for lines in _opened(pattern).alternatives]
     plans = [
         Plan.of(program, lines, allowance)
-        for pattern in query.patterns
-        for lines in _opened(pattern).alternatives
+        for lines in dict.fromkeys(opened)
         for program in plan(Query(Choice((lines,))))
     ]
-    for first in range(0, len(roster), BLOCK):
-        block = _Block(roster, columns, first, min(first + BLOCK, len(roster)))
-        places = np.flatnonzero(block.possible(plans)).tolist()
-        held = recordings([first + place for place in places])
-        for place, (capture, tracks) in zip(places, held, strict=True):
-            if watch:
-                watch(first + place, len(roster))
-            there = _Place(block, place, (capture, tracks), tolerance)
-            yield from _hits(there, plans, overlaps)
+    search = _Search(plans, roster, columns, recordings, tolerance, overlaps, watch)
+    return search.found() if best is None else search.best(best)
 
 
 def _opened(pattern: Choice) -> Choice:
@@ -131,124 +130,99 @@ def _opened(pattern: Choice) -> Choice:
     return Choice(tuple(opened))
 
 
-def _hits(place: _Place, plans: list[Plan], overlaps: str) -> Iterator[Hit]:
-    """Yield the hits in a capture, in order of time."""
-    best: dict[tuple[str, int], tuple[Whole, int]] = {}
-    for one in plans:
-        for whole in place.wholes(one):
-            known = best.get(whole.begins)
-            if known is None or whole.rank < known[0].rank:
-                best[whole.begins] = whole, one.steps
-    for whole, steps in _kept(list(best.values()), overlaps):
-        yield place.hit(whole, steps)
-
-
-class _Block:
-    """Some captures of a roster, and the lines that were aligned with all of them at once."""
-
-    def __init__(
-        self, roster: Roster, columns: Mapping[str, Columns], first: int, last: int
-    ) -> None:
-        own = slice(first, last)
-        self.roster = Roster(
-            roster.number[own], roster.frames[own], roster.rate[own], roster.speed[own]
-        )
-        self._columns = {part: held.between(first, last) for part, held in columns.items()}
-        self._lines: dict[tuple[Net, int], Line] = {}
-
-    def line(self, net: Net, most: int) -> Line:
-        """Return a line with its matches, which cost no more than they may."""
-        if (net, most) not in self._lines:
-            columns = self._columns[net.part]
-            self._lines[net, most] = Line.of(net, columns, self.roster, most)
-        return self._lines[net, most]
-
-    def possible(self, plans: list[Plan]) -> NDArray[np.bool_]:
-        """Return in which captures a plan may have a hit: each of its lines matches there."""
-        possible = np.zeros(len(self.roster), np.bool_)
-        for one in plans:
-            every = self.line(one.net, one.most).captures
-            for it in one.beside:
-                every &= np.any([self.line(net, one.most).captures for net in it.nets], axis=0)
-            possible |= every
-        return possible
-
-
-class _Place:
-    """One capture of a block."""
+class _Search:
+    """A search for some plans."""
 
     def __init__(
         self,
-        block: _Block,
-        place: int,
-        recording: tuple[Capture, Mapping[str, Track]],
+        plans: list[Plan],
+        roster: Roster,
+        columns: Mapping[str, Columns],
+        recordings: Recordings,
         tolerance: Fraction,
+        overlaps: str,
+        watch: Watch | None,
     ) -> None:
-        self._block, self._place, self._recording = block, place, recording
-        self._frames = int(block.roster.frames[place])
-        self._clock = clock_of(block.roster.rate[place], block.roster.speed[place])
-        self._tolerance = tolerance
-        self._found: dict[Query, list[Hit]] = {}
-        self._symbols: dict[str, list[Symbol]] = {}
+        self._plans, self._roster, self._columns = plans, roster, columns
+        self._recordings, self._tolerance = recordings, tolerance
+        self._overlaps, self._watch = overlaps, watch
+        self._done = 0
 
-    def wholes(self, one: Plan) -> Iterator[Whole]:
-        """Yield what matches all lines, one for each row where the first begins."""
-        lead = self._block.line(one.net, one.most)
-        found = lead.within(self._place, self._frames)
-        found = found.chosen(~found.alone)
-        cost, beside = found.cost, []
-        for it in one.beside:
-            partners = Partners(it.relation, lead, found)
-            limits = limits_of(self._clock, it.within, self._tolerance)
-            for net in it.nets:
-                line = self._block.line(net, one.most)
-                partners.consider(line, line.within(self._place, self._frames), limits)
-            beside.append(partners)
-            cost = cost + partners.cost
-        for index in np.flatnonzero(cost <= one.most).tolist():
-            low, high = int(found.start[index]), int(found.until[index])
-            rows = (lead, int(found.first[index]), int(found.last[index]))
-            whole = Whole(low, high, int(cost[index]), (rows,))
-            for partners in beside:
-                whole = partners.joined(whole, index)
-            if not any(self._disturbed(it, whole) for it in one.apart):
-                yield whole
+    def _ask(self) -> None:
+        if self._watch:
+            self._watch(self._done, len(self._roster))
 
-    def _disturbed(self, apart: Apart, whole: Whole) -> bool:
-        """Tell whether a line has a hit that it must not have."""
-        if apart.query not in self._found:
-            hits = find_exactly(
-                apart.query, [self._recording], tolerance=self._tolerance, overlaps="all"
-            )
-            self._found[apart.query] = list(hits)
-        limits = limits_of(self._clock, apart.within, self._tolerance)
-        reach = -1 if limits.most is None else limits.most
-        return any(
-            apart.relation == "never" or max(hit.start - whole.high, whole.low - hit.stop) <= reach
-            for hit in self._found[apart.query]
-            if not any(whole.uses(it.part, it.ordinal) for it in hit.symbols)
-        )
+    def found(self) -> Found:
+        """Return all hits."""
+        return self._among(None, BUCKETS)
 
-    def hit(self, whole: Whole, steps: int) -> Hit:
-        """Return a match as a hit."""
-        capture, tracks = self._recording
-        lines, fit = [], 1.0
-        for line, first, last in whole.lines:
-            part = line.net.part
-            if part not in self._symbols:
-                self._symbols[part] = tracks[part].listed()
-            rows = line.rows(self._place, first, last)
-            lines.append(tuple(self._symbols[part][row] for row, _ in rows))
-            fit = min([fit, *(self._symbols[part][row].margin for row, fits in rows if fits)])
-        edited = whole.cost / UNIT / steps
-        return Hit(capture, Span(whole.low, whole.high), fit * max(1 - edited, 0), tuple(lines))
+    def best(self, number: int) -> Found:
+        """Return so many hits that fit best, the clearest first.
+
+        The clearest are looked for first, in the captures alone that can have such; where there are
+        enough of them, no other can be among the best.
+        """
+        for clear in CLEAR:
+            places, bounds = self._possible(clear)
+            order = np.argsort(-bounds, kind="stable")
+            many = MORE * number
+            while len(order):
+                some, rest = np.sort(places[order[:many]]), bounds[order[many:]]
+                found = self._among(some, BUCKETS - clear).by_fit()
+                least = np.nextafter(rest[0], 1) if len(rest) else clear / BUCKETS
+                if (found.fit >= least).sum() >= number:
+                    return found[:number]
+                order, many = order if len(rest) else order[:0], MORE * many
+        return self.found().by_fit()[:number]
+
+    def _limit(self, one: Plan, most: int) -> int:
+        """Return what a match may cost that is to fit well enough, in steps of a margin less."""
+        return min(one.most, one.steps * UNIT * most // BUCKETS)
+
+    def _possible(self, clear: int) -> tuple[Whole, NDArray[np.float64]]:
+        """Return the captures in which matches can be as clear, and how well they fit at most."""
+        most = np.zeros(len(self._roster))
+        for one in self._plans:
+            limit = self._limit(one, BUCKETS - clear)
+            joining = Joining(one, self._roster, self._columns, limit, clear)
+            places, bounds = joining.bounds(one.steps, self._ask)
+            most[places] = np.maximum(most[places], bounds)
+        found = np.flatnonzero(most)
+        return found, most[found]
+
+    def _among(self, places: Whole | None, most: int) -> Found:
+        """Return all hits in some captures; None: in all."""
+        roster, columns, recordings = self._roster, self._columns, self._recordings
+        tables = []
+        for number, one in enumerate(self._plans):
+            if places is None:
+                self._done = len(roster) * number // len(self._plans)
+            self._ask()
+            joining = Joining(one, roster, columns, self._limit(one, most))
+            table = joining.table(places, self._tolerance, self._ask)
+            for apart in one.apart:
+                args = apart, roster, columns, recordings, self._tolerance, self._watch
+                table = table.chosen(~Refusal(*args).disturbed(table))
+            tables.append((table, one.steps))
+        plan, match = _kept([table for table, _ in tables], self._overlaps, self._ask)
+        return Found(Source(roster, recordings, list(columns), tables), plan, match)
 
 
-def _kept(wholes: list[tuple[Whole, int]], overlaps: str) -> list[tuple[Whole, int]]:
-    """Return the matches that are shown, in order of time."""
-    kept: list[tuple[Whole, int]] = []
-    for whole, steps in sorted(wholes, key=lambda it: it[0].rank):
-        alone = all(whole.high <= it.low or it.high <= whole.low for it, _ in kept)
-        if overlaps == "all" or alone:
-            kept.append((whole, steps))
-    return sorted(kept, key=lambda it: (it[0].low, it[0].high))
+def _kept(tables: list[Table], overlaps: str, ask: Ask) -> tuple[Whole, Whole]:
+    """Return which matches are shown, by capture, start and end: of which table, and which."""
+    plan = np.repeat(np.arange(len(tables)), [len(table.capture) for table in tables])
+    match = np.concatenate([np.arange(len(table.capture)) for table in tables])
+    names = ("capture", "low", "high", "cost")
+    capture, low, high, cost = (
+        np.concatenate([getattr(table, name) for table in tables]) for name in names
+    )
+    parts = [table.lines[0][0].net.part for table in tables]
+    part = np.array([parts.index(it) for it in parts])[plan]
+    first = np.concatenate([table.lines[0][1].first[table.places[:, 0]] for table in tables])
+    once = best_of_each((part, first), (cost, high, -low)) if len(tables) > 1 else match
+    if overlaps == "none":
+        rank = np.empty(len(once), np.int64)
+        rank[np.lexsort((-low[once], high[once], cost[once]))] = np.arange(len(once))
+        once = once[staying(capture[once], low[once], high[once], rank, ask)]
+    order = once[np.lexsort((high[once], low[once], capture[once]))]
+    return plan[order], match[order]

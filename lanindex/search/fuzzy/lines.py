@@ -1,127 +1,301 @@
-"""One line in a batch of captures: where it nearly matches, and at what cost."""
+"""One line in many captures: where it nearly matches, and at what cost."""
 
 from __future__ import annotations
 
-from fractions import Fraction
+from functools import cached_property
+from operator import add
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model.columns import PASSING, Columns, Roster
-from lanindex.search.automaton import State
-from lanindex.search.fuzzy.align import NOTHING, align, cost_of, first_of, keys_of
-from lanindex.search.fuzzy.beside import Found
-from lanindex.search.fuzzy.costs import MOST, substitutions
-from lanindex.search.fuzzy.net import Net
-from lanindex.search.fuzzy.trace import trace
-from lanindex.search.language.times import Clock
+from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, Roster, ranges
+from lanindex.search.fuzzy.align import (
+    NOTHING,
+    Ask,
+    Keys,
+    Rows,
+    align,
+    blur_of,
+    blurs,
+    cost_of,
+    first_of,
+    key_of,
+)
+from lanindex.search.fuzzy.clocks import bounds_of
+from lanindex.search.fuzzy.compiled import POSITION, chosen, scan
+from lanindex.search.fuzzy.costs import CHANGE, NEVER, UNIT, kinds_of, substitutions
+from lanindex.search.fuzzy.ends import Ends
+from lanindex.search.fuzzy.net import FAR, LATER, NEXT, Net
+from lanindex.search.fuzzy.trace import Stretch, trace
+from lanindex.search.fuzzy.windows import FEW, Mask, Whole, Windows, around, spread, wanted
 
-NEVER = 100 * MOST
-"""What a symbol costs that does not last as long as a step wants: no edit mends that."""
+LIFTED = 1 << 40
+"""More than any frame or row; times a number of captures it still fits 64 bits."""
 
 
-_ENDLESS = 1 << 40
+WINDOW = 8
+"""Rows that are looked at around one of which a match has one, about."""
 
 
-class Line(NamedTuple):
-    """A line's net in a batch.
+class Found(NamedTuple):
+    """The matches of a line, column by column, in order of the rows with which they begin.
 
     Attributes
+    ----------
+    capture : ndarray
+        (N,) places in the roster.
+    start, until : ndarray
+        (N,) frames, half-open.
+    cost : ndarray
+        (N,) parts of an edit.
+    blur : ndarray
+        (N,) what the symbols that fit lack to a margin of 1, in thousandths.
+    first, last : ndarray
+        (N,) rows of the part.
+    """
+
+    capture: Whole
+    start: Whole
+    until: Whole
+    cost: Whole
+    blur: Whole
+    first: Whole
+    last: Whole
+
+    def chosen(self, which: Whole | Mask) -> Found:
+        """Return some of them."""
+        return Found._make(column[which] for column in self)
+
+    def cheapest(self) -> Found:
+        """Return of those that begin alike the cheapest, of these the one that ends first."""
+        order = np.argsort(self.first, kind="stable")
+        first, rank = self.first[order], (self.cost * LIFTED + self.until)[order]
+        begins = np.flatnonzero(np.diff(first, prepend=-1))
+        best = np.minimum.reduceat(rank, begins) if len(begins) else rank
+        places = np.flatnonzero(rank == np.repeat(best, np.diff(np.append(begins, len(first)))))
+        return self.chosen(order[places[np.diff(first[places], prepend=-1) > 0]])
+
+
+def fits(cost: Whole, blur: Whole, steps: int) -> NDArray[np.float64]:
+    """Return how well matches fit, 0 to 1, of a plan with so many steps."""
+    found: NDArray[np.float64] = (THOUSANDTHS - blur) / THOUSANDTHS
+    return found * np.maximum(1 - cost / UNIT / steps, 0)
+
+
+class Line:
+    """A line in all captures.
+
+    Parameters
     ----------
     net : Net
         The line.
     columns : Columns
         Of its part.
-    costs : list of ndarray
-        By step: (S,) what each symbol costs as that one.
-    keys : ndarray
-        (S,) the best match that ends with each symbol.
+    roster : Roster
+        The captures.
+    clear : int
+        Steps of the margin, of `lanindex.search.fuzzy.costs.BUCKETS`, that symbols have at least
+        which cost nothing.
     """
 
-    net: Net
-    columns: Columns
-    costs: list[NDArray[np.int64]]
-    keys: NDArray[np.int64]
+    def __init__(self, net: Net, columns: Columns, roster: Roster, most: int, clear: int = 0):
+        self.net, self.columns, self._roster = net, columns, roster
+        self.most = min(most, net.dearest)
+        kinds = self._kinds = kinds_of(columns)
+        self._tables = [kinds.table(state) for state in net.states]
+        for state, table in zip(net.states, self._tables, strict=True):
+            if "change" not in state.fits[0] or self.most < CHANGE:
+                table[(table == 0) & (kinds.bucket < clear)] = NEVER
+        self._lengths = [
+            bounds_of(roster, state.length) if state.length else None for state in net.states
+        ]
+        self._able = np.any([table <= self.most for table in self._tables], axis=0)
+        self._seeds = wanted(net, self._tables, kinds.counts, self.most)
+        self.rarity = int(kinds.counts[self._seeds].sum())
+        """How many symbols there are of which a match has one."""
 
-    @classmethod
-    def of(cls, net: Net, columns: Columns, roster: Roster, most: int) -> Line:
-        """Return a line whose matches cost no more than they may."""
-        costs = [substitutions(state, 0, columns) for state in net.states]
-        for state, own in zip(net.states, costs, strict=True):
-            own[~_lasting(state, columns, roster)] = NEVER
-        if not net.stays:
-            return cls(net, columns, costs, align(net, columns, costs, most))
-        within = (costs[0] <= most) & (columns.cell & PASSING == 0)
-        keys = keys_of(costs[0], np.arange(len(columns)))
-        return cls(net, columns, costs, np.where(within, keys, NOTHING))
+    def matches(self, among: Whole | None, ask: Ask) -> Found:
+        """Return its matches in some captures, the best one from each row where some begin.
+
+        Parameters
+        ----------
+        among : ndarray or None
+            (D,) int64: places of the captures, growing; None: in all.
+        ask : callable
+            Is asked now and then whether to go on.
+        """
+        rows, whole = self._seeds_among(among)
+        if self.net.stays:
+            return self._of(*self._stays(rows, ask))
+        work = len(rows) * WINDOW if not whole else len(self.columns)
+        work += POSITION * self._kinds.longest
+        fast = chosen(work * (len(self.net.states) + len(self.net.edges))) if self._plain else None
+        if fast is None:
+            return self._of(*self._moves(rows, whole, ask))
+        tables = np.array(self._tables)
+        keys, last = scan(
+            fast, self.net, self._kinds, self.columns, tables, self.most, (rows, whole), ask
+        )
+        return self._of(keys, first_of(keys), last)
 
     @property
-    def captures(self) -> NDArray[np.bool_]:
-        """In which captures it matches: (C,)."""
-        ends = np.flatnonzero(self.keys != NOTHING)
-        matched = np.zeros(len(self.columns.bounds) - 1, np.bool_)
-        matched[np.searchsorted(self.columns.bounds, ends, side="right") - 1] = True
-        return matched
+    def _plain(self) -> bool:
+        """Whether its kind alone tells what a symbol costs, and nothing else counts."""
+        asks = _asks(self.net.entry) or _asks(self.net.exit) or any(self._lengths)
+        return not asks and not any("change" in state.fits[0] for state in self.net.states)
 
-    def within(self, capture: int, frames: int) -> Found:
-        """Return its matches in one capture, the best one from each row where some begin."""
-        begin, end = self.columns.bounds[capture : capture + 2].tolist()
-        last = np.flatnonzero(self.keys[begin:end] != NOTHING)
-        keys = self.keys[begin:end][last]
-        first, cost = first_of(keys) - begin, cost_of(keys)
-        start, stop = (
-            column[begin:end].astype(np.int64) for column in (self.columns.start, self.columns.stop)
+    def _seeds_among(self, among: Whole | None) -> tuple[Whole, bool]:
+        """Return rows of which a match covers one, or the beginnings of all stretches."""
+        bounds, begins = self.columns.bounds, self._kinds.begins
+        within = (bounds[:-1], bounds[1:]) if among is None else (bounds[among], bounds[among + 1])
+        if FEW * self.rarity > int((within[1] - within[0]).sum()):
+            _, rows = ranges(*within)
+            return (rows if self.net.stays else rows[begins[rows]]), True
+        rows = self._kinds.where(self._seeds)
+        if among is not None:
+            place = np.searchsorted(within[0], rows, side="right") - 1
+            rows = rows[(place >= 0) & (rows < within[1][place])]
+        return rows, False
+
+    def costs(self, rows: Whole) -> NDArray[np.int16]:
+        """Return what symbols cost as each of the steps: (K, R)."""
+        costs = np.empty((len(self.net.states), len(rows)), np.int16)
+        for number, (state, table) in enumerate(zip(self.net.states, self._tables, strict=True)):
+            costs[number] = substitutions(state, table, self.columns, rows)
+            lengths = self._lengths[number]
+            if lengths is not None:
+                capture = self._captures(rows)
+                frames = self.columns.stop[rows].astype(np.int64) - self.columns.start[rows]
+                lasting = (lengths[0][capture] <= frames) & (frames <= lengths[1][capture])
+                costs[number, ~lasting | (frames == 0)] = NEVER
+        return costs
+
+    def _captures(self, rows: Whole) -> Whole:
+        return np.searchsorted(self.columns.bounds, rows, side="right") - 1
+
+    def _moves(self, seeds: Whole, whole: bool, ask: Ask) -> tuple[Keys, Whole, Whole]:
+        """Return keys, first and last rows of what matches around some rows."""
+        windows = around(self._kinds, seeds, self._able, self.net, self.most, whole)
+        found = [self._aligned(block, ask) for block in windows.blocks()]
+        none = np.empty(0, np.int64)
+        keys, first, last = map(np.concatenate, zip(*found, (none, none, none), strict=True))
+        return keys, first, last
+
+    def _aligned(self, windows: Windows, ask: Ask) -> tuple[Keys, Whole, Whole]:
+        """Return the same of some windows."""
+        rows, begins, counted = spread(windows)
+        code = self._kinds.code[rows]
+        able, shown = self._able[code], ~self._kinds.passing[code]
+        new = self._kinds.begins[rows]  # a track begins anew behind a gap
+        new[begins] = True
+        stretch, skipped = np.cumsum(new), np.cumsum(shown & ~able)
+        rows, counted, shown, stretch, skipped = (
+            it[able] for it in (rows, counted, shown, stretch, skipped)
         )
-        leaves = _leaving(self.columns, capture, frames)
+        keys = align(
+            self.net,
+            Rows(
+                np.diff(stretch, prepend=0) > 0,
+                shown,
+                np.diff(skipped, prepend=0),
+                self.costs(rows),
+                blurs(self.columns.margin[rows]),
+                *self._besides(rows),
+            ),
+            self.most,
+            ask,
+        )
+        ends = np.flatnonzero((keys != NOTHING) & counted)
+        return keys[ends], rows[first_of(keys[ends])], rows[ends]
+
+    @cached_property
+    def _ends(self) -> Ends:
+        return Ends(self.columns, self._roster)
+
+    def _besides(self, rows: Whole) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Return what it costs besides to begin and to end at some rows, where the line asks."""
+        nothing, net = np.zeros((2, 1), np.int32), self.net
+        return (
+            self._ends.from_start(rows) if _asks(net.entry) else nothing,
+            self._ends.to_end(rows) if _asks(net.exit) else nothing,
+        )
+
+    def _stays(self, rows: Whole, ask: Ask) -> tuple[Keys, Whole, Whole]:
+        """Return the same where it asks where the part is."""
+        ask()
+        (costs,) = self.costs(rows).astype(np.int64)
+        blur = np.where(costs == 0, blurs(self.columns.margin[rows]), np.int16(0))
+        within = (costs <= self.most) & (self.columns.cell[rows] & PASSING == 0)
+        keys = key_of(costs, blur)[within]
+        return keys, rows[within], rows[within]
+
+    def _of(self, keys: Keys, first: Whole, last: Whole) -> Found:
+        """Return matches as columns, of those that begin alike the best."""
+        columns = self.columns
+        start, until = columns.start[first].astype(np.int64), columns.stop[last].astype(np.int64)
+        capture = self._captures(first)
+        still = np.flatnonzero((first == last) & (columns.start[last] == until))
         if self.net.stays:
-            arrives = np.where(start == stop, start, stop - 1)[last]
-            found = Found(arrives, leaves[last], cost, first, last, last < 0)
+            start = np.maximum(start, until - 1)
+            until = leaving(columns, self._roster, last)
+        else:
+            until[still] = np.maximum(leaving(columns, self._roster, last[still]), until[still] + 1)
+        found = Found(capture, start, until, cost_of(keys), blur_of(keys), first, last).cheapest()
+        if self.net.stays:
             return found.chosen(found.start < found.until)
-        alone = (first == last) & (start == stop)[last]
-        until = np.where(alone, np.maximum(leaves[last], start[last] + 1), stop[last])
-        return Found(start[first], until, cost, first, last, alone).cheapest()
+        moves = (found.first < found.last) | (columns.start[found.first] < columns.stop[found.last])
+        return found.chosen(moves)  # a starting position alone is no match
 
-    def rows(self, capture: int, first: int, last: int) -> tuple[tuple[int, bool], ...]:
-        """Return the rows of a match, from the track's first one on, and whether each fits."""
-        begin = int(self.columns.bounds[capture])
-        rows = slice(begin + first, begin + last + 1)
-        costs = [own[rows].tolist() for own in self.costs]
+    def own(self, row: int) -> int:
+        """Return a row as counted in its own capture."""
+        return row - int(self.columns.bounds[self._captures(np.array(row))])
+
+    def rows(self, first: int, last: int, cost: int) -> tuple[int, ...]:
+        """Return the rows of the match from one row to another that costs so much."""
         if self.net.stays:
-            return ((first, costs[0][0] == 0),)
-        shown = (self.columns.cell[rows] & PASSING == 0).tolist()
-        return tuple(
-            (first + row, costs[state][row] == 0) for row, state in trace(self.net, costs, shown)
+            return (first,)
+        rows = np.arange(first, last + 1)
+        entry, leave = self._besides(rows[[0]]), self._besides(rows[[-1]])
+        stretch = Stretch(
+            self.costs(rows),
+            blurs(self.columns.margin[rows]),
+            self.columns.cell[rows] & PASSING == 0,
+            _least(self.net.entry, entry[0]),
+            _least(self.net.exit, leave[1]),
         )
+        return tuple(first + row for row, _ in trace(self.net, stretch, cost))
 
 
-def clock_of(rate: NDArray[np.int64], speed: NDArray[np.int64]) -> Clock:
-    """Return the clock of a capture, of its rate and speed as a roster holds them."""
-    return Clock(Fraction(*rate.tolist()), Fraction(*speed.tolist()) / 60)
+def _least(ways: tuple[tuple[int, ...], ...], besides: NDArray[np.int32]) -> list[int]:
+    """Return what it costs at least to begin or end with each step, at one row."""
+    every = [0, *besides[:, 0].tolist()]
+    return [min(map(add, costs, every)) for costs in zip(*ways, strict=True)]
 
 
-def _lasting(state: State, columns: Columns, roster: Roster) -> NDArray[np.bool_]:
-    """Return which symbols last as long as a step wants; a starting position has no length."""
-    if state.length is None:
-        return np.ones(len(columns), np.bool_)
-    clocks, which = np.unique(np.hstack([roster.rate, roster.speed]), axis=0, return_inverse=True)
-    bounds = [state.length.bounds(clock_of(clock[:2], clock[2:])) for clock in clocks]
-    limits = np.array([(least, _ENDLESS if most is None else most) for least, most in bounds])
-    least, most = np.repeat(limits.reshape(-1, 2)[which], np.diff(columns.bounds), axis=0).T
-    frames = columns.stop.astype(np.int64) - columns.start
-    lasting: NDArray[np.bool_] = (frames > 0) & (least <= frames) & (frames <= most)
-    return lasting
+def _asks(ways: tuple[tuple[int, ...], ...]) -> bool:
+    """Tell whether a line speaks of the clip's start, or its end."""
+    return any(cost < FAR for way in (NEXT, LATER) for cost in ways[way])
 
 
-def _leaving(columns: Columns, capture: int, frames: int) -> NDArray[np.int64]:
-    """Return when the part leaves what each row of a capture shows: (N,) frames."""
-    begin, end = columns.bounds[capture : capture + 2].tolist()
-    start = columns.start[begin:end].astype(np.int64)
-    shown = np.flatnonzero(columns.cell[begin:end] & PASSING == 0)
-    after = np.searchsorted(shown, np.arange(len(start)), side="right")
-    leaves = np.append(start[shown], frames)[after]
-    known = columns.gaps[columns.gaps[:, 0] == capture]
-    ends = known[:, 2].astype(np.int64) if len(known) else np.array([frames])
-    inside = np.minimum(np.searchsorted(ends, start, side="right"), len(ends) - 1)
-    found: NDArray[np.int64] = np.minimum(leaves, ends[inside])
-    return found
+def leaving(columns: Columns, roster: Roster, rows: Whole) -> Whole:
+    """Return when the part leaves what some rows show: (R,) frames."""
+    capture = np.searchsorted(columns.bounds, rows, side="right") - 1
+    end = columns.bounds[capture + 1]
+    after = rows + 1
+    going = np.arange(len(rows))
+    while len(going):
+        going = going[after[going] < end[going]]
+        going = going[columns.cell[after[going]] & PASSING > 0]
+        after[going] += 1
+    leaves = roster.frames[capture].astype(np.int64)
+    inside = after < end
+    leaves[inside] = columns.start[after[inside]]
+    if not len(columns.gaps):
+        return leaves
+    whose, _, until = columns.gaps.astype(np.int64).T
+    start = columns.start[rows].astype(np.int64)
+    place = np.searchsorted(whose * LIFTED + until, capture * LIFTED + start, side="right")
+    place = np.minimum(place, np.searchsorted(whose, capture, side="right") - 1)
+    known = (place >= 0) & (whose[place] == capture)
+    return np.where(known, np.minimum(leaves, until[place]), leaves)

@@ -6,11 +6,14 @@ pattern says is refused by name, so that nothing is passed over in silence.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from lanindex.errors import UsageError
 from lanindex.search.automaton import Program, State
-from lanindex.search.fuzzy.costs import UNIT
+from lanindex.search.fuzzy.costs import MOST, UNIT
+from lanindex.search.language.query import Arrow
 
 MISSING = UNIT
 """What a step costs that is missing."""
@@ -21,8 +24,14 @@ MOST_STEPS = 40
 SKIPPED = UNIT // 2
 """What a shown symbol costs that lies between two steps joined by ``->``."""
 
+FAR = 1 << 14
+"""What it costs to begin or end where a line cannot: more than any match."""
 
-@dataclass(frozen=True, slots=True, eq=False)
+FREE, NEXT, LATER = range(3)
+"""How a line lies to a clip's start or end: anywhere, right there (``->``), some way off."""
+
+
+@dataclass(frozen=True, eq=False)
 class Net:
     """A line to be aligned with tracks of one part.
 
@@ -34,24 +43,103 @@ class Net:
         Its steps, repeats written out.
     edges : tuple of tuple of (int, int, bool)
         From one step to another; whether anything may lie between.
-    entry, exit : tuple of int
-        By step: what the steps cost that are missing before it, and after it.
+    entry, exit : tuple of tuple of int
+        By way (`FREE`, `NEXT`, `LATER`) and step: what the steps cost that are missing before it,
+        and after it.
     """
 
     part: str
     states: tuple[State, ...]
     edges: tuple[tuple[int, int, bool], ...]
-    entry: tuple[int, ...]
-    exit: tuple[int, ...]
+    entry: tuple[tuple[int, ...], ...]
+    exit: tuple[tuple[int, ...], ...]
 
     @property
     def stays(self) -> bool:
         """Whether it asks where the part is, not where it goes."""
         return self.states[0].manner == "at"
 
+    @property
+    def dearest(self) -> int:
+        """What the best match of any symbols costs at most, where no step has a length."""
+        return (MOST + MISSING) * len(self.states)
 
-def net_of(program: Program) -> Net:
-    """Return a program as a net.
+    @cached_property
+    def doors(self) -> tuple[tuple[int, bool], ...]:
+        """Where one may wait: before which step, and whether what lies between is free."""
+        return tuple(sorted({(after, later) for _, after, later in self.edges}))
+
+    @cached_property
+    def comes(self) -> tuple[tuple[int, ...], ...]:
+        """By door: from which steps one comes to it."""
+        return tuple(
+            tuple(before for before, after, later in self.edges if (after, later) == door)
+            for door in self.doors
+        )
+
+    @cached_property
+    def goes(self) -> tuple[tuple[int, ...], ...]:
+        """By step: to which doors one goes from it."""
+        places = {door: place for place, door in enumerate(self.doors)}
+        return tuple(
+            tuple(places[after, later] for before, after, later in self.edges if before == state)
+            for state in range(len(self.states))
+        )
+
+    @cached_property
+    def waits(self) -> tuple[tuple[int, ...], ...]:
+        """By step: the doors before it."""
+        return tuple(
+            tuple(place for place, (after, _) in enumerate(self.doors) if after == state)
+            for state in range(len(self.states))
+        )
+
+    @property
+    def circles(self) -> bool:
+        """Whether a step may come again: an open count."""
+        return any(after <= before for before, after, _ in self.edges)
+
+    def missing(self, most: int) -> list[tuple[int, int, int]]:
+        """Return from which doors one comes to which others by steps that are missing.
+
+        Each with the fewest steps, where these cost no more than a match may: from, to, how many.
+        """
+        ways = []
+        for door in range(len(self.doors)):
+            fewest = {door: 0}
+            reached = [door]
+            for steps in range(1, min(most // MISSING, len(self.states)) + 1):
+                onto = {far for near in reached for far in self.goes[self.doors[near][0]]}
+                reached = sorted(onto - fewest.keys())
+                fewest |= dict.fromkeys(reached, steps)
+            ways += [(door, far, steps) for far, steps in fewest.items() if steps]
+        return ways
+
+    def reach(self, most: int) -> int | None:
+        """Return how many shown symbols a match may cover; None: any number."""
+        if self.circles or any(later for _, _, later in self.edges):
+            return None
+        return len(self.states) + most // SKIPPED
+
+    @cached_property
+    def unavoidable(self) -> tuple[int, ...]:
+        """The steps that no way through the line leads around."""
+        return tuple(state for state in range(len(self.states)) if not self._avoids(state))
+
+    def _avoids(self, left_out: int) -> bool:
+        entries = {step for costs in self.entry for step, cost in enumerate(costs) if cost == 0}
+        exits = {step for costs in self.exit for step, cost in enumerate(costs) if cost == 0}
+        seen: set[int] = set()
+        todo = entries - {left_out}
+        while todo:
+            seen |= todo
+            after = {after for before, after, _ in self.edges if before in todo}
+            todo = after - seen - {left_out}
+        return bool(seen & exits)
+
+
+def nets_of(program: Program) -> tuple[Net, ...]:
+    """Return a program as nets, one for each of the parts that move together.
 
     Raises
     ------
@@ -71,20 +159,42 @@ def net_of(program: Program) -> Net:
         for edge in leaving
     }
     pairs = [(before, after) for before, after, _ in edges]
-    number = len(program.states)
-    far = MISSING * (number + 1)
-    entries = {it.state for it in program.entries}
-    exits = {state for state, leaving in enumerate(program.exits) if leaving}
-    return Net(
-        program.states[0].members[0],
+    back = [(after, before) for before, after in pairs]
+    entries = [(it.state, it.from_start) for it in program.entries]
+    exits = [(it.state, it.to_end) for leaving in program.exits for it in leaving]
+    whole = Net(
+        "",
         program.states,
         tuple(sorted(edges)),
-        _spread([0 if state in entries else far for state in range(number)], pairs),
-        _spread(
-            [0 if state in exits else far for state in range(number)],
-            [(after, before) for before, after in pairs],
-        ),
+        _ways(entries, pairs, len(program.states)),
+        _ways(exits, back, len(program.states)),
     )
+    return tuple(
+        replace(whole, part=part, states=tuple(_of_member(it, member) for it in program.states))
+        for member, part in enumerate(program.states[0].members)
+    )
+
+
+def _of_member(state: State, member: int) -> State:
+    return replace(state, members=(state.members[member],), fits=(state.fits[member],))
+
+
+def _ways(
+    ends: Sequence[tuple[int, tuple[Arrow, ...]]], pairs: list[tuple[int, int]], steps: int
+) -> tuple[tuple[int, ...], ...]:
+    """Return by way and step what is missing up to it, of the steps where a line begins or ends."""
+    ways = []
+    for way in (FREE, NEXT, LATER):
+        here = {state for state, arrows in ends if _way_of(arrows) == way}
+        costs = [0 if state in here else FAR for state in range(steps)]
+        ways.append(_spread(costs, pairs))
+    return tuple(ways)
+
+
+def _way_of(arrows: tuple[Arrow, ...]) -> int:
+    if not arrows:
+        return FREE
+    return LATER if all(arrow.later for arrow in arrows) else NEXT
 
 
 def _spread(costs: list[int], pairs: list[tuple[int, int]]) -> tuple[int, ...]:
@@ -102,7 +212,11 @@ def _spread(costs: list[int], pairs: list[tuple[int, int]]) -> tuple[int, ...]:
 def _refuse(program: Program) -> None:
     states = program.states
     edges = [edge for leaving in program.edges for edge in leaving]
+    ends = [it.from_start for it in program.entries]
+    ends += [it.to_end for leaving in program.exits for it in leaving]
+    arrows = [edge.arrow for edge in edges] + [arrow for it in ends for arrow in it]
     stays = len(states) == 1 and states[0].manner == "at" and states[0].length is None
+    stays = stays and not any(ends) and len(states[0].members) == 1
     cannot = {
         "brackets with a length or a line beside them": any(
             group.length or group.companions for group in program.brackets
@@ -110,10 +224,7 @@ def _refuse(program: Program) -> None:
         '"hold", and "at" beside other steps or with a length': not stays
         and any(state.manner in ("at", "hold") for state in states),
         "arrows to another part": any(not edge.same for edge in edges),
-        "both parts at once (name each: r_arm … with l_arm …)": len(states[0].members) > 1,
-        "limits on an arrow": any(edge.arrow.length or edge.arrow.skips for edge in edges),
-        '"start" and "end"': any(it.from_start for it in program.entries)
-        or any(it.to_end for leaving in program.exits for it in leaving),
+        "limits on an arrow": any(arrow.length or arrow.skips for arrow in arrows),
     }
     for what, said in cannot.items():
         if said:

@@ -1,27 +1,31 @@
-"""All lines of a pattern together in one capture: what goes with what, at the least cost."""
+"""All lines of a pattern together: what goes with what, at the least cost."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
-from math import floor
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.search.automaton import Program
+from lanindex.model.columns import Columns, Roster
+from lanindex.search.automaton import NEGATIONS, Companion, Program
+from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.allowance import Allowance
-from lanindex.search.fuzzy.beside import OUTSIDE, RELATIONS, Found, Limits
-from lanindex.search.fuzzy.lines import Line
-from lanindex.search.fuzzy.net import Net, net_of
+from lanindex.search.fuzzy.beside import OUTSIDE, Limits, partners
+from lanindex.search.fuzzy.clocks import ENDLESS, bounds_of, slack_of
+from lanindex.search.fuzzy.lines import Found, Line, fits
+from lanindex.search.fuzzy.net import Net, nets_of
 from lanindex.search.language.query import Choice, Lines, Query
-from lanindex.search.language.times import Clock, Length
+from lanindex.search.language.times import Length
 
-_NONE = 1 << 20
-"""A cost that no match may have."""
+Whole = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
-_FRAMES = 1 << 32
-"""More frames than a capture has."""
+
+NOBODY = 1 << 40
+"""What it costs where no match goes with another."""
 
 
 class Beside(NamedTuple):
@@ -29,7 +33,7 @@ class Beside(NamedTuple):
 
     relation: str
     nets: tuple[Net, ...]
-    within: Length | None
+    within: Length | None = None
 
 
 class Apart(NamedTuple):
@@ -72,92 +76,202 @@ class Plan(NamedTuple):
         UsageError
             Where it says what has no edits.
         """
-        beside = tuple(
-            Beside(it.relation, tuple(map(net_of, it.programs)), it.within)
-            for it in program.whole.companions
-            if it.relation in RELATIONS
-        )
+        net, *halves = nets_of(program)
+        beside = [Beside("with", (half,)) for half in halves]
+        for companion in program.whole.companions:
+            if companion.relation not in NEGATIONS:
+                beside += _beside(companion)
         apart = tuple(
             Apart(it.relation, Query(Choice((Lines(it.line),))), it.within)
             for it in lines.others
-            if it.relation not in RELATIONS
+            if it.relation in NEGATIONS
         )
-        net = net_of(program)
         steps = len(net.states) + sum(max(len(it.states) for it in one.nets) for one in beside)
-        return cls(net, beside, apart, steps, allowance.of(steps))
+        dearest = net.dearest + sum(max(it.dearest for it in one.nets) for one in beside)
+        return cls(net, tuple(beside), apart, steps, min(allowance.of(steps), dearest))
 
 
-class Whole(NamedTuple):
-    """A match of all lines: its frames, its cost, and of each line the first and last row."""
-
-    low: int
-    high: int
-    cost: int
-    lines: tuple[tuple[Line, int, int], ...]
-
-    @property
-    def begins(self) -> tuple[str, int]:
-        """The part and the row with which the leading line begins."""
-        line, first, _ = self.lines[0]
-        return line.net.part, first
-
-    @property
-    def rank(self) -> tuple[int, int, int]:
-        """What is smaller for the better of two: cheaper, over sooner, begun later."""
-        return self.cost, self.high, -self.low
-
-    def uses(self, part: str, row: int) -> bool:
-        """Return whether a row lies within one of the lines."""
-        return any(line.net.part == part and a <= row <= b for line, a, b in self.lines)
+def _beside(companion: Companion) -> list[Beside]:
+    """Return a line beside the leading one; where two parts move at once, one for each."""
+    sides = [nets_of(program) for program in companion.programs]
+    return [Beside(companion.relation, nets, companion.within) for nets in zip(*sides, strict=True)]
 
 
-def limits_of(clock: Clock, within: Length | None, tolerance: Fraction) -> Limits:
-    """Return in frames of a capture what a relation allows."""
-    least, most = within.bounds(clock) if within else (0, None)
-    return Limits(floor(tolerance * clock.rate), least, most)
+class Table(NamedTuple):
+    """The matches of a plan.
+
+    Attributes
+    ----------
+    capture, low, high : ndarray
+        (N,) where, and the frames of it.
+    cost, blur : ndarray
+        (N,) of all lines together, as in `lanindex.search.fuzzy.lines.Found`.
+    lines : list of tuple of Line, Found
+        All that matches are made of.
+    own : ndarray
+        (N, L) by line of the pattern which of these it is; the leading line comes first.
+    places : ndarray
+        (N, L) which match of that.
+    """
+
+    capture: Whole
+    low: Whole
+    high: Whole
+    cost: Whole
+    blur: Whole
+    lines: list[tuple[Line, Found]]
+    own: Whole
+    places: Whole
+
+    def chosen(self, which: Whole | Mask) -> Table:
+        """Return some of them."""
+        columns = {name: getattr(self, name)[which] for name in self._fields if name != "lines"}
+        return self._replace(**columns)
+
+    def frames(self) -> tuple[Whole, Whole]:
+        """Return from where to where the symbols of each match lie, (N,) each."""
+        low, high = self.low.copy(), self.high.copy()
+        for number, (line, found) in enumerate(self.lines):
+            match, column = np.nonzero(self.own == number)
+            place = self.places[match, column]
+            start, stop = line.columns.start[found.first[place]], found.until[place]
+            np.minimum.at(low, match, start)
+            np.maximum.at(high, match, stop)
+        return low, high
+
+    def rows(self, match: int) -> list[tuple[Line, int, int, int]]:
+        """Return the lines of a match, each with its first and last row, and what it costs."""
+        found = []
+        for own, place in zip(self.own[match].tolist(), self.places[match].tolist(), strict=True):
+            line, matches = self.lines[own]
+            columns = matches.first, matches.last, matches.cost
+            found.append((line, *(int(column[place]) for column in columns)))
+        return found
 
 
-class Partners:
-    """For each match of a leading line the cheapest match of another one that goes with it.
+class Joining:
+    """Sets the lines of a plan side by side.
 
     Parameters
     ----------
-    relation : str
-        How they must lie.
-    lead : Line
-        The leading line.
-    found : Found
-        (N,) its matches.
+    plan : Plan
+        What is looked for.
+    roster : Roster
+        Where.
+    columns : Mapping of str to Columns
+        Of all parts.
+    most : int
+        What a match may cost.
+    clear : int
+        As of `Line`.
     """
 
-    def __init__(self, relation: str, lead: Line, found: Found) -> None:
-        self.relation, self._lead, self._found = relation, lead, found
-        self.cost: NDArray[np.int64] = np.full(len(found.cost), _NONE)
-        self._chosen: list[tuple[Line, Found, int] | None] = [None] * len(found.cost)
+    def __init__(
+        self, plan: Plan, roster: Roster, columns: Mapping[str, Columns], most: int, clear: int = 0
+    ) -> None:
+        self._plan, self._roster, self._most = plan, roster, most
+        every = [(plan.net,), *(it.nets for it in plan.beside)]
+        self._lines = [
+            [Line(net, columns[net.part], roster, most, clear) for net in nets] for nets in every
+        ]
 
-    def consider(self, line: Line, others: Found, limits: Limits) -> None:
-        """Take the matches of a line, one side of it, where they are cheaper."""
-        if line.net.part == self._lead.net.part and self.relation == "with" and not limits.most:
-            return  # no two movements of one part share a frame
-        if not len(others.cost):
-            return
-        fits = RELATIONS[self.relation](self._found, others, limits)
-        fits &= self._found.alone[:, None] | ~others.alone[None]
-        rank = np.where(fits, (others.cost * _FRAMES + others.until)[None], _NONE * _FRAMES)
-        best = rank.argmin(axis=1)
-        cost = np.where(fits[np.arange(len(best)), best], others.cost[best], _NONE)
-        for index in np.flatnonzero(cost < self.cost).tolist():
-            self._chosen[index] = (line, others, int(best[index]))
-        self.cost = np.minimum(self.cost, cost)
+    def found(self, among: Whole | None, ask: Ask) -> tuple[Whole | None, list[list[Found]]]:
+        """Return in which of some captures all lines match, and all their matches there.
 
-    def joined(self, whole: Whole, index: int) -> Whole:
-        """Return a match with the one that goes with it."""
-        chosen = self._chosen[index]
-        assert chosen is not None
-        line, others, which = chosen
-        low, high = whole.low, whole.high
-        if self.relation not in OUTSIDE:
-            low = min(low, int(others.start[which]))
-            high = max(high, int(others.until[which]))
-        rows = (line, int(others.first[which]), int(others.last[which]))
-        return Whole(low, high, whole.cost, (*whole.lines, rows))
+        The rarest line comes first: only where it matches the others are looked for.
+        """
+        rarity = [sum(line.rarity for line in sides) for sides in self._lines]
+        found: list[list[Found]] = [[] for _ in rarity]
+        for number in np.argsort(rarity, kind="stable").tolist():
+            found[number] = [line.matches(among, ask) for line in self._lines[number]]
+            among = np.unique(np.concatenate([it.capture for it in found[number]]))
+        return among, found
+
+    def bounds(self, steps: int, ask: Ask) -> tuple[Whole, NDArray[np.float64]]:
+        """Return the captures in which all lines match, and how well a hit fits there at most."""
+        among, found = self.found(None, ask)
+        places = np.empty(0, np.int64) if among is None else among
+        least = np.ones(len(places))
+        for sides in found:
+            best = np.zeros(len(places))
+            for matches in sides:
+                own = np.searchsorted(places, matches.capture)
+                inside = own < len(places)
+                inside[inside] = places[own[inside]] == matches.capture[inside]
+                fit = fits(matches.cost[inside], matches.blur[inside], steps)
+                np.maximum.at(best, own[inside], fit)
+            least = np.minimum(least, best)
+        return places, least
+
+    def table(self, among: Whole | None, tolerance: Fraction, ask: Ask) -> Table:
+        """Return what matches all lines in some captures, one for each row the first begins."""
+        _, ((lead,), *others) = self.found(among, ask)
+        flat = [(line, found) for sides, every in zip(self._lines, [[lead], *others], strict=True)
+                for line, found in zip(sides, every, strict=True)]  # fmt: skip
+        many = len(lead.capture)
+        table = Table(
+            *(lead.capture, lead.start, lead.until, lead.cost, lead.blur, flat),
+            *(np.zeros((many, 1), np.int64), np.arange(many)[:, None]),
+        )
+        first = 1
+        for beside, every in zip(self._plan.beside, others, strict=True):
+            table = self._joined(table, beside, every, first, tolerance, ask)
+            first += len(every)
+        return table
+
+    def _joined(
+        self,
+        table: Table,
+        beside: Beside,
+        every: list[Found],
+        first: int,
+        tolerance: Fraction,
+        ask: Ask,
+    ) -> Table:
+        """Return a table with another line: of its matches, of either side, the cheapest ones."""
+        lead = table.lines[0][1].chosen(table.places[:, 0])
+        limits = self._limits(beside, tolerance, lead.capture)
+        cost = np.full(len(lead.capture), NOBODY)
+        own, place = np.zeros((2, len(cost)), np.int64)
+        for number, found in enumerate(every):
+            chosen = partners(beside.relation, lead, found, limits, ask)
+            there = chosen >= 0
+            if beside.relation == "with" and beside.nets[number].part == self._plan.net.part:
+                there &= limits.most > 0  # no two movements of one part share a frame
+            there[there] = found.cost[chosen[there]] < cost[there]
+            cost[there] = found.cost[chosen[there]]
+            own[there], place[there] = first + number, chosen[there]
+        kept = np.flatnonzero(table.cost + cost <= self._most)
+        joined = table.chosen(kept)
+        columns = [
+            _column(every, own[kept] - first, place[kept], name)
+            for name in ("start", "until", "blur")
+        ]
+        low, high = joined.low, joined.high
+        if beside.relation not in OUTSIDE:
+            low, high = np.minimum(low, columns[0]), np.maximum(high, columns[1])
+        return joined._replace(
+            low=low,
+            high=high,
+            cost=joined.cost + cost[kept],
+            blur=np.maximum(joined.blur, columns[2]),
+            own=np.column_stack((joined.own, own[kept])),
+            places=np.column_stack((joined.places, place[kept])),
+        )
+
+    def _limits(self, beside: Beside, tolerance: Fraction, capture: Whole) -> Limits:
+        places, own = np.unique(capture, return_inverse=True)
+        roster = self._roster.taken(places)
+        least, most = bounds_of(roster, beside.within)
+        if beside.relation == "with":
+            most = np.where(most >= ENDLESS, -1, most)
+        return Limits(slack_of(roster, tolerance)[own], np.maximum(least, 0)[own], most[own])
+
+
+def _column(every: list[Found], own: Whole, place: Whole, name: str) -> Whole:
+    """Return a column of matches, each of one of some tables."""
+    column = np.zeros(len(own), np.int64)
+    for number, found in enumerate(every):
+        here = own == number
+        column[here] = getattr(found, name)[place[here]]
+    return column

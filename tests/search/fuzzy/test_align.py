@@ -5,26 +5,27 @@ from itertools import combinations
 import made_patterns
 import numpy as np
 import pytest
+from fuzzy_lines import costs_of, counted_lines, net_of, rows_of, tables_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
 from lanindex.search.automaton import plan
-from lanindex.search.fuzzy.align import NOTHING, align, cost_of, first_of
-from lanindex.search.fuzzy.costs import MOST, UNIT, angles, middles, substitutions
-from lanindex.search.fuzzy.net import MISSING, SKIPPED, Net, net_of
-from lanindex.search.fuzzy.trace import trace
+from lanindex.search.fuzzy.align import NOTHING, align, blur_of, cost_of, first_of
+from lanindex.search.fuzzy.compiled import compiled, scan
+from lanindex.search.fuzzy.costs import MOST, UNIT, angles, kinds_of, middles
+from lanindex.search.fuzzy.net import FREE, MISSING, SKIPPED, Net, nets_of
+from lanindex.search.fuzzy.trace import Stretch, trace
 from lanindex.search.language import parse
 
 
-def net(text: str) -> Net:
-    (program,) = plan(parse(text))
-    return net_of(program)
+def ask() -> None:
+    """Go on."""
 
 
-def by_trying_everything(net: Net, costs: list, cells: list[int], most: int) -> list:
-    """Return for each row the least cost of a match that ends there, and its latest beginning."""
+def by_trying_everything(net: Net, costs: list, cells: list, blur: list, most: int) -> list:
+    """Return for each row the least cost of a match that ends there, where it begins, its blur."""
     later = {before: free for before, _, free in net.edges}
     best: list = [None] * len(cells)
     for count in range(1, len(net.states) + 1):
@@ -32,13 +33,15 @@ def by_trying_everything(net: Net, costs: list, cells: list[int], most: int) -> 
             for rows in combinations(range(len(cells)), count):
                 if any(cells[row] & STARTING for row in range(rows[0] + 1, rows[-1] + 1)):
                     continue
+                pairs = list(zip(steps, rows, strict=True))
                 cost = MISSING * (len(net.states) - count)
-                cost += sum(int(costs[a][b]) for a, b in zip(steps, rows, strict=True))
+                cost += sum(int(costs[a][b]) for a, b in pairs)
                 for one in range(count - 1):
                     between = range(rows[one] + 1, rows[one + 1])
                     if not any(later[step] for step in range(steps[one], steps[one + 1])):
                         cost += SKIPPED * sum(not cells[row] & PASSING for row in between)
-                way = (cost, -rows[0])
+                unclear = max([0, *(blur[b] for a, b in pairs if costs[a][b] == 0)])
+                way = (cost, -rows[0], unclear)
                 if cost <= most and (best[rows[-1]] is None or way < best[rows[-1]]):
                     best[rows[-1]] = way
     return best
@@ -53,45 +56,80 @@ def by_trying_everything(net: Net, costs: list, cells: list[int], most: int) -> 
 def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
-    line = net(text)
-    costs = [substitutions(state, 0, columns) for state in line.states]
-    keys = align(line, columns, costs, most)
+    line = net_of(text)
+    rows = rows_of(line, columns)
+    keys = align(line, rows, most, ask)
     for begin, end in zip(columns.bounds[:-1].tolist(), columns.bounds[1:].tolist(), strict=True):
-        rows = slice(begin, end)
-        expected = by_trying_everything(
-            line, [own[rows] for own in costs], columns.cell[rows].tolist(), most
-        )
+        own = slice(begin, end)
+        cells, blur = columns.cell[own].tolist(), rows.blur[own].tolist()
+        expected = by_trying_everything(line, rows.costs[:, own].tolist(), cells, blur, most)
         found = [
-            None if key == NOTHING else (int(cost_of(key)), begin - int(first_of(key)))
-            for key in keys[rows]
+            None
+            if key == NOTHING
+            else (int(cost_of(key)), begin - int(first_of(key)), int(blur_of(key)))
+            for key in keys[own]
         ]
         assert found == expected
 
 
 @settings(max_examples=100, deadline=None)
-@given(made_patterns.bare_lines(), made_patterns.recordings())
-def test_the_way_that_is_told_costs_what_was_said(text, recording):
+@given(
+    counted_lines(),
+    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+    st.integers(0, 300),
+)
+def test_the_compiled_way_gives_the_same(text, recordings, most):
+    captures, held = zip(*recordings, strict=True)
+    columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
+    line = net_of(text)
+    kinds, tables = kinds_of(columns), tables_of(line, columns)
+    expected = align(line, rows_of(line, columns), most, ask)
+    ends = np.flatnonzero(expected != NOTHING)
+    for seeds in ((kinds.stretches[:-1], True), (np.arange(len(columns)), False)):
+        keys, last = scan(compiled(), line, kinds, columns, tables, most, seeds, ask)
+        assert last.tolist() == ends.tolist()
+        assert keys.tolist() == expected[ends].tolist()
+
+
+@settings(max_examples=100, deadline=None)
+@given(counted_lines(), made_patterns.recordings())
+def test_the_way_that_is_told_is_the_one_that_was_found(text, recording):
     capture, tracks = recording
     columns = columns_of("r_arm", [capture], [tracks["r_arm"]])
-    line = net(text)
-    costs = [substitutions(state, 0, columns) for state in line.states]
-    shown = columns.cell & PASSING == 0
-    for last, key in enumerate(align(line, columns, costs, 3 * UNIT).tolist()):
+    line = net_of(text)
+    rows = rows_of(line, columns)
+    for last, key in enumerate(align(line, rows, 3 * UNIT, ask).tolist()):
         if key == NOTHING:
             continue
         first = int(first_of(np.int64(key)))
-        rows = slice(first, last + 1)
-        told = trace(line, [own[rows].tolist() for own in costs], shown[rows].tolist())
+        own = slice(first, last + 1)
+        ends = list(line.entry[FREE]), list(line.exit[FREE])
+        stretch = Stretch(rows.costs[:, own], rows.blur[own], rows.shown[own], *ends)
+        told = trace(line, stretch, int(cost_of(np.int64(key))))
         assert (told[0][0], told[-1][0]) == (0, last - first)
-        cost = sum(int(costs[step][first + row]) for row, step in told)
-        assert cost + MISSING * (len(line.states) - len(told)) <= cost_of(np.int64(key))
+        fitting = [row for row, step in told if rows.costs[step][first + row] == 0]
+        assert max([0, *rows.blur[own][fitting].tolist()]) == blur_of(np.int64(key))
 
 
-def test_a_match_is_never_cheaper_than_what_fits_exactly_and_never_dearer_than_it_may():
-    text = "r_arm right mid -> place high"
-    (program,) = plan(parse(text))
-    assert net_of(program).entry == (0, MISSING)
-    assert net_of(program).exit == (MISSING, 0)
+def test_what_is_missing_before_and_behind_a_step():
+    line = net_of("r_arm right mid -> place high")
+    assert line.entry[FREE] == (0, MISSING)
+    assert line.exit[FREE] == (MISSING, 0)
+
+
+@pytest.mark.parametrize("steps", [10, 40])
+def test_steps_that_may_be_left_out_are_passed_over_once(steps):
+    line = net_of("r_arm low" + " -> high?" * (steps - 2) + " -> low")
+    assert len(line.edges) == steps * (steps - 1) // 2
+    assert len(line.doors) == steps - 1  # one waits for a step, wherever one comes from
+    assert len(line.missing(20 * UNIT)) == (steps - 1) * (steps - 2) // 2
+
+
+def test_missing_steps_are_gone_around_a_circle_once():
+    line = net_of("(r_arm low -> mid -> high) x1+")
+    assert sorted(line.missing(9 * UNIT)) == [
+        *((0, 1, 1), (0, 2, 2), (1, 0, 2), (1, 2, 1), (2, 0, 1), (2, 1, 2)),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -111,20 +149,16 @@ def test_a_match_is_never_cheaper_than_what_fits_exactly_and_never_dearer_than_i
 )
 def test_a_neighbour_costs_less(asked, symbol, cost):
     columns = made_patterns.one_symbol("r_arm", *symbol)
-    (program,) = plan(parse(f"r_arm {asked}"))
-    assert substitutions(program.states[0], 0, columns)[0] == pytest.approx(cost, abs=1)
+    assert costs_of(net_of(f"r_arm {asked}"), columns)[0, 0] == pytest.approx(cost, abs=1)
 
 
 def test_a_symbol_at_the_border_to_what_is_asked_costs_nothing():
-    (program,) = plan(parse("r_arm right mid"))
-    costs = [
-        substitutions(
-            program.states[0],
-            0,
-            made_patterns.one_symbol("r_arm", "r_forward", "mid", margin, ("right", "mid")),
-        )[0]
+    line = net_of("r_arm right mid")
+    symbols = [
+        made_patterns.one_symbol("r_arm", "r_forward", "mid", margin, ("right", "mid"))
         for margin in (0.0, 0.5, 1.0)
     ]
+    costs = [costs_of(line, one)[0, 0] for one in symbols]
     assert costs[0] == 0 < costs[1] < costs[2]
 
 
@@ -143,21 +177,20 @@ def test_the_middles_are_as_far_apart_as_a_body_sees_them():
         "r_arm right -> hold",
         "r_arm at high 2s+",
         "r_arm low -> l_arm high",
-        "arms high",
         "r_arm low ->[<1s] high",
         "r_arm low ...[2] high",
-        "start -> r_arm high",
-        "r_arm high -> end",
+        "start ->[<1s] r_arm high",
+        "arms at high",
     ],
 )
 def test_what_has_no_edits_is_refused_by_name(text):
     (program,) = plan(parse(text))
     with pytest.raises(UsageError, match="cannot count edits") as caught:
-        net_of(program)
+        nets_of(program)
     assert "--fuzzy" in str(caught.value)
 
 
 def test_a_line_of_many_steps_is_refused():
     (program,) = plan(parse("r_arm low x1000"))
     with pytest.raises(UsageError, match="1000 steps in a row, wanted 40 at most"):
-        net_of(program)
+        nets_of(program)

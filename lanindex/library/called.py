@@ -1,0 +1,157 @@
+"""What captures are called, as columns: paths, labels and whatever else the user says of them.
+
+Which captures somebody means is asked of all of them. So what names them stands in the segments,
+too, a list of JSON for each column, and is trusted as the others are: whoever changes it of a
+capture says that the segments do not hold that one any more.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection
+
+from lanindex.library import columns, read, segments, state
+from lanindex.library.find import Texts
+from lanindex.library.segments import Distrust, Segment, Spine
+from lanindex.model import Capture
+
+NAMES = segments.TEXTS
+"""Attributes of a capture that are such columns."""
+
+_NOTHING = {name: {} if name == "metadata" else "" for name in NAMES}
+
+
+def texts_of(captures: Sequence[Capture]) -> dict[str, list[Any]]:
+    """Return what captures are called."""
+    return {name: [getattr(capture, name) for capture in captures] for name in NAMES}
+
+
+def spelled(texts: Texts) -> list[tuple[str, NDArray[np.uint8]]]:
+    """Return what captures are called as the columns that a segment keeps."""
+    lists = ((name, json.dumps(list(texts[name]), ensure_ascii=False)) for name in NAMES)
+    return [
+        (name, np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8))
+        for name, text in lists
+    ]
+
+
+class Called:
+    """What has been read of what a library's captures are called, as long as it stays as it was."""
+
+    def __init__(self) -> None:
+        self._stamp: int | None = None
+        self._numbers: list[int] = []
+        self._texts: dict[str, Sequence[Any]] = {}
+
+    def find(
+        self, connection: Connection, names: Sequence[str], *, trusted: bool = True
+    ) -> tuple[list[int], dict[str, Sequence[Any]]]:
+        """Return the numbers of all captures, in order, and what they are called.
+
+        Parameters
+        ----------
+        connection : Connection
+            In a transaction.
+        names : sequence of str
+            Some of `NAMES`.
+        trusted : bool
+            Read the segments; else the rows.
+
+        Raises
+        ------
+        Distrust
+            If the segments cannot be trusted.
+        LibraryError
+            If a capture whose row is read is not what was stored.
+        """
+        stamp = state.read_state(connection).stamp
+        if stamp != self._stamp:
+            self._stamp, self._texts = None, {}
+        missing = [name for name in names if name not in self._texts]
+        if missing or self._stamp is None:
+            if trusted:
+                spine = segments.read_spine(connection)
+            else:
+                spine = Spine([], {}, state.capture_numbers(connection))
+            self._numbers, found = _read(connection, spine, missing)
+            self._texts |= found
+            self._stamp = stamp
+        return self._numbers, {name: self._texts[name] for name in names}
+
+
+def _read(
+    connection: Connection, spine: Spine, names: Sequence[str]
+) -> tuple[list[int], dict[str, Sequence[Any]]]:
+    rosters, order = columns.read_rosters(connection, spine)
+    pieces = [read_texts(connection, one, names) for one in spine.segments]
+    pieces.append(of_rows(connection, spine.pending))
+    numbers = [number for roster in rosters for number in roster.number.tolist()]
+    return taken([*numbers, *spine.pending], order), together(pieces, names, order)
+
+
+def together(
+    pieces: Sequence[Texts], names: Iterable[str], order: NDArray[np.int64] | None
+) -> dict[str, Sequence[Any]]:
+    """Return what captures are called, one piece after the other, those that count in order.
+
+    Parameters
+    ----------
+    pieces : sequence of Mapping
+        As from `read_texts`.
+    names : iterable of str
+        Some of `NAMES`.
+    order : ndarray or None
+        (C,) int64, as `lanindex.library.columns.order_of` tells it.
+    """
+    return {
+        name: taken([value for piece in pieces for value in piece[name]], order) for name in names
+    }
+
+
+def taken(values: list[Any], order: NDArray[np.int64] | None) -> list[Any]:
+    """Return those values that count, in order; None: all, as they are."""
+    return values if order is None else [values[place] for place in order.tolist()]
+
+
+def read_texts(connection: Connection, segment: Segment, names: Iterable[str] = NAMES) -> Texts:
+    """Return what the captures of a segment are called, dead ones too.
+
+    Raises
+    ------
+    Distrust
+        If it is not what was stored.
+    """
+    if not segment.complete:
+        numbers = columns.read_roster(connection, segment).number.tolist()
+        return of_rows(connection, numbers)
+    return {name: _column(connection, segment, name) for name in names}
+
+
+def _column(connection: Connection, segment: Segment, name: str) -> Sequence[Any]:
+    stored, found = segments.read_column(connection, segment, "", name), None
+    with suppress(ValueError):  # it was stored so, with its checksum
+        found = json.loads(stored.tobytes())
+    if not isinstance(found, list) or len(found) != segment.captures:
+        raise Distrust(f"damaged: {name} of the captures in segment {segment.id}")
+    return found
+
+
+def of_rows(connection: Connection, numbers: Sequence[int]) -> dict[str, list[Any]]:
+    """Return what captures are called by their rows; of those that are gone, nothing.
+
+    Raises
+    ------
+    LibraryError
+        If one is not what was stored.
+    """
+    captures = {one.id: one for one in read.read_chosen(connection, numbers)}
+    return {
+        name: [getattr(captures.get(number), name, _NOTHING[name]) for number in numbers]
+        for name in NAMES
+    }

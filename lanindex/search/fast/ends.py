@@ -1,0 +1,105 @@
+"""Ends of ways that remember: with the frames of them, and what they remember."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lanindex.search.automaton import Program
+from lanindex.search.fast.memory import BEYOND, EVENT, GROUPS, LOW, ROOT, START, Memory, together
+from lanindex.search.fast.ragged import Mask, Numbers, Whole
+from lanindex.search.fast.setting import Setting
+
+
+@dataclass(slots=True, eq=False)
+class Found:
+    """Ends of ways through a line.
+
+    Attributes
+    ----------
+    entry, root : ndarray
+        (N,) by which entry it began, and at which event.
+    capture, start, until, low, high : ndarray
+        (N,) int64 frames, those of all beside it in `low` and `high`.
+    alone : ndarray
+        (N,) bool: whether it is no more than a starting position.
+    part, row : ndarray
+        (N,) int64: its last symbol.
+    node : ndarray
+        (N,) int64.
+    memory : Memory
+        The rest.
+    """
+
+    entry: Whole
+    root: Whole
+    capture: Whole
+    start: Whole
+    until: Whole
+    low: Whole
+    high: Whole
+    alone: Mask
+    part: Whole
+    row: Whole
+    node: Whole
+    memory: Memory
+
+    def at(self, chosen: Numbers) -> Found:
+        """Return some of them."""
+        columns = {name: getattr(self, name)[chosen] for name in _ENDS}
+        return replace(self, **columns, memory=self.memory.at(chosen))
+
+
+_ENDS = (
+    "entry",
+    "root",
+    "capture",
+    "start",
+    "until",
+    "low",
+    "high",
+    "alone",
+    "part",
+    "row",
+    "node",
+)
+
+
+def ends_of(
+    setting: Setting, program: Program, firsts: list[Whole], ends: list[tuple[int, Memory]]
+) -> Found:
+    """Return ends as one table.
+
+    Parameters
+    ----------
+    setting : Setting
+        Where.
+    program : Program
+        Of the line.
+    firsts : list of ndarray
+        By entry, at which events ways began.
+    ends : list of tuple of int and Memory
+        States, and the ways that end there.
+    """
+    memory = together([rows for _, rows in ends])
+    many = [len(rows) for _, rows in ends]
+    state = np.repeat([number for number, _ in ends], many)
+    columns = np.zeros((6, len(memory)), np.int64)
+    alone = np.zeros(len(memory), bool)
+    for number in set(state.tolist()):
+        own = np.flatnonzero(state == number)
+        told = program.states[number]
+        events = setting.block.events(told).at(memory.columns[EVENT][own])
+        until = np.where(events.starting, events.until, events.end)
+        high = np.maximum(memory.columns[GROUPS + BEYOND][own], events.end)
+        part = np.full(len(own), setting.asked.code(told.members[-1]))
+        columns[:5, own] = events.capture, until, high, part, events.last[-1]
+        alone[own] = events.starting
+    capture, until, high, part, row, _ = columns
+    bounds = np.cumsum([0, *map(len, firsts)])
+    entry = np.searchsorted(bounds, memory.columns[ROOT], "right") - 1
+    first = np.concatenate(firsts)[memory.columns[ROOT]]
+    start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
+    frames = (capture, start, until, low, high)
+    return Found(entry, first, *frames, alone, part, row, memory.came, memory)

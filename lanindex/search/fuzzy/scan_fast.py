@@ -1,0 +1,153 @@
+"""The alignment of a line with a part, compiled (extra ``fast``): symbol by symbol, as they stand.
+
+`lanindex.search.fuzzy.align` is the truth; the two give equal keys.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from lanindex.search.fuzzy.align import BLUR, COST, FIRST, LATEST, NOTHING
+from lanindex.search.fuzzy.net import MISSING, SKIPPED
+
+_MISSING, _SKIPPED = np.int64(MISSING) << COST, np.int64(SKIPPED) << COST
+
+
+@numba.njit(cache=True, nogil=True)
+def _reached(seed, step, behind, code, begins, passing, steps, reach, spare):
+    """Return the last row, up or down, that a match can cover with another; what there may match.
+
+    Going down it is not before `behind`. What may match are steps, a bit each.
+    """
+    there, met = seed, steps[code[seed]]
+    while there > behind or step > 0:
+        if begins[there + max(step, 0)]:
+            break
+        kind = code[there + step]
+        if reach >= 0 and not passing[kind]:
+            reach -= 1
+            spare -= steps[kind] == 0
+            if reach < 0 or spare < 0:
+                break
+        there += step
+        met |= steps[kind]
+    return there, met
+
+
+@numba.njit(cache=True, nogil=True)
+def _arrive(row, kind, blur, tables, entry, waits, most, waiting, arrived):
+    """Write the best match that stands at each step with a row."""
+    for state in range(len(tables)):
+        key = (entry[state] << COST) + (np.int64(LATEST - row) << FIRST)
+        key = min(key, waiting[waits[0, state]], waiting[waits[1, state]])
+        cost = np.int64(tables[state, kind])
+        key += cost << COST
+        if cost == 0 and key & BLUR < blur:
+            key = key & ~BLUR | blur
+        arrived[state] = key if key >> COST <= most else NOTHING
+
+
+@numba.njit(cache=True, nogil=True)
+def _wait(shown, tight, comes, missing, most, waiting, arrived):
+    """Let what waits pass over a row, what has arrived wait, and then let steps be missing.
+
+    Returns
+    -------
+    bool
+        Whether anything waits.
+    """
+    alive = False
+    for door in range(len(tight)):
+        if shown and tight[door] and waiting[door] < NOTHING:
+            waiting[door] += _SKIPPED
+    for pair in range(len(comes)):
+        key = arrived[comes[pair, 1]]
+        if key < waiting[comes[pair, 0]]:
+            waiting[comes[pair, 0]] = key
+    for way in range(len(missing)):
+        near, far, steps = missing[way]
+        waiting[far] = min(waiting[far], waiting[near] + steps * _MISSING)
+    for door in range(len(tight)):
+        if waiting[door] >> COST > most:
+            waiting[door] = NOTHING
+        alive |= waiting[door] < NOTHING
+    return alive
+
+
+@numba.njit(cache=True, nogil=True)
+def scanned(seeds, first, row, whole, rows, part, tables, ends, net, numbers):
+    """Return the matches around some rows, or in the `whole` stretches that begin with them.
+
+    Parameters
+    ----------
+    seeds : ndarray
+        (N,) int64 rows, growing.
+    first, row : int
+        Which of the seeds is the next, and the first row that has not been looked at.
+    whole : bool
+        Whether the seeds are beginnings.
+    rows : int
+        How many rows are looked at, about.
+    part : tuple of ndarray
+        The code of each row, where stretches begin, the margins, and of each kind whether it is
+        passing and which steps it may match, a bit each.
+    tables : ndarray
+        (K, kinds) int16: by step what each kind costs.
+    ends : ndarray
+        (2, K) int64: what is missing before and after each step.
+    net : tuple of ndarray
+        The doors before each step, (2, K); whether what lies between costs anything, by door; by
+        which steps one comes to a door; from which door to which one comes by missing steps.
+    numbers : tuple of int
+        The reach (-1: any), what may be passed over, what a match may cost, a margin of 1, and
+        the steps that a match cannot do without.
+
+    Returns
+    -------
+    ndarray, ndarray, int, int
+        (M,) int64 keys and last rows; where to go on.
+    """
+    code, begins, margin, passing, steps = part
+    reach, spare, most, clear, needed = numbers
+    waits, tight, comes, missing = net
+    keys, last, many = np.empty(256, np.int64), np.empty(256, np.int64), 0
+    waiting, arrived = np.empty(len(tight) + 1, np.int64), np.empty(len(tables), np.int64)
+    while first < len(seeds) and rows > 0:
+        seed = seeds[first]
+        first += 1
+        if seed < row:
+            continue
+        if not whole:
+            low, met = _reached(seed, -1, row, code, begins, passing, steps, reach, spare)
+            high, more = _reached(seed, 1, row, code, begins, passing, steps, reach, spare)
+            if needed & ~(met | more):
+                row = row if reach >= 0 else high + 1
+                continue
+            row = low
+        else:
+            row = seed
+        alive = True
+        waiting[:] = NOTHING
+        while alive or whole or row <= seed:
+            kind = code[row]
+            blur = max(clear - np.int64(margin[row]), 0)
+            if steps[kind]:
+                _arrive(row, kind, blur, tables, ends[0], waits, most, waiting, arrived)
+                best = np.int64(NOTHING)
+                for state in range(len(tables)):
+                    if arrived[state] < NOTHING:
+                        best = min(best, arrived[state] + (ends[1, state] << COST))
+                if best >> COST <= most:
+                    if many == len(keys):
+                        keys = np.append(keys, np.empty(many, np.int64))
+                        last = np.append(last, np.empty(many, np.int64))
+                    keys[many], last[many] = best, row
+                    many += 1
+            else:
+                arrived[:] = NOTHING
+            alive = _wait(not passing[kind], tight, comes, missing, most, waiting, arrived)
+            row, rows = row + 1, rows - 1
+            if begins[row]:
+                break
+    return keys[:many], last[:many], first, row
