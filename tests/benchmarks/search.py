@@ -8,6 +8,7 @@ needs 3 GB.
 import sys
 import time
 import tomllib
+import tracemalloc
 from pathlib import Path
 from random import Random
 from statistics import median
@@ -37,6 +38,12 @@ SINGLE = (
     "r_arm high with l_arm high",
     "(r_arm low ... high -> low) <4s",
 )
+HIT = 64
+"""Bytes of a hit, as the columns of `Answers` are."""
+
+PEAKS = 20_000
+"""Captures, some 3 million symbols, of which the memory of searches is told."""
+
 SIZES = (4_000, 40_000, 400_000)
 """Captures; the largest number is some 60 million symbols."""
 
@@ -62,6 +69,27 @@ def told(patterns, roster, columns) -> None:
         spent, hits = seconds(pattern, roster, columns)
         print(
             f"  {spent * 1e3:9.1f} ms  {hits:8} hits  {' '.join(pattern.split())[:80]}", flush=True
+        )
+
+
+def peaks(patterns, roster, columns) -> None:
+    """Say how much memory a search takes beyond the columns, beside what it reads and finds."""
+    for pattern in patterns:
+        search = finder(pattern, roster, columns)
+        tracemalloc.start()
+        found = search.find()
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        read = sum(
+            getattr(columns[part], name).nbytes
+            for part in parse(pattern).parts
+            for name in ("bounds", "cell", "runner", "margin", "start", "stop")
+        )
+        hits = len(found) * HIT
+        print(
+            f"  {peak / 1e6:6.1f} MB, of columns {read / 1e6:5.1f}, of hits {hits / 1e6:4.1f}"
+            f"  {' '.join(pattern.split())[:80]}",
+            flush=True,
         )
 
 
@@ -97,6 +125,8 @@ def main(patterns: int = 200) -> None:
     begun = time.perf_counter()
     told(evaluated, found.roster, found.columns)
     print(f"  {(time.perf_counter() - begun) / ROUNDS:.2f} s together")
+    print(f"{PEAKS} captures, the largest memory of a search")
+    peaks(SINGLE, *synthetic.columns(PEAKS))
     for captures in SIZES:
         roster, columns = synthetic.columns(captures)
         symbols = sum(map(len, columns.values()))

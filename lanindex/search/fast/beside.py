@@ -79,6 +79,9 @@ def gathered(tables: list[Stretches]) -> Stretches:
 
 def different(lines: Stretches) -> Stretches:
     """Return each line once, in order of capture, start and end."""
+    starts = lines.capture * FAR + lines.start
+    if (starts[1:] > starts[:-1]).all():
+        return lines
     columns: list[Numbers] = [lines.capture, lines.start, lines.until]
     if lines.alone.any():
         columns.append(lines.alone.astype(np.int8))

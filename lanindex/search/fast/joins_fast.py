@@ -153,3 +153,13 @@ def linked(cell, bounds, captures, tables):
                         depth += 1
                         there[depth] = row + 1
     return found[:, :many].copy()
+
+
+@numba.njit(cache=True, nogil=True)
+def from_left(capture, low, high, kept):
+    """Note which hits begin when the one before is over, as `overlaps.from_left` tells."""
+    last, end = np.int64(-1), np.int64(0)
+    for hit in range(len(capture)):
+        if capture[hit] != last or low[hit] >= end:
+            kept[hit] = True
+            last, end = capture[hit], high[hit]
