@@ -137,27 +137,14 @@ def walked(alone: Alone, roster: Roster, columns: Columns, program: int, place: 
     limits = np.zeros((max(len(alone.limits), 1), len(clocks), 2), np.int64)
     for number, length in enumerate(alone.limits):
         limits[number] = np.stack(frames_of(length, clocks), axis=1)
-    rows = part.bounds, part.cell, part.margin, part.start, part.stop
+    rows, edges = (part.bounds, part.cell, part.margin, part.start, part.stop), alone.edges
     longest, many = int(np.diff(part.bounds).max(initial=0)), len(alone.states[3])
     shapes = *[(longest + 1, many)] * 2, *[(longest + 2,)] * 3
     room = tuple(np.empty(shape, np.int64) for shape in shapes)
+    told = rows, room, roster.frames, columns.gaps, alone.states, (*edges, limits), own
     begins = np.arange(0, max(len(part), 1), TOGETHER)
     cuts = [*np.searchsorted(part.bounds, begins).tolist(), len(roster)]
-    pieces = [
-        backwards(
-            first,
-            last,
-            rows,
-            room,
-            roster.frames,
-            columns.gaps,
-            alone.states,
-            alone.edges,
-            limits,
-            own,
-        )
-        for first, last in pairwise(cuts)
-    ]
+    pieces = [backwards(first, last, *told) for first, last in pairwise(cuts)]
     found, low, values = (np.concatenate(it) for it in zip(*pieces, strict=True))
     same = np.broadcast_to(np.array([[program], [place]]), (2, len(found)))
     ends: tuple[Whole, Whole] = end_of(values), cost_of(values)
