@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 
 import numpy as np
@@ -52,6 +52,13 @@ class Block:
     def __len__(self) -> int:
         """Return how many captures there are."""
         return self.last - self.first
+
+    def taken(self, places: Whole, parts: Collection[str]) -> Block:
+        """Return some of the captures as a block of their own, with some of the parts."""
+        roster = self.roster.taken(self.first + places)
+        held = {part: self._columns[part] for part in parts if part in self._columns}
+        own = {part: it.taken(self.first + places) for part, it in held.items()}
+        return Block(roster, own, 0, len(places), self.tolerance)
 
     def rows(self, part: str) -> Rows:
         """Return the rows of a part; none, where there is no such part."""
