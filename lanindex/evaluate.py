@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Hit, Track
     from lanindex.model.columns import Columns
+    from lanindex.search.fast import Watch
 
 _BOUND = 'Bound what the patterns try: write "...[<5s]" for "...".'
 
@@ -273,7 +275,7 @@ def evaluate(
     near: bool = False,
     fuzzy: str | float | None = None,
     timeout: float | None = None,
-    watch: Tell = silent,
+    tell: Tell = silent,
 ) -> list[Result]:
     """Search all clips for each pattern.
 
@@ -287,8 +289,8 @@ def evaluate(
         As for `lanindex.Library.search`.
     timeout : float, optional
         Seconds after which to give up.
-    watch : callable, optional
-        Is told how many patterns are done, and of each how many clips.
+    tell : callable, optional
+        Is told how many patterns are done.
 
     Returns
     -------
@@ -316,11 +318,12 @@ def evaluate(
     1.0
     """
     how = How.read(near=near, fuzzy=fuzzy)
-    patience = Patience(watch, timeout, "evaluation", _BOUND)
-    search, told, results = _searcher(clips, how, patience), patience.of("patterns"), []
+    patience = Patience(tell, timeout, "evaluation", _BOUND)
+    search, results = _searcher(clips, how), []
     for done, expectation in enumerate(expectations):
-        told(done, len(expectations))
-        hits = search(expectation.query)
+        watch = partial(_searching, patience, done, len(expectations))
+        watch()
+        hits = search(expectation.query, watch)
         first: dict[int, int] = {}
         for index, (capture, _) in enumerate(hits.spans()):
             first.setdefault(capture.id, index)
@@ -335,12 +338,17 @@ def evaluate(
     return results
 
 
-def _searcher(clips: Sequence[Clip], how: How, patience: Patience) -> Callable[[Query], Hits]:
+def _searching(patience: Patience, done: int, total: int, *_: int) -> None:
+    """Say how many patterns are done, however far a search is."""
+    patience("patterns", done, total)
+
+
+def _searcher(clips: Sequence[Clip], how: How) -> Callable[[Query, Watch], Hits]:
     """Return what searches the clips for a query."""
     from lanindex.model.columns import columns_of, roster_of
 
     captures = [clip.capture for clip in clips]
-    roster, watch = roster_of(captures), patience.of("clips")
+    roster = roster_of(captures)
     columns: dict[str, Columns] = {}
 
     def recordings(
@@ -348,7 +356,7 @@ def _searcher(clips: Sequence[Clip], how: How, patience: Patience) -> Callable[[
     ) -> list[tuple[Capture, Mapping[str, Track]]]:
         return [(clips[place].capture, clips[place].tracks) for place in places]
 
-    def search(query: Query) -> Hits:
+    def search(query: Query, watch: Watch) -> Hits:
         for part in set(query.parts) - columns.keys():
             columns[part] = columns_of(part, captures, [clip.tracks.get(part) for clip in clips])
         own = {part: columns[part] for part in query.parts}

@@ -85,6 +85,17 @@ def test_help_starts_fast() -> None:
     assert loaded("--help") & SLOW_TO_IMPORT == set()
 
 
+def test_a_search_loads_what_it_needs_alone(repository: Path, tmp_path: Path) -> None:
+    library = str(tmp_path / "l.db")
+    score = str(repository / "corpus" / "semaphore.lnd")
+    assert loaded("ingest", score, "--db", library)
+    needless = {"sqlalchemy.orm", "alembic", "rapidfuzz", "numba", "scipy", "rich", "numpy.ma"}
+    for words in (("-n", "5"), ("--count",), ("--json", "--in", "*.lnd")):
+        held = loaded("search", "r_arm high", "--db", library, *words)
+        assert {"numpy", "sqlalchemy"} <= held
+        assert held & needless == set()
+
+
 def test_import_starts_fast() -> None:
     code = "import lanindex, sys; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from lanindex.app.output import Output
+from lanindex.app.output import Output, end_progress
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -67,7 +67,15 @@ class Asked:
         return lines[0]
 
 
-def run(out: Output, asked: Asked, db: str, *, within: str | None, where: Where | None) -> None:
+def run(
+    out: Output,
+    asked: Asked,
+    db: str,
+    *,
+    within: str | None,
+    where: Where | None,
+    timeout: float | None,
+) -> None:
     """Print what is like a clip; exit with 1 if nothing is."""
     clip = asked.clip()
     from lanindex.app import formatting
@@ -76,7 +84,10 @@ def run(out: Output, asked: Asked, db: str, *, within: str | None, where: Where 
     limit = asked.limit or (ON_A_TERMINAL if out.terminal else ELSEWHERE)
     reach = max(limit, ELSEWHERE) if asked.rerank else limit
     with open_library(db, readonly=True) as library:
-        found = library.like(clip, limit=reach, rerank=asked.rerank, within=within, where=where)
+        library.tell, library.watch = out.note, out.watch
+        how: dict[str, Any] = {"limit": reach, "rerank": asked.rerank, "timeout": timeout}
+        found = library.like(clip, within=within, where=where, **how)
+    end_progress()
     if out.terminal:
         _table(out, found.hits[:limit])
     else:

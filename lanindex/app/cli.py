@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from lanindex.app.output import end_progress, escaped, say_error
+from lanindex.app.output import end_progress, escaped, how_far, say_error
 from lanindex.errors import LanindexError, UsageError
 
 VERBS = {
@@ -106,11 +106,12 @@ def _told(ctx: Any) -> Iterator[None]:
         error.message = "\n".join(map(escaped, lines))
         raise
     except (LanindexError, OSError, KeyboardInterrupt) as error:
+        far = how_far()
         end_progress()
-        raise typer.Exit(_reported(error, ctx.invoked_subcommand)) from error
+        raise typer.Exit(_reported(error, ctx.invoked_subcommand, far)) from error
 
 
-def _reported(error: BaseException, verb: str | None) -> int:
+def _reported(error: BaseException, verb: str | None, far: str) -> int:
     """Say what broke a verb off, and return its exit code."""
     match error:
         case LanindexError():
@@ -124,7 +125,7 @@ def _reported(error: BaseException, verb: str | None) -> int:
             return 2
         case _:
             kept = "; what was finished is kept" if verb == "ingest" else ""
-            say_error(f"interrupted{kept}")
+            say_error(f"interrupted{far}{kept}")
             return 130
 
 

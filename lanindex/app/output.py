@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO
 
 from lanindex.errors import PatternError, UsageError
@@ -29,6 +30,9 @@ _IN_JSON = {code: f"\\u{code:04x}" for code in ESCAPED if code >= 0x7F}
 
 STYLES = {"path": "35", "place": "32", "match": "1;31", "dim": "2", "warn": "33"}
 """Terminal styles by meaning (ECMA-48)."""
+
+PATIENCE = 0.5
+"""Seconds after which it is shown how far a job is."""
 
 _bars: list[Bar] = []
 
@@ -140,9 +144,18 @@ class Output:
         for index, text in enumerate(laid_out(lines)):
             self.line(self.paint(text, "dim") if index == 0 else text)
 
+    def watch(self, noun: str, done: int, total: int) -> None:
+        """Take note of how far a job is, and show it if it takes a while and a person looks on."""
+        _job.told(noun, done, total, shown=self.watched, colors=self.color != "never")
+
+    @property
+    def watched(self) -> bool:
+        """Whether a person sees what goes on."""
+        return not self.quiet and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+
     def progress(self, things: Iterator[Any], total: int, noun: str) -> Iterator[Any]:
         """Yield things and, on a terminal, show on standard error how far they are."""
-        if self.quiet or total < 2 or not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
+        if total < 2 or not self.watched:
             yield from things
             return
         from lanindex.app.progress import Bar
@@ -158,6 +171,63 @@ class Output:
             bar.hide()
             if bar in _bars:
                 _bars.remove(bar)
+
+
+class _Job:
+    """The long job that goes on: how far it is, and the bar that shows it."""
+
+    def __init__(self) -> None:
+        self.noun, self.done, self.total = "", 0, 0
+        self.begun: float | None = None
+        self.bar: Bar | None = None
+
+    def told(self, noun: str, done: int, total: int, *, shown: bool, colors: bool) -> None:
+        """Take note of how far it is; what goes on for a while is shown on a terminal."""
+        other, now = (noun, total) != (self.noun, self.total), monotonic()
+        self.noun, self.done, self.total = noun, done, total
+        self.begun = now if self.begun is None else self.begun
+        if not shown or now - self.begun < PATIENCE:
+            return
+        if self.bar is None or other:
+            from lanindex.app.progress import Bar
+
+            self.hide()
+            self.bar = Bar(total, noun, colors=colors)
+            _bars.append(self.bar)
+            self.bar.show()
+        self.bar.reach(done)
+
+    def hide(self) -> None:
+        """Take it from the terminal."""
+        if self.bar is not None:
+            self.bar.hide()
+            if self.bar in _bars:
+                _bars.remove(self.bar)
+        self.bar = None
+
+    def end(self) -> None:
+        """Forget it."""
+        self.hide()
+        self.noun, self.done, self.total, self.begun = "", 0, 0, None
+
+
+_job = _Job()
+
+
+def how_far() -> str:
+    """Return how far the job is that goes on: `` after 12 of 300 captures``; empty: there is none.
+
+    Examples
+    --------
+    >>> from lanindex.app.output import Output, end_progress, how_far
+    >>> Output(quiet=True).watch("captures", 12, 1300)
+    >>> how_far()
+    ' after 12 of 1,300 captures'
+    >>> end_progress()
+    >>> how_far()
+    ''
+    """
+    return f" after {_job.done:,} of {_job.total:,} {_job.noun}" if _job.total > 1 else ""
 
 
 def say_error(error: Exception | str) -> None:
@@ -176,6 +246,7 @@ def end_progress() -> None:
     for bar in _bars:
         bar.hide()
     _bars.clear()
+    _job.end()
 
 
 def one_of(name: str, value: str, choices: Sequence[str]) -> str:

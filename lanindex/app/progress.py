@@ -55,6 +55,10 @@ class Bar:
         """Count one more."""
         self._progress.advance(self._task)
 
+    def reach(self, done: int) -> None:
+        """Count so many in all."""
+        self._progress.update(self._task, completed=done)
+
     def show(self) -> None:
         """Draw it."""
         self._progress.start()

@@ -70,8 +70,15 @@ def purge(connection: Connection) -> bool:
     return False
 
 
-def cover(connection: Connection) -> bool:
+def cover(connection: Connection, told: Callable[[int], None] = lambda waiting: None) -> bool:
     """Write a segment of captures that are in none, and return whether more are left.
+
+    Parameters
+    ----------
+    connection : Connection
+        In a transaction that may write.
+    told : callable, optional
+        Is told now and then how many captures still wait; it may raise.
 
     Raises
     ------
@@ -86,10 +93,12 @@ def cover(connection: Connection) -> bool:
     pending = spine.pending
     pieces: list[derive.Derived] = []
     symbols = covered = 0
+    told(len(pending))
     for piece in derive.batches(connection, pending):
         pieces.append(piece)
         covered += len(piece[0])
         symbols += sum(map(len, piece[1].values()))
+        told(len(pending) - covered)
         if symbols >= CHUNK:
             break
     if not covered:

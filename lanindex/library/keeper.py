@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from functools import partial
 from typing import Any
 
 from lanindex.errors import LibraryError
@@ -41,12 +42,16 @@ class Keeper(Session):
     tell : callable
         Is given each of these when it comes up, before the work begins; by default they are kept
         in `notes`.
+    watch : callable
+        Is told what a job that takes long goes through, how much of it is done, and of how much;
+        it may raise, which breaks the job off.
     """
 
     def __init__(self, *where: Any, **how: Any) -> None:
         super().__init__(*where, **how)
         self.notes: list[str] = []
         self.tell: Callable[[str], None] = self.notes.append
+        self.watch: Callable[[str, int, int], None] = _unwatched
         self._held, self._mended_at = Held(), -1
         self._doubt = ""  # what was found wrong, and is not mended yet
 
@@ -113,20 +118,25 @@ class Keeper(Session):
         A library that is only to be read is written for a moment, by a connection of its own.
         """
         if fault:
-            self._tell_fault(fault)
+            self.tell_fault(fault)
         try:
             if self._readonly:
-                _gather_aside(self._where, fault, self._tell_fault)
+                _gather_aside(self._where, fault, self)
             else:
-                _gather(self._step, fault, self._tell_fault)
+                _gather(self._step, fault, self)
         except LibraryError as error:
             self.tell(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
-    def _tell_fault(self, fault: str) -> None:
+    def tell_fault(self, fault: str) -> None:
+        """Say what was wrong with the columns."""
         self.tell(f"the library's columns were {fault}: {_ANEW}")
 
 
-def _gather(run: Callable[[Step], bool], fault: str, tell: Callable[[str], None]) -> None:
+def _unwatched(noun: str, done: int, total: int) -> None:
+    """Tell nobody."""
+
+
+def _gather(run: Callable[[Step], bool], fault: str, keeper: Keeper) -> None:
     """Cover and join what there is to cover and join, after a fault was found or not.
 
     One that comes up only now is told.
@@ -134,20 +144,27 @@ def _gather(run: Callable[[Step], bool], fault: str, tell: Callable[[str], None]
     if fault:
         run(gather.purge)
     try:
-        _settle(run)
+        _settle(run, keeper)
     except Distrust as error:
-        tell(error.found)
+        keeper.tell_fault(error.found)
         run(gather.purge)
-        _settle(run)
+        _settle(run, keeper)
 
 
-def _settle(run: Callable[[Step], bool]) -> None:
-    for step in (gather.cover, gather.join):
-        while run(step):
-            pass
+def _settle(run: Callable[[Step], bool], keeper: Keeper) -> None:
+    left: list[int] = []
+
+    def told(waiting: int) -> None:
+        left.append(waiting)
+        keeper.watch("captures", left[0] - waiting, left[0])
+
+    while run(partial(gather.cover, told=told)):
+        pass
+    while run(gather.join):
+        pass
 
 
-def _gather_aside(where: Target, fault: str, tell: Callable[[str], None]) -> None:
+def _gather_aside(where: Target, fault: str, keeper: Keeper) -> None:
     """Do as `_gather` on another connection, which may write."""
     if where.sqlite and where.path is None:
         raise LibraryError("it is kept nowhere else", place=where.place)
@@ -157,4 +174,4 @@ def _gather_aside(where: Target, fault: str, tell: Callable[[str], None]) -> Non
             with translated(where.place), writing(connection):
                 return step(connection)
 
-        _gather(run, fault, tell)
+        _gather(run, fault, keeper)

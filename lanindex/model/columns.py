@@ -36,6 +36,12 @@ def cell_of(direction: int, level: int) -> int:
     return (direction + 1) | (level + 1) << 4
 
 
+def codes_of(cells: NDArray[np.uint8]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """Return the directions and the levels of cells, flags or not; -1 where there is none."""
+    told = (cells & CELL).astype(np.int8)
+    return (told & 15) - 1, (told >> 4) - 1
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Roster:
     """The captures that columns are of, in the order of their numbers.

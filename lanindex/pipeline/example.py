@@ -6,25 +6,24 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError, LibraryError, NotationError, UsageError, shown
 from lanindex.library.find import is_number
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Span, Track
+from lanindex.model.columns import Roster
+from lanindex.pipeline.patience import Patience, silent
 from lanindex.pipeline.requests import from_lines
 from lanindex.search.example.align import Pair, pairs
-from lanindex.search.example.moves import Clips, clips_of, joined
+from lanindex.search.example.moves import Clips, clips_in, clips_of
 from lanindex.search.example.nearest import Found, Near, nearest
 from lanindex.search.hits import Hits
 
 BEST = 100
 """How many captures are told where no limit is set."""
-
-_BATCH = 256
-"""Captures that are laid out at a time."""
 
 _RANGE = re.compile(r"(.+):(\d+)-(\d+)", re.DOTALL)
 
@@ -185,7 +184,13 @@ class Alike:
     told: tuple[str, ...] = ()
 
 
-def alike(library: Store, one: Example, chosen: Iterable[int] | None, limit: int = BEST) -> Alike:
+def alike(
+    library: Store,
+    one: Example,
+    chosen: Iterable[int] | None,
+    limit: int = BEST,
+    patience: Patience | None = None,
+) -> Alike:
     """Return the captures of a library that are most like a clip; its own is left out.
 
     Parameters
@@ -198,16 +203,19 @@ def alike(library: Store, one: Example, chosen: Iterable[int] | None, limit: int
         Numbers of captures; None: all.
     limit : int
         How many are wanted.
+    patience : Patience, optional
+        How long it may take, and who is told how far it is.
     """
-    query = one.clip()
-    captures, clips = laid_out(library, chosen, query.parts, one.capture)
-    frames = [capture.frames for capture in captures]
-    rates = [float(capture.rate) for capture in captures]
+    query, watch = one.clip(), patience or Patience(silent, None)
+    roster, clips = laid_out(library, chosen, query.parts, one.capture)
     found = Found([], 0, True)
     if clips is not None:
-        found = nearest(query, len(one.span) / one.rate, clips, frames, rates, limit)
-    hits = Hits(_hits(library, query, captures, found.near), f"like {one.named}")
-    return Alike(one, hits, len(captures), found.aligned, found.sure)
+        frames, rates = roster.frames.tolist(), rates_of(roster).tolist()
+        seconds = len(one.span) / one.rate
+        told = watch.of("captures")
+        found = nearest(query, seconds, clips, frames, rates, limit, watch=told)
+    hits = Hits(_hits(library, query, roster, found.near), f"like {one.named}")
+    return Alike(one, hits, len(roster), found.aligned, found.sure)
 
 
 def laid_out(
@@ -215,7 +223,7 @@ def laid_out(
     chosen: Iterable[int] | None,
     parts: Iterable[str],
     but: Capture | None = None,
-) -> tuple[list[Capture], Clips | None]:
+) -> tuple[Roster, Clips | None]:
     """Return captures and their movements side by side; None where there is no capture.
 
     Parameters
@@ -229,35 +237,27 @@ def laid_out(
     but : Capture, optional
         One that is left out.
     """
-    captures: list[Capture] = []
-    batches: list[Clips] = []
-    rows: list[dict[str, Any]] = []
     names = list(parts)
-    for capture, tracks in library.tracks(chosen, names):
-        if but is not None and capture.id == but.id:
-            continue
-        captures.append(capture)
-        rows.append({part: track.symbols for part, track in tracks.items()})
-        if len(rows) == _BATCH:
-            batches.append(_batch(rows, captures, names))
-            rows = []
-    if rows:
-        batches.append(_batch(rows, captures, names))
-    return captures, joined(batches) if batches else None
+    roster, columns = library.columns(names, chosen, swings=True)
+    if but is not None and but.id in roster.number:
+        order = np.flatnonzero(roster.number != but.id)
+        columns = {part: columns[part].taken(order) for part in names}
+        roster = roster.taken(order)
+    return roster, clips_in(columns, rates_of(roster), names) if len(roster) and names else None
 
 
-def _batch(rows: list[dict[str, Any]], captures: list[Capture], parts: list[str]) -> Clips:
-    rates = [float(capture.rate) for capture in captures[-len(rows) :]]
-    return clips_of(rows, rates, parts)
+def rates_of(roster: Roster) -> NDArray[np.float64]:
+    """Return the frames a second of each capture: (C,)."""
+    rates: NDArray[np.float64] = roster.rate[:, 0] / roster.rate[:, 1]
+    return rates
 
 
-def _hits(library: Store, query: Clips, captures: list[Capture], near: list[Near]) -> Iterator[Hit]:
+def _hits(library: Store, query: Clips, roster: Roster, near: list[Near]) -> Iterator[Hit]:
     """Yield what is near as hits, with the symbols that correspond."""
-    numbers = [captures[one.clip].id for one in near]
-    found = {capture.id: tracks for capture, tracks in library.tracks(numbers, query.parts)}
-    for one in near:
-        capture = captures[one.clip]
-        tracks = found[capture.id]
+    numbers = [int(roster.number[one.clip]) for one in near]
+    found = {capture.id: (capture, held) for capture, held in library.tracks(numbers, query.parts)}
+    for number, one in zip(numbers, near, strict=True):
+        capture, tracks = found[number]
         rows = {part: track.symbols for part, track in tracks.items()}
         clip = clips_of([rows], [float(capture.rate)], query.parts)
         whole = one.begin == 0 and one.end == capture.frames

@@ -8,12 +8,17 @@ from typing import TYPE_CHECKING
 
 from lanindex.errors import UsageError
 from lanindex.library import store
+from lanindex.pipeline.patience import Patience
 
 if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.pipeline.example import Alike
     from lanindex.pipeline.motifs import Motifs
     from lanindex.pipeline.similar import Groups
+
+
+_FEWER = "Choose fewer captures: --in, --where."
+_RARER = "Choose fewer captures (--in, --where) or parts, or ask for what occurs more often."
 
 
 class Exploring(store.Store):
@@ -27,6 +32,7 @@ class Exploring(store.Store):
         rerank: bool = False,
         within: str | None = None,
         where: Where | None = None,
+        timeout: float | None = None,
     ) -> Alike:
         """Find captures that are like one; that one itself is left out.
 
@@ -43,6 +49,8 @@ class Exploring(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
@@ -56,6 +64,8 @@ class Exploring(store.Store):
             Where there is no such clip, nothing moves in it, or `rerank` finds no joints of it.
         CaptureError, NotationError
             Where its file cannot be read.
+        LanindexError
+            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -69,11 +79,13 @@ class Exploring(store.Store):
 
         if limit < 1:
             raise UsageError(f"a limit of {limit}", wanted="1 or more")
-        found = alike(self, example(self, clip), self._chosen(within, where), limit)
+        patience = Patience(self.watch, timeout, remedy=_FEWER)
+        chosen = self._chosen(within, where)
+        found = alike(self, example(self, clip), chosen, limit, patience)
         if rerank:
             from lanindex.pipeline.rerank import reranked
 
-            found = reranked(self, found)
+            found = reranked(self, found, patience)
         return found
 
     def similar(
@@ -83,6 +95,7 @@ class Exploring(store.Store):
         alike: float = 0.4,
         within: str | None = None,
         where: Where | None = None,
+        timeout: float | None = None,
     ) -> Groups:
         """Group the captures that are like each other.
 
@@ -96,6 +109,8 @@ class Exploring(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
@@ -106,6 +121,8 @@ class Exploring(store.Store):
         ------
         UsageError
             Where a number makes no sense.
+        LanindexError
+            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -117,7 +134,9 @@ class Exploring(store.Store):
         """
         from lanindex.pipeline.similar import similar
 
-        return similar(self, self._chosen(within, where), least=alike, wanted=groups)
+        patience = Patience(self.watch, timeout, "grouping", _FEWER)
+        chosen = self._chosen(within, where)
+        return similar(self, chosen, least=alike, wanted=groups, patience=patience)
 
     def motifs(
         self,
@@ -127,6 +146,7 @@ class Exploring(store.Store):
         parts: Iterable[str] | None = None,
         within: str | None = None,
         where: Where | None = None,
+        timeout: float | None = None,
     ) -> Motifs:
         """List the sequences of symbols that recur.
 
@@ -142,6 +162,8 @@ class Exploring(store.Store):
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
             Only captures that fit these globs by label, format, path or a column of their own.
+        timeout : float, optional
+            Seconds after which to give up.
 
         Returns
         -------
@@ -152,6 +174,8 @@ class Exploring(store.Store):
         ------
         UsageError
             Where a number makes no sense, or the library has no such part.
+        LanindexError
+            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -163,8 +187,9 @@ class Exploring(store.Store):
         """
         from lanindex.pipeline.motifs import recurring
 
+        patience = Patience(self.watch, timeout, remedy=_RARER)
         chosen = self._chosen(within, where)
-        return recurring(self, chosen, parts, least=min_count, shortest=length)
+        return recurring(self, chosen, parts, least=min_count, shortest=length, patience=patience)
 
     def _chosen(self, within: str | None, where: Where | None) -> list[int] | None:
         """Return the numbers of the captures that are asked for, None for all."""

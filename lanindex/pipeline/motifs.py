@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
-
-from numpy.typing import NDArray
 
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
-from lanindex.search.example.motifs import LONGEST, Motif, line_of, motifs, told_first
+from lanindex.pipeline.patience import Patience, silent
+from lanindex.search.example.motifs import LONGEST, Motif, line_in, motifs, told_first
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +72,7 @@ def recurring(
     *,
     least: int,
     shortest: int,
+    patience: Patience | None = None,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library.
 
@@ -87,13 +86,15 @@ def recurring(
         Which parts; None: all.
     least, shortest : int
         How often a sequence occurs, and how many symbols it has, at least.
+    patience : Patience, optional
+        How long it may take, and who is told how far it is.
 
     Raises
     ------
     UsageError
         Where a number makes no sense, or the library has no such part.
     """
-    known = library.parts()
+    known, watch = library.parts(checked=False), patience or Patience(silent, None)
     for part in (names := list(parts or known)):
         if part not in known:
             raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(known))
@@ -101,24 +102,21 @@ def recurring(
         raise UsageError(f"{least}", place="--min-count", wanted="2 or more")
     if not 2 <= shortest <= LONGEST:
         raise UsageError(f"{shortest}", place="--length", wanted=f"2 to {LONGEST}")
-    captures: dict[int, Capture] = {}
-    rows: dict[str, list[NDArray[Any]]] = {part: [] for part in names}
-    owners: dict[str, list[int]] = {part: [] for part in names}
-    for capture, tracks in library.tracks(chosen, names):
-        captures[capture.id] = capture
-        for part, track in tracks.items():
-            rows[part].append(track.symbols)
-            owners[part].append(capture.id)
+    roster, columns = library.columns(names, chosen)
     found: list[Motif] = []
     told: list[str] = []
-    for part in names:
-        if not rows[part]:
+    for done, part in enumerate(names):
+        watch("parts", done, len(names))
+        own_columns = columns.pop(part)
+        if not len(own_columns):
             continue
-        line = line_of(rows.pop(part), owners[part])
+        line = line_in(own_columns, roster.number)
         own = motifs(part, line, least=least, shortest=shortest)
         if own.cut:
             told.append(f"{part}: too many places for motifs of {own.cut} steps and more")
         found += own.found
+    numbers = {number for motif in found for number in motif.places[:, 0].tolist()}
+    captures = {capture.id: capture for capture in library.some(sorted(numbers))}
     listed = [
         Recurring(
             motif.pattern,
@@ -130,4 +128,4 @@ def recurring(
         )
         for motif in told_first(found)
     ]
-    return Motifs(listed, len(captures), told)
+    return Motifs(listed, len(roster), told)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from time import monotonic
 
 from lanindex.errors import LanindexError
@@ -37,22 +38,22 @@ class Patience:
         self._tell, self._seconds, self._job, self._remedy = tell, seconds, job, remedy
         self._begun = monotonic()
 
-    def of(self, noun: str) -> Callable[[int, int], None]:
-        """Return what is told how many of something are done, and how many there are.
+    def __call__(self, noun: str, done: int, total: int) -> None:
+        """Take note of how many of something are done, and of how many there are.
 
         Raises
         ------
         LanindexError
-            When it is told and the time is up, with how far the job was.
+            Where the time is up, with how far the job was.
         """
+        self._tell(noun, done, total)
+        if self._seconds is not None and monotonic() - self._begun > self._seconds:
+            raise LanindexError(
+                f"the {self._job} took longer than {self._seconds:g} s, "
+                f"and was through with {done:,} of {total:,} {noun}",
+                remedy=self._remedy,
+            )
 
-        def watch(done: int, total: int) -> None:
-            self._tell(noun, done, total)
-            if self._seconds is not None and monotonic() - self._begun > self._seconds:
-                raise LanindexError(
-                    f"the {self._job} took longer than {self._seconds:g} s, "
-                    f"and was through with {done:,} of {total:,} {noun}",
-                    remedy=self._remedy,
-                )
-
-        return watch
+    def of(self, noun: str) -> Callable[[int, int], None]:
+        """Return what is told how many of one thing are done, and how many there are."""
+        return partial(self, noun)

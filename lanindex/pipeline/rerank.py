@@ -14,6 +14,7 @@ from lanindex.library.encoding import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Reading, Span
 from lanindex.pipeline.example import Alike
+from lanindex.pipeline.patience import Patience, silent
 from lanindex.search.example.positions import normalised, warped
 from lanindex.search.hits import Hits
 
@@ -21,7 +22,7 @@ MOST = 100
 """Hits of which files are read."""
 
 
-def reranked(library: Store, found: Alike) -> Alike:
+def reranked(library: Store, found: Alike, patience: Patience | None = None) -> Alike:
     """Return what is like an example, the best hundred by how far their joints lie from its own.
 
     Parameters
@@ -30,6 +31,8 @@ def reranked(library: Store, found: Alike) -> Alike:
         Where the hits are from.
     found : Alike
         The likest first.
+    patience : Patience, optional
+        How long it may take, and who is told how far it is.
 
     Returns
     -------
@@ -53,7 +56,9 @@ def reranked(library: Store, found: Alike) -> Alike:
         raise UsageError(f"no joint positions: {error}", place=place) from error
     told: list[str] = []
     apart: list[float] = []
-    for hit in hits[:MOST]:
+    watch, best = patience or Patience(silent, None), hits[:MOST]
+    for done, hit in enumerate(best):
+        watch("files", done, len(best))
         try:
             joints = _joints(hit.capture.location, hit.capture.sha256, known, hit.span)
             apart.append(warped(own, joints))

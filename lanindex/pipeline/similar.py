@@ -9,6 +9,7 @@ from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture
 from lanindex.pipeline.example import laid_out
+from lanindex.pipeline.patience import Patience, silent
 from lanindex.search.example.groups import Grouped, grouped
 
 ALIKE = 0.4
@@ -57,6 +58,7 @@ def similar(
     *,
     least: float = ALIKE,
     wanted: int | None = None,
+    patience: Patience | None = None,
 ) -> Groups:
     """Return the captures of a library in groups.
 
@@ -70,6 +72,8 @@ def similar(
         The mean likeness of a group's captures, pair by pair, at least.
     wanted : int, optional
         How many groups there shall be, instead.
+    patience : Patience, optional
+        How long it may take, and who is told how far it is.
 
     Raises
     ------
@@ -80,10 +84,12 @@ def similar(
         raise UsageError(f"{least}", place="--alike", wanted="more than 0, 1 at the most")
     if wanted is not None and wanted < 1:
         raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
-    captures, clips = laid_out(library, chosen, library.parts())
+    roster, clips = laid_out(library, chosen, library.parts(checked=False))
     found = Grouped([], 0, True)
     if clips is not None:
-        found = grouped(clips, least=least, wanted=wanted)
+        watch = patience or Patience(silent, None)
+        found = grouped(clips, least=least, wanted=wanted, watch=watch)
+    captures = library.some(roster.number.tolist())
     groups = [
         Similar(tuple(captures[one] for one in group.members), group.likeness)
         for group in found.groups

@@ -10,13 +10,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from statistics import median
 
 import synthetic
 from sqlalchemy import update
 
-from lanindex.library import derive, gather, schema, segments, state
+from lanindex.library import called, derive, gather, schema, segments, state
 from lanindex.pipeline import open_library
 
 ROUNDS = 5
@@ -38,7 +39,10 @@ def build(path: Path, captures: int) -> None:
     with open_library(path, create=True) as library:
         before = path.stat().st_size
         with library._writing() as connection:
-            spent = seconds(lambda: segments.put(connection, roster, columns.values()))
+            names = [f"{number:06}.bvh" for number in roster.number.tolist()]
+            texts = {name: names for name in called.NAMES} | {"metadata": [{}] * len(names)}
+            put = partial(segments.put, connection, roster, called.spelled(texts))
+            spent = seconds(lambda: put(columns.values()))
             numbers = {"captures": captures, "numbers": int(roster.number.sum())}
             connection.execute(update(schema.state).values(numbers))
     size = path.stat().st_size - before

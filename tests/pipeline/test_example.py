@@ -1,13 +1,17 @@
 """Search by example through a library: what may be an example, and what is told of what is like."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
 
-from lanindex.errors import CaptureError, UsageError
+from lanindex.errors import CaptureError, LanindexError, UsageError
 from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.example import laid_out
+from lanindex.search.example.moves import clips_of
 
 TWICE = RAISE.replace("unit_total 2", "unit_total 8") + "".join(
     f"#unit{unit}\ndirection r_arm {cell} mid 0.5 1.5\ndirection r_arm place low 2 3.5\n"
@@ -70,6 +74,31 @@ def test_only_captures_that_fit_are_looked_through(library: Library) -> None:
     assert names(library.like("raise.bvh", where={"format": "lnd"}).hits) == ["raise.lnd"]
     assert len(library.like("raise.bvh", limit=1).hits) == 1
     assert names(library.like("raise.bvh", within="none").hits) == []
+
+
+def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:
+    score = library.score("long.bvh")
+    symbols = score.tracks["r_arm"].symbols.copy()
+    symbols["swings"] = np.arange(len(symbols)) % 3
+    symbols["passing"] = np.arange(len(symbols)) % 4 == 2
+    tracks = {**score.tracks, "r_arm": replace(score.tracks["r_arm"], symbols=symbols)}
+    library.add("own.lnd", replace(score, tracks=tracks), format="lnd", sha256="0")
+    library.gather()
+    held = list(library.tracks())
+    rows = [{part: one.symbols for part, one in tracks.items()} for _, tracks in held]
+    rates = [float(capture.rate) for capture, _ in held]
+    wanted = clips_of(rows, rates, library.parts())
+    roster, found = laid_out(library, None, library.parts())
+    assert roster.number.tolist() == [capture.id for capture, _ in held]
+    assert np.array_equal(found.first, wanted.first)
+    for name in ("points", "sizes", "paces", "swings", "starts", "stops", "rows"):
+        np.testing.assert_array_equal(getattr(found.moves, name), getattr(wanted.moves, name))
+
+
+def test_what_takes_too_long_is_broken_off(library: Library) -> None:
+    for ask in (library.similar, library.motifs, lambda **how: library.like("raise.bvh", **how)):
+        with pytest.raises(LanindexError, match="longer than 0 s, and was through with 0 of"):
+            ask(timeout=0)
 
 
 @pytest.mark.parametrize(

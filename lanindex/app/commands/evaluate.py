@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output, say_error
+from lanindex.app.output import Output, end_progress, say_error
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -58,7 +58,8 @@ def run(
     for expectation in chosen:
         if unused := expectation.unused(clip.capture.label for clip in clips):
             out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")
-    results = evaluate(clips, chosen, near=near, fuzzy=fuzzy, timeout=timeout)
+    results = evaluate(clips, chosen, near=near, fuzzy=fuzzy, timeout=timeout, tell=out.watch)
+    end_progress()
     _print(out, results, misses)
     total = summary(results)
     mean, error = total["mean_f1"], total["standard_error"]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lanindex.app import meaning, options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, end_progress
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -71,6 +71,8 @@ def run(
     score (.lnd), and a manifest lists them all.
     """
     out = Output(json, quiet, verbose, color)
+    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    how |= {"near": near, "fuzzy": fuzzy, "within": within, "where": options.where(where)}
     _one_thing(what, capture)
     if capture is None and not (begin is None and end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
@@ -84,7 +86,7 @@ def run(
     from lanindex.search.stages import hits_in
 
     with open_library(db, readonly=True) as library:
-        library.tell = out.note
+        library.tell, library.watch = out.note, out.watch
         if capture is not None:
             wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
         elif what == "-":
@@ -92,16 +94,8 @@ def run(
         else:
             library.words = words
             pattern = meaning.of(out, library, pattern_in(str(what)), words)
-            found = library.search(
-                pattern,
-                tolerance=tolerance,
-                overlaps=overlaps,
-                within=within,
-                where=options.where(where),
-                strict=strict,
-                near=near,
-                fuzzy=fuzzy,
-            )
+            found = library.search(pattern, **how)
+            end_progress()
             wanted = from_hits(hits_in(found), found.pattern)
         manifest = export(library, wanted, output, pad=pad, format=format, force=force)
     for row in manifest:

@@ -74,6 +74,7 @@ def run(
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         if library:
             library.tell = out.note
+            library.watch = out.watch if out.watched else library.watch
         done = ingest(
             library,
             files,

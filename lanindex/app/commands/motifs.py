@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, end_progress
 
 if TYPE_CHECKING:
     from lanindex.pipeline.motifs import Recurring
@@ -32,6 +32,7 @@ def run(
     ] = None,
     within: options.In = None,
     where: options.Where = None,
+    timeout: options.Timeout = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -49,9 +50,16 @@ def run(
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
+        library.tell, library.watch = out.note, out.watch
         found = library.motifs(
-            min_count=least, length=length, parts=part, within=within, where=options.where(where)
+            min_count=least,
+            length=length,
+            parts=part,
+            within=within,
+            where=options.where(where),
+            timeout=timeout,
         )
+    end_progress()
     motifs = found.found
     shown = motifs[: limit or (ON_A_TERMINAL if out.terminal else None)]
     _show(out, shown)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, end_progress
 
 if TYPE_CHECKING:
     from lanindex.pipeline.similar import Groups, Similar
@@ -23,6 +23,7 @@ def run(
     ] = None,
     within: options.In = None,
     where: options.Where = None,
+    timeout: options.Timeout = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -42,12 +43,15 @@ def run(
     if groups is not None and alike is not None:
         raise UsageError("--groups and --alike", wanted="one of them")
     with open_library(db, readonly=True) as library:
+        library.tell, library.watch = out.note, out.watch
         found = library.similar(
             groups=groups,
             alike=ALIKE if alike is None else alike,
             within=within,
             where=options.where(where),
+            timeout=timeout,
         )
+    end_progress()
     _show(out, found)
     _summary(out, found, groups)
     if not found.groups:

@@ -34,6 +34,9 @@ POSE = 0.5
 CALM = 1.0
 """What is added to the sizes, about one large movement."""
 
+SQUARE = 1 << 20
+"""Pairs of movements that are laid upon each other in one go; of longer parts, piece by piece."""
+
 _CELLS = 1 << 15
 """Cells of a row of the alignment that are worked on at a time: what a processor keeps near."""
 
@@ -88,6 +91,9 @@ def differences(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> Float
     found[both] += _begun(one, ours.low[both], two, theirs.low[both])
     # where one side never moves, all that the other does is left out, and there is no choice
     both &= (mine > 1) & (others > 1)
+    for lane in np.argwhere(mine * others * both > SQUARE):
+        both[tuple(lane)] = False
+        found[tuple(lane)] = _by_pieces(one, _cell(ours, lane), two, _cell(theirs, lane))
     fast = compiled.chosen(int((mine * others)[both].sum()))
     if fast:
         own = (one.points, one.sizes, one.paces, one.swings, ours.low[both], ours.high[both])
@@ -101,6 +107,30 @@ def differences(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> Float
         counts = others[parts, stretches] - 1
         found[parts, stretches] = lanes.walked(mine[parts, stretches], counts)
     return found
+
+
+def _cell(windows: Windows, lane: Numbers) -> Windows:
+    """Return one part of one stretch."""
+    part, stretch = lane
+    return Windows(windows.low[part, stretch, None, None], windows.high[part, stretch, None, None])
+
+
+def _by_pieces(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> float:
+    """Return what two long parts do not share, if each piece is compared with the one opposite.
+
+    So the work grows with their length and not with its square. It is no less than what the
+    cheapest way of all would find.
+    """
+    size = float((ours.high - ours.low).item()) * float((theirs.high - theirs.low).item())
+    count = int(np.ceil(np.sqrt(size / SQUARE))) + 1
+    mine, others = _pieces(ours, count), _pieces(theirs, count)
+    return float(differences(one, mine, two, others).sum())
+
+
+def _pieces(windows: Windows, count: int) -> Windows:
+    """Return so many pieces of a part; each begins where the one before it came to."""
+    ends = np.linspace(windows.low.item(), windows.high.item() - 1, count + 1).astype(np.int64)
+    return Windows(ends[None, :-1], ends[None, 1:] + 1)
 
 
 def _begun(one: Moves, ours: Numbers, two: Moves, theirs: Numbers) -> Floats:

@@ -18,6 +18,9 @@ from lanindex.search.example.moves import Clips, Floats, Moves, Numbers
 _CELLS = 1 << 20
 """Pairs of movements that are compared at a time."""
 
+LONGEST = 2048
+"""Movements of one part of the example that are each compared with every movement."""
+
 
 class Promise(NamedTuple):
     """How alike clips can be to one.
@@ -71,6 +74,9 @@ def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
     best = np.zeros(len(rows.rows), np.float32)
     beginning = np.zeros(len(rows.rows), bool)
     beginning[first] = True
+    if len(own.rows) > LONGEST:  # no movement saves more than it and its like cost
+        most += 2 * own.sizes[1:].sum()
+        return most, np.where(beginning, np.float32(0), 2 * rows.sizes)
     step = max(1, _CELLS // max(1, len(rows.rows)))
     for begin in range(1, len(own.rows), step):
         some = own.some(slice(begin - 1, begin + step))

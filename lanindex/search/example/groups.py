@@ -10,7 +10,7 @@ So the work grows with the number of clips, not with its square, and groups may 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
@@ -72,7 +72,17 @@ class Grouped(NamedTuple):
     every: bool
 
 
-def grouped(clips: Clips, *, least: float, wanted: int | None = None) -> Grouped:
+Watch = Callable[[str, int, int], None]
+"""Is told what is gone through, how much of it is done, and of how much; it may raise."""
+
+
+def _unwatched(noun: str, done: int, total: int) -> None:
+    """Tell nobody."""
+
+
+def grouped(
+    clips: Clips, *, least: float, wanted: int | None = None, watch: Watch = _unwatched
+) -> Grouped:
     """Return clips in groups.
 
     Parameters
@@ -83,6 +93,8 @@ def grouped(clips: Clips, *, least: float, wanted: int | None = None) -> Grouped
         The mean likeness down to which groups are joined.
     wanted : int, optional
         How many groups there shall be, instead; more are left where no more pairs are alike.
+    watch : callable, optional
+        Is told how far it is.
     """
     found = signatures(clips)
     groups = [[clip] for clip in range(len(clips))]
@@ -92,8 +104,8 @@ def grouped(clips: Clips, *, least: float, wanted: int | None = None) -> Grouped
         medoids = np.array([group[0] for group in groups], np.int64)
         reach = max(FEWEST, 2 * PAIRS // max(1, len(groups)))
         every = reach >= len(groups) - 1
-        pairs = near(found[medoids], reach)
-        alike = _aligned(clips, medoids[pairs])
+        pairs = near(found[medoids], reach, watch)
+        alike = _aligned(clips, medoids[pairs], watch)
         weights = [len(group) for group in groups]
         last = 0.0 if wanted and every else floor
         joined = linked(weights, pairs, alike, last, wanted or 1)
@@ -104,20 +116,21 @@ def grouped(clips: Clips, *, least: float, wanted: int | None = None) -> Grouped
         if len(groups) == wanted or (settled and not wanted):
             break
         floor = floor / 2 if settled else floor
-    return Grouped(_told(clips, groups), aligned, every and rounds == 1)
+    return Grouped(_told(clips, groups, watch), aligned, every and rounds == 1)
 
 
-def _aligned(clips: Clips, pairs: Numbers) -> NDArray[np.float64]:
+def _aligned(clips: Clips, pairs: Numbers, watch: Watch) -> NDArray[np.float64]:
     """Return how alike pairs of clips are."""
-    whole = clips.whole()
-    values = [
-        paired(clips, whole.some(some[:, 0]), clips, whole.some(some[:, 1]))
-        for some in np.array_split(pairs, len(pairs) // _AT_ONCE + 1)
-    ]
+    whole, done = clips.whole(), 0
+    values = []
+    for some in np.array_split(pairs, len(pairs) // _AT_ONCE + 1):
+        watch("pairs", done, len(pairs))
+        values.append(paired(clips, whole.some(some[:, 0]), clips, whole.some(some[:, 1])))
+        done += len(some)
     return np.concatenate(values).astype(np.float64)
 
 
-def near(found: Floats, reach: int) -> Numbers:
+def near(found: Floats, reach: int, watch: Watch = _unwatched) -> Numbers:
     """Return the pairs that may be alike: (K, 2), the lower number first, each once.
 
     Parameters
@@ -126,6 +139,8 @@ def near(found: Floats, reach: int) -> Numbers:
         (C, A) signatures.
     reach : int
         Of how many nearest of one clip it is a pair; if it has no more others, all pairs are.
+    watch : callable, optional
+        Is told how far it is.
     """
     count = len(found)
     if reach >= count - 1:
@@ -133,6 +148,7 @@ def near(found: Floats, reach: int) -> Numbers:
     squares = np.square(found).sum(axis=1)
     pairs = []
     for first in range(0, count, _BLOCK):
+        watch("captures", first, count)
         apart = squares - 2 * found[first : first + _BLOCK] @ found.T
         apart[np.arange(len(apart)), first + np.arange(len(apart))] = np.inf
         nearest = np.argpartition(apart, reach, axis=1)[:, :reach]
@@ -240,11 +256,11 @@ def _medoids_first(
     return [part.tolist() for part in np.split(order, ends[:-1])]
 
 
-def _told(clips: Clips, groups: list[list[int]]) -> list[Group]:
+def _told(clips: Clips, groups: list[list[int]], watch: Watch) -> list[Group]:
     """Return groups, the largest first, their members by likeness to the medoid."""
     owner = np.repeat([group[0] for group in groups], [len(group) for group in groups])
     members = np.array([one for group in groups for one in group], np.int64)
-    alike = _aligned(clips, np.stack([owner, members], axis=1))
+    alike = _aligned(clips, np.stack([owner, members], axis=1), watch)
     told, first = [], 0
     for group in groups:
         own = alike[first + 1 : first + len(group)]

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.model.columns import PASSING, Columns, codes_of
 
 Numbers = NDArray[np.int64]
 
@@ -119,6 +120,16 @@ def line_of(tracks: list[NDArray[Any]], captures: list[int]) -> Line:
     owners = np.repeat(np.array(captures, np.int64), [len(track) for track in tracks])
     starts, stops = rows["start"].astype(np.int64), rows["stop"].astype(np.int64)
     return Line(cells, starts, stops, rows["passing"].copy(), owners)
+
+
+def line_in(columns: Columns, captures: NDArray[np.int64]) -> Line:
+    """Return the rows of columns side by side; of each capture its number is told, (C,)."""
+    direction, level = codes_of(columns.cell)
+    told = (direction >= 0) & (level >= 0)
+    cells = np.where(told, direction.astype(np.int64) * len(LEVELS) + level, -1)
+    owners = np.repeat(captures, np.diff(columns.bounds))
+    starts, stops = columns.start.astype(np.int64), columns.stop.astype(np.int64)
+    return Line(cells, starts, stops, (columns.cell & PASSING) > 0, owners)
 
 
 def motifs(

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS, PLACE
+from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, codes_of
 
 Floats = NDArray[np.float32]
 Numbers = NDArray[np.int64]
@@ -83,16 +84,17 @@ class Moves:
 _COLUMNS = ("points", "sizes", "paces", "swings", "starts", "stops", "rows")
 
 
-def _moves(tracks: Sequence[NDArray[Any]], rates: Sequence[float]) -> tuple[Moves, Numbers]:
+def _moves(
+    rows: NDArray[Any], lengths: Numbers, rates: NDArray[np.float64]
+) -> tuple[Moves, Numbers]:
     """Return the movements of one part in several clips, and how many rows each has."""
-    each = [_shown(rows) for rows in tracks]
-    counts = np.array([len(kept) for kept in each], np.int64)
-    lengths = np.array([len(rows) for rows in tracks], np.int64)
-    rows = np.concatenate(tracks)
-    kept = np.concatenate(each)
-    shown = rows[kept + np.repeat(np.cumsum(lengths) - lengths, counts)]
+    kept = _shown(rows)
+    ends = np.cumsum(lengths)
+    counts = np.diff(np.searchsorted(kept, ends), prepend=0)
+    shown = rows[kept]
+    kept = kept - np.repeat(ends - lengths, counts)
     starts, stops = shown["start"].astype(np.int64), shown["stop"].astype(np.int64)
-    seconds = (stops - starts) / np.repeat(np.array(rates, np.float64), counts)
+    seconds = (stops - starts) / np.repeat(rates, counts)
     paces = np.log(np.maximum(seconds, BRIEFEST)).astype(np.float32)
     swings = np.zeros(len(shown), np.float32)
     if "swings" in (rows.dtype.names or ()):
@@ -221,24 +223,58 @@ def clips_of(
     parts : sequence of str
         Which parts, in order.
     """
-    some = next((rows for clip in tracks for rows in clip.values()), np.zeros(0, _LEAST))
-    found = [_moves([clip.get(part, some[:0]) for clip in tracks], rates) for part in parts]
+    some = next((rows for clip in tracks for rows in clip.values()), np.zeros(0, _LEAST))[:0]
+    found = []
+    for part in parts:
+        own = [clip.get(part, some) for clip in tracks]
+        lengths = np.array([len(rows) for rows in own], np.int64)
+        found.append(_moves(np.concatenate(own), lengths, np.array(rates, np.float64)))
+    return _clips(parts, found)
+
+
+def clips_in(
+    columns: Mapping[str, Columns], rates: NDArray[np.float64], parts: Sequence[str]
+) -> Clips:
+    """Return the captures of columns side by side.
+
+    Parameters
+    ----------
+    columns : Mapping of str to Columns
+        By part, with their swings.
+    rates : ndarray
+        (C,) of each capture: frames a second.
+    parts : sequence of str
+        Which parts, in order.
+    """
+    every = (columns[part] for part in parts)
+    return _clips(parts, [_moves(_rows(one), np.diff(one.bounds), rates) for one in every])
+
+
+_ROW = [
+    *(("direction", "i1"), ("level", "i1"), ("runner_direction", "i1"), ("runner_level", "i1")),
+    *(("margin", "f4"), ("passing", "?"), ("start", "i4"), ("stop", "i4"), ("swings", "i4")),
+]
+
+
+def _rows(columns: Columns) -> NDArray[Any]:
+    """Return columns as the rows that `clips_of` takes."""
+    rows = np.empty(len(columns), _ROW)
+    for name, cells in (("", columns.cell), ("runner_", columns.runner)):
+        direction, level = codes_of(cells)
+        rows[f"{name}direction"], rows[f"{name}level"] = direction, level
+    rows["margin"] = columns.margin / THOUSANDTHS
+    rows["passing"] = (columns.cell & PASSING) > 0
+    rows["start"], rows["stop"] = columns.start, columns.stop
+    rows["swings"] = 0 if columns.swings is None else columns.swings
+    return rows
+
+
+def _clips(parts: Sequence[str], found: Sequence[tuple[Moves, Numbers]]) -> Clips:
     counts = np.stack([counts for _, counts in found])
     return Clips(tuple(parts), _chained([moves for moves, _ in found]), _borders(counts))
 
 
 _LEAST = [("direction", "i1"), ("level", "i1"), ("start", "i4"), ("stop", "i4")]
-
-
-def joined(batches: Sequence[Clips]) -> Clips:
-    """Return the clips of several batches, which have the same parts, as one."""
-    pieces = [
-        batch.moves.some(slice(batch.first[part, 0], batch.first[part, -1]))
-        for part in range(len(batches[0].parts))
-        for batch in batches
-    ]
-    counts = np.concatenate([np.diff(batch.first, axis=1) for batch in batches], axis=1)
-    return Clips(batches[0].parts, _chained(pieces), _borders(counts))
 
 
 def _chained(pieces: Sequence[Moves]) -> Moves:

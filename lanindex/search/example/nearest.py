@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -68,6 +68,7 @@ def nearest(
     limit: int,
     *,
     most: int = MOST,
+    watch: Callable[[int, int], None] = lambda done, total: None,
 ) -> Found:
     """Return the clips that are most like one.
 
@@ -85,6 +86,8 @@ def nearest(
         How many are wanted.
     most : int
         How many are aligned at the most.
+    watch : callable, optional
+        Is told how many of these are, and how many may be; it may raise.
     """
     promise = promises(query, clips)
     reach = reach_of(query, clips, promise)
@@ -96,6 +99,7 @@ def nearest(
     near: list[Near] = []
     done, worst = 0, 0.0
     while done < min(most, len(order)) and hope[order[done]] > worst:
+        watch(done, min(most, len(order)))
         block = order[done : done + _BLOCK]
         whole = compared(query, clips, clips.whole().some(block))
         whole_ones = zip(block.tolist(), lasting[block].tolist(), whole.tolist(), strict=True)

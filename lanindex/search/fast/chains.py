@@ -144,7 +144,8 @@ def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
         links = Links(part, chain)
         offsets = _offsets(chain.arrows)
         passing = any(len(links.passed(number)) for number in range(len(chain.states)))
-        if offsets is None or (passing and len(offsets) > 1):
+        linked = [tuple(range(len(chain.states)))]
+        if offsets is None or (passing and offsets != linked):
             found.append(_cut(links))
             continue
         ways += [Way(links, it) for it in offsets]

@@ -7,9 +7,11 @@ from hypothesis import strategies as st
 from made_clips import PARTS, clips, mirrored
 from plain_example import likeness, middle
 
+from lanindex.model import SYMBOL
+from lanindex.search.example import align, candidates
 from lanindex.search.example.align import compared, pairs
 from lanindex.search.example.candidates import promises
-from lanindex.search.example.moves import POINTS, clips_of, joined
+from lanindex.search.example.moves import POINTS, clips_of
 from lanindex.search.example.nearest import nearest
 from lanindex.search.example.stretches import reach_of
 
@@ -56,13 +58,29 @@ def test_no_clip_is_more_like_than_was_promised(one, many) -> None:
 
 
 @settings(max_examples=40)
-@given(st.lists(clips(), min_size=2, max_size=5), st.integers(1, 4))
-def test_batches_make_no_difference(many, first) -> None:
-    batches = [batch for batch in (many[:first], many[first:]) if batch]
-    found, wanted = joined([side_by_side(batch) for batch in batches]), side_by_side(many)
-    assert np.array_equal(found.first, wanted.first)
-    assert np.array_equal(found.moves.points, wanted.moves.points)
-    assert np.array_equal(found.moves.sizes, wanted.moves.sizes)
+@given(clips(), clips(), st.integers(4, 9))
+def test_long_parts_are_compared_piece_by_piece(one, two, square) -> None:
+    exact = alike(one, [one, two])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(align, "SQUARE", square)
+        patch.setattr(candidates, "LONGEST", 1)
+        found = alike(one, [one, two])
+        assert found[0] == pytest.approx(1, abs=1e-5)
+        assert found[1] <= exact[1] + 1e-5
+        assert alike(two, [one])[0] == pytest.approx(found[1], abs=1e-5)
+        promise = promises(side_by_side([one]), side_by_side([one, two]))
+        assert (promise.whole >= found - 1e-5).all()
+
+
+def test_the_work_of_long_parts_grows_with_their_length(monkeypatch) -> None:
+    cells = []
+    monkeypatch.setattr(align.compiled, "chosen", lambda count: cells.append(count))
+    rows = np.arange(20_000)
+    long = {"r_arm": np.zeros(len(rows), SYMBOL)}
+    long["r_arm"]["direction"], long["r_arm"]["start"] = rows % 8, rows
+    long["r_arm"]["stop"] = rows + (rows > 0)
+    assert alike(long, [long])[0] == 1
+    assert sum(cells) < 2 * len(rows) * 1024
 
 
 @settings(max_examples=40)

@@ -29,6 +29,8 @@ CHAINS = (
     "r_arm low ...[>1] high -> mid",
     "r_arm low ...[<=2] mid ...[<=1] high",
     "r_arm low ...[<40] high",
+    "r_arm low ...[1] via high",
+    "r_arm mid ...[1] mid -> low",
     "r_arm low ... mid -> high ... low",
     "r_arm low ... via mid ... high",
     "r_arm mid x60",
