@@ -156,6 +156,8 @@ def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
         ways.sort(key=lambda way: way.offsets[-1])
         fast = compiled(len(part) >> CHEAP) if len(ways) <= WORD else None
         found.append(_compiled(fast, part, ways) if fast else _together(part, ways))
+    if not found:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
     if len(found) == 1:
         return _best(*found[0])
     return _best(*(np.concatenate(one) for one in zip(*found, strict=True)))

@@ -62,6 +62,10 @@ def test_chains_are_told_as_other_lines_are(text, recordings, monkeypatch):
     assert told == found(text, recordings)
 
 
+def test_an_arrow_that_skips_fewer_than_none_leads_nowhere(recordings):
+    assert found("r_arm any ...[<0] any", recordings) == []
+
+
 def test_the_chains_that_are_tried_do_match(recordings):
     matched = [text for text in CHAINS if found(text, recordings)]
     assert set(CHAINS) - set(matched) == {"r_arm mid x60"}
