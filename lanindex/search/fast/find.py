@@ -17,7 +17,6 @@ from lanindex.search import plain
 from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import holds
 from lanindex.search.fast import overlaps as staying
-from lanindex.search.fast.alone import Alone, alone_of, walked
 from lanindex.search.fast.answers import (
     Answers,
     best,
@@ -124,9 +123,7 @@ class Finder:
         """Return all answers where no program is more than chains, else None."""
         if self._asked:
             return None
-        chained = [
-            chains_of(program) or alone_of(program, self._columns) for program in self._programs
-        ]
+        chained = [chains_of(program) for program in self._programs]
         found: list[Answers] = []
         for number, chains in enumerate(chained):
             if chains is None:
@@ -137,10 +134,7 @@ class Finder:
             place, _ = firsts(state, self._parts)
             if None not in chained and state.members[0] in self._columns:
                 columns = self._columns[state.members[0]]
-                if isinstance(chains, Alone):
-                    found.append(walked(chains, self._roster, columns, number, place))
-                else:
-                    found.append(table_of(columns, chains, number, place))
+                found.append(table_of(columns, chains, number, place))
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
 

@@ -18,10 +18,11 @@ from lanindex.search.fast import compiled
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.chains import Chain, Links, chains_of
+from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.claims import Contested, all_lines, contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.events import cells_of
+from lanindex.search.fast.links import Chain, Links
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.planes import Part
 from lanindex.search.fast.ragged import Mask, Whole, starts_of

@@ -350,7 +350,7 @@ def part_of(columns: Columns) -> Part:
 _KEPT = "lanindex.search.fast.planes"
 
 
-WORTH = 50_000_000
+WORTH = 20_000_000
 """Rows that a process has gone through from which on numba's import (half a second) is risked."""
 
 _FAST = "lanindex.search.fast.planes_fast"

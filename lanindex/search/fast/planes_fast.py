@@ -71,6 +71,23 @@ def _said(store, steps, groups, codes, first, count, said, spare):
             _keep(own, some)
 
 
+@numba.njit
+def _matched(said, on, offsets, places, kept, held, every):
+    """Write where each way matches, and where any does."""
+    kept[:] = ~_NIL
+    every[:] = _NIL
+    span = 0
+    for way in range(len(offsets)):
+        while span < offsets[way, -1]:
+            _moved(on, span, kept)
+            span += 1
+        own = held[way]
+        own[:] = kept
+        for step in range(offsets.shape[1]):
+            _moved(said[places[way, step]], offsets[way, step], own)
+        _add(every, own)
+
+
 @numba.njit(inline="always")
 def _lowest(word):
     """Return which bit of a word, not 0, is the lowest that is set."""
@@ -184,17 +201,7 @@ def together(store, goes_on, steps, groups, codes, offsets, places, shown, margi
         said[:, reach:] = _NIL
         on[:reach] = store[goes_on, first : first + reach]
         on[reach:] = _NIL
-        kept[:] = ~_NIL
-        every[:] = _NIL
-        span = 0
-        for way in range(len(lasts)):
-            while span < lasts[way]:
-                _moved(on, span, kept[:count])
-                span += 1
-            held[way, :count] = kept[:count]
-            for step in range(offsets.shape[1]):
-                _moved(said[places[way, step]], offsets[way, step], held[way, :count])
-            _add(every[:count], held[way, :count])
+        _matched(said, on, offsets, places, kept[:count], held[:, :count], every[:count])
         if len(ranks) < many + 64 * count:
             ranks, which = _longer(ranks, many), _longer(which, many)
         found = _listed(every[:count], first * 64, ranks[many:])
