@@ -139,6 +139,12 @@ class Found(Sequence[Hit]):
         """In how many captures they are."""
         return len(np.unique(self.place))
 
+    def tally(self) -> list[tuple[int, int]]:
+        """Return the numbers of the captures, each with how many hits it has."""
+        places, counts = np.unique(self.place, return_counts=True)
+        numbers = self._source.roster.number[places].tolist()
+        return list(zip(numbers, counts.tolist(), strict=True))
+
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
         places, counts = np.unique(self.place, return_counts=True)
