@@ -142,8 +142,8 @@ class Found(Sequence[Hit]):
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
         places, counts = np.unique(self.place, return_counts=True)
-        numbers = self._source.roster.number[places]
-        return list(zip(numbers.tolist(), counts.tolist(), strict=True))
+        numbers = self._source.roster.number[places].tolist()
+        return list(zip(numbers, counts.tolist(), strict=True))
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""

@@ -17,6 +17,7 @@ from lanindex.search.fuzzy import find as find_in_columns
 from lanindex.search.fuzzy.find import MORE
 from lanindex.search.fuzzy.found import Source
 from lanindex.search.fuzzy.overlaps import PATIENCE, ROUNDS, staying
+from lanindex.search.hits import Lazy
 from lanindex.search.language import parse
 from lanindex.search.plain import find as find_exactly
 
@@ -184,6 +185,8 @@ def test_the_best_are_found_where_few_captures_are_looked_at():
 def test_counts_and_spans_make_no_hits(monkeypatch):
     found = find(parse("r_arm high"), recordings(), Allowance.read("1"))
     monkeypatch.setattr(Source, "hit", None)
+    assert isinstance(found, Lazy)
+    assert found.tally() == [(recordings()[0][0].id, len(found))]
     assert found.counts() == [(recordings()[0][0], len(found))]
     assert [span.start for _, span in found.spans()] == found.numpy()["start"].tolist()
     assert found.captures == 1
