@@ -296,7 +296,7 @@ class Plain(Things):
             ]
         for low, high, one in ways:
             checks = tuple(
-                Check(companion, low, high, alone)
+                Check(companion, low, max(high, line.until), alone)
                 for companion in companions
                 if companion.relation in ("without", "never")
             )
@@ -359,7 +359,7 @@ class Plain(Things):
         """Tell whether nothing happens that must not, but what uses a symbol of the hit."""
         return not any(
             self.stands(check.companion, check_line(check), it)
-            and not it.used & used
+            and not rows_of(it.used) & rows_of(used)
             and self.passes(it.checks, it.used)
             for check in checks
             for it in self.found(check.companion.line)
@@ -422,6 +422,11 @@ def named(flat, label):
 
 def claims_of(path):
     return frozenset().union(*(thing.claims for _, thing in path))
+
+
+def rows_of(claims):
+    """Parts and rows of what is used, whatever as."""
+    return {(part, row) for _, part, row in claims}
 
 
 def hull_with(companion, low, high, it):

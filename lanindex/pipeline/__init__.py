@@ -133,6 +133,7 @@ class Library(Asking, Exploring):
         near: bool = False,
         fuzzy: str | float | None = None,
         timeout: float | None = None,
+        best: int | None = None,
     ) -> Hits | Counts:
         """Find movement by pattern.
 
@@ -157,6 +158,9 @@ class Library(Asking, Exploring):
             How many edits a match may cost, 1.5, or how many for each step but the first two, 15%.
         timeout : float, optional
             Seconds after which to give up.
+        best : int, optional
+            Only so many, those that fit best, the clearest first; of a fuzzy search far sooner
+            there than all of them.
 
         Returns
         -------
@@ -189,8 +193,12 @@ class Library(Asking, Exploring):
         how = How.read(tolerance, overlaps, near, fuzzy)
         query, numbers = self._asked(pattern, within, where, strict)
         patience = Patience(self.watch, timeout, remedy=_BOUND)
-        found = search(self, query, numbers, how, patience.of("captures"))
-        return piped(query.stages, Hits(found, str(pattern)))
+        sooner = None if query.stages else best
+        found = Hits(
+            search(self, query, numbers, how, patience.of("captures"), sooner), str(pattern)
+        )
+        told = piped(query.stages, found)
+        return told.by_fit()[:best] if best is not None and isinstance(told, Hits) else told
 
     def explain(
         self,

@@ -87,6 +87,7 @@ class How:
         columns: Mapping[str, Columns],
         recordings: Recordings,
         watch: Watch | None = None,
+        best: int | None = None,
     ) -> Sequence[Hit]:
         """Find a query in columns.
 
@@ -102,6 +103,8 @@ class How:
             Gives captures with some of their tracks, by their places in the roster.
         watch : callable, optional
             Is told now and then how many captures are done, of how many; it may raise.
+        best : int, optional
+            Only so many, those that fit best, the clearest first.
 
         Raises
         ------
@@ -111,7 +114,8 @@ class How:
         query = replace(query, near=self.near)
         if self.allowance is None:
             finder = Finder(query, roster, columns, recordings, self.tolerance)
-            return finder.find(self.overlaps, watch)
+            found = finder.find(self.overlaps, watch)
+            return found if best is None else found.by_fit()[:best]
         from lanindex.search import fuzzy
 
         return fuzzy.find(
@@ -122,5 +126,6 @@ class How:
             self.allowance,
             tolerance=self.tolerance,
             overlaps=self.overlaps,
+            best=best,
             watch=watch,
         )

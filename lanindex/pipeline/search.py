@@ -26,6 +26,7 @@ def search(
     numbers: Sequence[int] | None,
     how: How,
     watch: Watch | None = None,
+    best: int | None = None,
 ) -> Sequence[Hit]:
     """Find a pattern in a library.
 
@@ -41,6 +42,8 @@ def search(
         How exactly.
     watch : callable, optional
         Is told now and then how many captures are done, of how many; it may raise.
+    best : int, optional
+        Only so many, those that fit best, the clearest first.
 
     Raises
     ------
@@ -52,7 +55,7 @@ def search(
     stamp = library.stamp
     roster, columns = library.columns(query.parts, numbers)
     recordings = _recordings(library, stamp, roster, columns)
-    return how.find(query, roster, columns, recordings, watch)
+    return how.find(query, roster, columns, recordings, watch, best)
 
 
 def _recordings(

@@ -104,14 +104,15 @@ def run(
             raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
             return _explain(out, library.explain(pattern, strict=strict, **among))
-        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, **how, **among)
+        best = limit if sort == "fit" and fuzzy is not None and not count else None
+        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, best=best, **how, **among)
         end_progress()
         if isinstance(found, Counts):
             _counted(out, found, limit)
         elif count:
             _count(out, library, found)
         else:
-            _show(out, found.by_fit() if sort == "fit" else found, limit)
+            _show(out, found.by_fit() if sort == "fit" else found, limit, best)
         if not found:
             if not quiet:
                 _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
@@ -160,12 +161,12 @@ def _said(value: str | float | None) -> str:
     return "-" if value is None else str(value)
 
 
-def _show(out: Output, found: Hits, limit: int | None) -> None:
+def _show(out: Output, found: Hits, limit: int | None, best: int | None = None) -> None:
     from lanindex.app import formatting
 
     most = limit or (ON_A_TERMINAL if out.terminal else len(found))
     formatting.hits(out, found[:most], found.pattern)
-    _summary(out, found, min(most, len(found)))
+    _summary(out, found, min(most, len(found)), len(found) == best)
 
 
 def _advise(out: Output, advice: Advice) -> None:
@@ -187,8 +188,9 @@ def _trace(out: Output, seen: Trace) -> bool:
     return bool(seen.hits)
 
 
-def _summary(out: Output, found: Hits, shown: int) -> None:
+def _summary(out: Output, found: Hits, shown: int, best: bool = False) -> None:
     from lanindex.app.formatting import counted
 
     cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
+    cut = "; no others fit better, --limit shows more" if best else cut
     out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")

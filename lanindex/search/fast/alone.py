@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,7 +28,7 @@ MOST_STATES = 63
 MOST_EDGES = 1024
 """Arrows of a line that is walked row by row."""
 
-TOGETHER = 1 << 21
+TOGETHER = 1 << 19
 """Rows after which it is seen whether the search shall be broken off."""
 
 _MANNERS = {"move": 0, "via": 0, "at": 1, "hold": 2}
@@ -140,8 +141,8 @@ def walked(alone: Alone, roster: Roster, columns: Columns, program: int, place: 
     longest, many = int(np.diff(part.bounds).max(initial=0)), len(alone.states[3])
     shapes = *[(longest + 1, many)] * 2, *[(longest + 2,)] * 3
     room = tuple(np.empty(shape, np.int64) for shape in shapes)
-    cuts = np.searchsorted(part.bounds, np.arange(0, len(part) + TOGETHER, TOGETHER))
-    cuts[-1] = len(roster)
+    begins = np.arange(0, max(len(part), 1), TOGETHER)
+    cuts = [*np.searchsorted(part.bounds, begins).tolist(), len(roster)]
     pieces = [
         backwards(
             first,
@@ -155,7 +156,7 @@ def walked(alone: Alone, roster: Roster, columns: Columns, program: int, place: 
             limits,
             own,
         )
-        for first, last in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True)
+        for first, last in pairwise(cuts)
     ]
     found, low, values = (np.concatenate(it) for it in zip(*pieces, strict=True))
     same = np.broadcast_to(np.array([[program], [place]]), (2, len(found)))

@@ -22,7 +22,7 @@ _CHANGES = WORD_KINDS["change"].codes
 _SINKING, _NEITHER, _RISING = (_CHANGES[it] for it in ("sinking", "neither", "rising"))
 
 
-@numba.njit
+@numba.njit(inline="always")
 def _fitting(cell, row, begin, accepts, changes):
     """Return which states a row fits: a bit each."""
     fits = accepts[cell[row]]
@@ -49,13 +49,6 @@ def _stretch_end(gaps, low, high, begin, frames):
         if gaps[gap, 1] < gaps[gap, 2] and gaps[gap, 1] <= begin:
             end = gaps[gap, 2] if begin <= gaps[gap, 2] else frames
     return end
-
-
-@numba.njit
-def _longer(numbers):
-    more = np.empty(2 * len(numbers), numbers.dtype)
-    more[: len(numbers)] = numbers
-    return more
 
 
 @numba.njit(cache=True, nogil=True)
@@ -95,18 +88,34 @@ def backwards(first, last, rows, stretches, frames, gaps, states, edges, limits,
         np.zeros(many, np.int64),
         np.zeros(many, np.bool_),
     )
-    found = np.empty(1 << 12, np.int64)
-    low, value, count = np.empty(1 << 12, np.int64), np.empty(1 << 12, np.int64), 0
-    gap = np.searchsorted(gaps[:, 0], first)
-    for capture in range(first, last):
-        low_gap = gap
-        while gap < len(gaps) and gaps[gap, 0] == capture:
-            gap += 1
-        clock, begin = clocks[capture], bounds[capture]
-        while begin < bounds[capture + 1]:
-            behind = begin + 1
-            while behind < bounds[capture + 1] and cell[behind] < STARTING:
-                behind += 1
+    # room for all that may be found: what is not written to is never there
+    room = np.int64(begins.sum()) * (bounds[last] - bounds[first])
+    found, low, value = (
+        np.empty(room, np.int64),
+        np.empty(room, np.int64),
+        np.empty(room, np.int64),
+    )
+    count = 0
+    entering = leaving = np.uint64(0)
+    for state in range(many):
+        entering |= np.uint64(begins[state]) << np.uint64(state)
+        leaving |= np.uint64(ends[state]) << np.uint64(state)
+    low_gap = np.searchsorted(gaps[:, 0], last)
+    # from the last row to the first, so that what is found stands in order when it is turned around
+    for capture in range(last - 1, first - 1, -1):
+        gap = low_gap
+        while low_gap > 0 and gaps[low_gap - 1, 0] == capture:
+            low_gap -= 1
+        clock, begin = clocks[capture], bounds[capture + 1]
+        while begin > bounds[capture]:
+            behind, fitted = begin, np.uint64(0)
+            begin -= 1
+            while begin > bounds[capture] and cell[begin] < STARTING:
+                fitted |= accepts[cell[begin]]
+                begin -= 1
+            fitted |= accepts[cell[begin]]
+            if not fitted & entering or not fitted & leaving:
+                continue
             size, shown = behind - begin, 0
             for it in range(size):
                 rank[it] = shown
@@ -115,9 +124,9 @@ def backwards(first, last, rows, stretches, frames, gaps, states, edges, limits,
                     shown += 1
             rank[size] = shown
             end = _stretch_end(gaps, low_gap, gap, start[begin], np.int64(frames[capture]))
-            smallest[size, :many] = NONE
-            open_to[:] = False
-            listed = count
+            for state in range(many):
+                smallest[size, state] = NONE
+                open_to[state] = False
             for it in range(size - 1, -1, -1):
                 row = begin + it
                 passing, starting = cell[row] & PASSING != 0, cell[row] & STARTING != 0
@@ -156,8 +165,9 @@ def backwards(first, last, rows, stretches, frames, gaps, states, edges, limits,
                         continue
                     stands = starting and manner == _MOVES
                     if lasting[state] >= 0:
-                        limit = limits[lasting[state], clock]
-                        if stands or leaves - enters < limit[0] or leaves - enters > limit[1]:
+                        least = limits[lasting[state], clock, 0]
+                        longest = limits[lasting[state], clock, 1]
+                        if stands or leaves - enters < least or leaves - enters > longest:
                             continue
                     best = np.int64(NONE)
                     for edge in range(leading[state], leading[state + 1]):
@@ -174,13 +184,14 @@ def backwards(first, last, rows, stretches, frames, gaps, states, edges, limits,
                         if timed[edge] < 0 and most[edge] < 0:
                             best = min(best, smallest[there, target])
                             continue
-                        limit = limits[max(timed[edge], 0), clock]
+                        least = limits[max(timed[edge], 0), clock, 0]
+                        longest = limits[max(timed[edge], 0), clock, 1]
                         while there < size:
                             if most[edge] >= 0 and rank[there] > base + most[edge]:
                                 break
                             other = begin + there
                             if timed[edge] >= 0:
-                                if not cell[other] & PASSING and start[other] - leaves > limit[1]:
+                                if not cell[other] & PASSING and start[other] - leaves > longest:
                                     break
                                 comes = np.int64(start[other])
                                 if manners[target] == _RESTS:
@@ -190,7 +201,7 @@ def backwards(first, last, rows, stretches, frames, gaps, states, edges, limits,
                                 between = max(comes - leaves, 0)
                                 if passing and manner == _MOVES and not later[edge]:
                                     between = 0
-                                if between < limit[0] or between > limit[1]:
+                                if between < least or between > longest:
                                     there += 1
                                     continue
                             best = min(best, values[there, target])
@@ -204,11 +215,6 @@ def backwards(first, last, rows, stretches, frames, gaps, states, edges, limits,
                     values[it, state] = best
                     smallest[it, state] = min(smallest[it, state], best)
                     if begins[state] and (through[state] or not passing):
-                        if count == len(found):
-                            found, low, value = _longer(found), _longer(low), _longer(value)
                         found[count], low[count], value[count] = row, enters, best
                         count += 1
-            for numbers in (found, low, value):
-                numbers[listed:count] = numbers[listed:count][::-1].copy()
-            begin = behind
-    return found[:count], low[:count], value[:count]
+    return found[:count][::-1], low[:count][::-1], value[:count][::-1]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lanindex.search.fast import compiled
-from lanindex.search.fast.ragged import FAR, Mask, Whole, spread, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, best_of_each, spread, starts_of
 from lanindex.search.fast.ways import Used, smallest, stacked
 
 FORBIDDEN = ("without", "never")
@@ -75,6 +75,19 @@ def gathered(tables: list[Stretches]) -> Stretches:
     found = Stretches(capture, start, until, low, high, alone)
     found.used = stacked([(it.used, len(it)) for it in tables])
     return found
+
+
+def different(lines: Stretches) -> Stretches:
+    """Return each line once, in order of capture, start and end."""
+    columns: list[Numbers] = [lines.capture, lines.start, lines.until]
+    if lines.alone.any():
+        columns.append(lines.alone.astype(np.int8))
+    if not lines.plain:
+        columns += [lines.low, lines.high]
+    columns += [rows for it in lines.used for rows in it[1:]]
+    chosen = best_of_each(tuple(columns), ())
+    grown = chosen[1:] > chosen[:-1]
+    return lines if len(chosen) == len(lines) and grown.all() else lines.at(chosen)
 
 
 class Others:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 
 import numpy as np
@@ -52,6 +52,13 @@ class Block:
     def __len__(self) -> int:
         """Return how many captures there are."""
         return self.last - self.first
+
+    def taken(self, places: Whole, parts: Collection[str]) -> Block:
+        """Return some of the captures as a block of their own, with some of the parts."""
+        roster = self.roster.taken(self.first + places)
+        held = {part: self._columns[part] for part in parts if part in self._columns}
+        own = {part: it.taken(self.first + places) for part, it in held.items()}
+        return Block(roster, own, 0, len(places), self.tolerance)
 
     def rows(self, part: str) -> Rows:
         """Return the rows of a part; none, where there is no such part."""
@@ -122,8 +129,9 @@ def _different(told: Whole) -> tuple[Whole, Whole]:
         if len(different) == MOST_CLOCKS:
             found, own = np.unique(told, axis=0, return_inverse=True)
             return found, own.reshape(-1)
-        row = told[left[0]]
-        same = (told[left] == row).all(axis=1)
+        row, same = told[left[0]], np.ones(len(left), bool)
+        for column, number in zip(told.T, row, strict=True):
+            same &= column[left] == number
         own[left[same]] = len(different)
         different.append(row)
         left = left[~same]

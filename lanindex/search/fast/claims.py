@@ -1,6 +1,7 @@
 """Which movements several lines side by side could want, and what of a program is covered.
 
-One movement, stay or rest serves one line only. Where lines can want none in common, because they
+One movement, stay or rest serves one line only, and what must not happen is forgiven where it uses
+a symbol of the hit. Where lines can want none in common, because they
 speak of other parts, manners or cells, nothing has to be remembered. Else each line remembers what
 it took at the states where another one could want it.
 """
@@ -33,8 +34,8 @@ class Contested:
     outside: set[Program]
 
 
-_MANNERS = {"via": "move"}
-"""Manners that use up the same."""
+MANNERS = ("move", "at", "hold")
+"""As what a symbol may be taken."""
 
 
 def contested(program: Program) -> Contested:
@@ -48,6 +49,8 @@ def contested(program: Program) -> Contested:
     """
     for line in all_lines(program):
         _check(line)
+    if any(_only_touching(*lines) for lines in _forgivable(program)):
+        raise NotCovered
     states: dict[Program, set[int]] = {}
     for one, other in _rivals(program):
         for first, second in product(one.states, other.states):
@@ -130,12 +133,24 @@ def _rivals(program: Program) -> Iterator[tuple[Program, Program]]:
     """Yield the pairs of lines that must not take the same."""
     together = list(_needed(program))
     yield from combinations(together, 2)
-    for line in together:
+    for inner in _not_to_happen(together):
+        yield from product(together, _needed(inner))
+        yield from _rivals(inner)
+
+
+def _forgivable(program: Program) -> Iterator[tuple[Program, Program]]:
+    """Yield the pairs of which the second line does not count where it takes what the first did."""
+    together = list(_needed(program))
+    for inner in _not_to_happen(together):
+        yield from product(together, _needed(inner))
+        yield from _forgivable(inner)
+
+
+def _not_to_happen(lines: Iterable[Program]) -> Iterator[Program]:
+    for line in lines:
         for group in outer_groups(line):
             for companion in _companions(group, forbidden=True):
-                for inner in companion.programs:
-                    yield from product(together, _needed(inner))
-                    yield from _rivals(inner)
+                yield from companion.programs
 
 
 def _check_forbidden(program: Program, outside: list[Program]) -> None:
@@ -175,18 +190,29 @@ def _check_forbidden(program: Program, outside: list[Program]) -> None:
 
 
 def _clash(one: Program, other: Program) -> bool:
-    return any(alike(*states) for states in product(one.states, other.states))
+    return any(touching(*states) for states in product(one.states, other.states))
+
+
+def _only_touching(one: Program, other: Program) -> bool:
+    """Tell whether lines can take the same symbol, but as different things."""
+    return any(
+        manner_of(first) != manner_of(second) and touching(first, second)
+        for first, second in product(one.states, other.states)
+    )
 
 
 def manner_of(state: State) -> str:
-    """Return as what a state uses up what it takes."""
-    return _MANNERS.get(state.manner, state.manner)
+    """Return as what a state takes what it takes: what is gone through is a movement."""
+    return state.manner if state.manner in MANNERS else MANNERS[0]
 
 
 def alike(one: State, other: State) -> bool:
     """Tell whether two states can take the same."""
-    if manner_of(one) != manner_of(other):
-        return False
+    return manner_of(one) == manner_of(other) and touching(one, other)
+
+
+def touching(one: State, other: State) -> bool:
+    """Tell whether two states can take the same symbol, whatever as."""
     if one.near or other.near:  # a symbol near a border may be on either side of it
         return not set(one.members).isdisjoint(other.members)
     return any(

@@ -16,18 +16,11 @@ import numpy as np
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside
 from lanindex.search.fast.arrows import NONE
-from lanindex.search.fast.beside import (
-    FORBIDDEN,
-    NO_FRAMES,
-    Margins,
-    Others,
-    Stretches,
-    gathered,
-)
+from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Others, Stretches, gathered
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import Contested, all_lines, could_want, manner_of
 from lanindex.search.fast.lines import Backwards, end_of
-from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, best_of_each, in_order, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, in_order, starts_of
 from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
 from lanindex.search.fast.ways import Used, Ways, apart, reduced, united
 
@@ -47,6 +40,8 @@ class Company:
         self._block, self._contested = block, taken
         self._lines: dict[tuple[Program, bool], Stretches] = {}
         self._others: dict[Companion, tuple[Others, Others]] = {}
+        self._places: Whole = np.arange(len(block))
+        self._inner: Company | None = None
 
     def leading(self, program: Program) -> tuple[Whole, Whole, Whole, Whole]:
         """Return the best way of a program from each beginning.
@@ -59,6 +54,7 @@ class Company:
         ends, lines = self._found(program)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
+        self._look_only_in(program, lines.capture)
         close = self._running_on if program.open_ended else self._ending_first
         ways = close(program, ends, lines)
         entry, root = ends.entry[ways.line], ends.root[ways.line]
@@ -70,7 +66,14 @@ class Company:
 
         The lines that end first are tried first: what ends later than the best way is not tried.
         """
-        return self._tried(program, ends, lines, lines.until)
+        fits = np.ones(len(lines), bool)
+        for companion in _needed(program):
+            fits &= self._accompanied([companion], lines)
+            self._look_only_in(program, lines.capture[fits])
+        chosen = np.flatnonzero(fits)
+        ways = self._tried(program, ends.at(chosen), lines.at(chosen), lines.until[chosen])
+        ways.line = chosen[ways.line]
+        return ways
 
     def _tried(self, program: Program, ends: Ends, lines: Stretches, ranks: Whole) -> Ways:
         """Return ways of the lines that rank first, until none is left that could be better.
@@ -78,8 +81,7 @@ class Company:
         Of each beginning some are tried, then twice as many, as long as one ranks no worse than the
         `high` of the best way found.
         """
-        order = np.flatnonzero(self._accompanied(program, lines))
-        order = order[in_order((ends.entry[order], ends.root[order], ranks[order]))]
+        order = in_order((ends.entry, ends.root, ranks))
         new = starts_of(ends.root[order]) | starts_of(ends.entry[order])
         root = np.cumsum(new) - 1
         place = np.arange(len(order)) - np.flatnonzero(new)[root] if len(order) else order
@@ -144,6 +146,9 @@ class Company:
 
         Of one that runs on the longest; of one that must not happen those that no other holds.
         """
+        if self._inner:
+            found = self._inner.lines(program, forbidden=forbidden)
+            return replace(found, capture=self._places[found.capture])
         longest = program.open_ended and not forbidden
         key = (program, forbidden)
         if key not in self._lines:
@@ -154,6 +159,8 @@ class Company:
                 lines = lines.at(self._last_of_all(program, ends))
             alone = forbidden and program not in self._contested.outside
             if alone:  # the furthest of each beginning will do; any rank is more than any frame
+                chosen = np.flatnonzero(self._accompanied(_needed(program), lines))
+                ends, lines = ends.at(chosen), lines.at(chosen)
                 lines = _as(self._tried(program, ends, lines, FAR - lines.until), lines)
             elif outer_groups(program):
                 lines = _as(self._closed(program, lines), lines)
@@ -161,7 +168,7 @@ class Company:
                 lines.used = ()
             if alone:
                 lines = lines.at(beside.outermost(lines))
-            self._lines[key] = _different(lines)
+            self._lines[key] = beside.different(lines)
         return self._lines[key]
 
     def _found(self, program: Program) -> tuple[Ends, Stretches]:
@@ -265,21 +272,28 @@ class Company:
             self._others[companion] = moving, every
         return self._others[companion]
 
-    def _accompanied(self, program: Program, lines: Stretches) -> Mask:
+    def _look_only_in(self, program: Program, captures: Whole) -> None:
+        """Look for the lines beside a program in some captures alone, if these are few enough."""
+        there = np.zeros(len(self._block), bool)
+        there[captures] = True
+        if 2 * there.sum() < len(self._places) and not self._contested.states:
+            self._places = np.flatnonzero(there)
+            lines = [line for line in all_lines(program) if line is not program]
+            parts = {part for line in lines for state in line.states for part in state.members}
+            self._inner = Company(self._block.taken(self._places, parts), self._contested)
+
+    def _accompanied(self, companions: list[Companion], lines: Stretches) -> Mask:
         """Tell which lines have all that must stand beside them, whatever it takes."""
         found = np.ones(len(lines), bool)
         compared = replace(lines, low=lines.start, high=lines.until)
-        for group in outer_groups(program):
-            for companion in group.companions:
-                if companion.relation not in FORBIDDEN and found.any():
-                    moving, every = self._partners(companion)
-                    margins = self._margins(companion)
-                    for alone, others in ((False, moving), (True, every)):
-                        own = np.flatnonzero(found & (lines.alone == alone))
-                        if not len(own):
-                            continue
-                        held = beside.holds(companion.relation, compared.at(own), others, margins)
-                        found[own] = held & ~(alone and companion.relation in _IN_TURN)
+        for companion in companions if len(lines) else []:
+            moving, every = self._partners(companion)
+            margins = self._margins(companion)
+            for alone, others in ((False, moving), (True, every)):
+                own = np.flatnonzero(found & (lines.alone == alone))
+                if len(own):
+                    held = beside.holds(companion.relation, compared.at(own), others, margins)
+                    found[own] = held & ~(alone and companion.relation in _IN_TURN)
         return found
 
     def _joined(self, companion: Companion, lines: Stretches, ways: Ways) -> Ways:
@@ -335,8 +349,9 @@ class Company:
 
     def _disturbed(self, companion: Companion, lines: Stretches, ways: Ways) -> Mask:
         """Tell in which ways something happens that must not."""
+        high = np.maximum(ways.high, lines.until[ways.line])
         hulls = Stretches(
-            *(lines.capture[ways.line], ways.low, ways.high, ways.low, ways.high),
+            *(lines.capture[ways.line], ways.low, high, ways.low, high),
             lines.alone[ways.line],
             tuple(it.at(ways.line) for it in lines.used) + ways.used,
         )
@@ -355,24 +370,17 @@ class Company:
         return disturbed
 
 
+def _needed(program: Program) -> list[Companion]:
+    """Return what must stand beside a program."""
+    every = [it for group in outer_groups(program) for it in group.companions]
+    return [it for it in every if it.relation not in FORBIDDEN]
+
+
 def _as(ways: Ways, lines: Stretches) -> Stretches:
     """Return ways as lines of their own."""
     lines = lines.at(ways.line)
     lines.low, lines.high, lines.used = ways.low, ways.high, lines.used + ways.used
     return lines
-
-
-def _different(lines: Stretches) -> Stretches:
-    """Return each line once, in order of capture, start and end."""
-    columns: list[Numbers] = [lines.capture, lines.start, lines.until]
-    if lines.alone.any():
-        columns.append(lines.alone.astype(np.int8))
-    if not lines.plain:
-        columns += [lines.low, lines.high]
-    columns += [rows for it in lines.used for rows in it[1:]]
-    chosen = best_of_each(tuple(columns), ())
-    grown = chosen[1:] > chosen[:-1]
-    return lines if len(chosen) == len(lines) and grown.all() else lines.at(chosen)
 
 
 _TOGETHER = ("starting with", "ending with", "exactly with")

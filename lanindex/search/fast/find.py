@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
@@ -184,6 +185,7 @@ class Finder:
             self._programs[int(answer.program[0])],
             self._parts[int(answer.parts[0])],
             tuple(answer.rows[0].tolist()),
+            int(answer.low[0]),
             int(value_of(answer.high, answer.cost)[0]),
         )
         capture, tracks = self._fetched[place]
@@ -235,7 +237,8 @@ class Finder:
         many = len(self._roster)
         if many < MANY:
             return
-        possible = Narrowing(self._columns, many).possible(self._programs)
+        every = Block(self._roster, self._columns, 0, many, self._tolerance)
+        possible = Narrowing(self._columns, every).possible(self._programs)
         if 2 * possible.sum() < many:
             self._places = np.flatnonzero(possible)
             self._some = {part: it.taken(self._places) for part, it in self._columns.items()}
@@ -280,11 +283,7 @@ class Finder:
         found: list[Answers] = []
         doubtful = np.zeros(len(block), bool)
         source = Source(self._recordings, here, block, self._programs)
-
-        def tick() -> None:
-            if watch:
-                watch(int(here[0]), len(self._roster))
-
+        tick = self._tick(int(here[0]), watch)
         for number, program in enumerate(self._programs):
             setting = Setting(block, self._asked, source, tick)
             try:
@@ -325,13 +324,21 @@ class Finder:
             some = places[first : first + TOGETHER].tolist()
             recordings = self._recordings(some, self._query.parts)
             for place, recording in zip(some, recordings, strict=True):
-                if watch:
-                    watch(place, len(self._roster))
+                tick = self._tick(place, watch)
+                tick()
                 found = plain.find(
-                    self._query, [recording], tolerance=self._tolerance, overlaps="all"
+                    *(self._query, [recording]),
+                    tolerance=self._tolerance,
+                    overlaps="all",
+                    tick=tick,
                 )
                 told[place] = list(found)
         return told
+
+    def _tick(self, place: int, watch: Watch | None) -> Callable[[], None]:
+        """Return what tells that the search is still at a capture."""
+        many = len(self._roster)
+        return partial(watch, place, many) if watch else lambda: None
 
 
 def _columns_of(place: int, hits: list[Hit]) -> Answers:

@@ -16,19 +16,27 @@ _FAR = np.int64(FAR)
 
 
 @numba.njit(cache=True, nogil=True)
-def in_order(cell, bounds, captures, accepts, first, last, following, found):
+def in_order(
+    cell, start, stop, bounds, captures, accepts, first, last, following, timed, limits, found
+):
     """Note in which captures an order occurs, as `order.plainly` tells."""
     for place in range(len(captures)):
-        pending, later, ever = _NONE, _NONE, _NONE
+        pending, later, ever, closing, seen = _NONE, _NONE, _NONE, _NONE, 0
         for row in range(bounds[captures[place]], bounds[captures[place] + 1]):
             here = cell[row]
             shown = 0 if here & PASSING else 1
             if here & STARTING:
                 pending, later = _NONE, _NONE
             accepted = accepts[here]
-            active = accepted & (first[shown] | pending | later | ever)
+            for number in range(len(timed) if accepted else 0):
+                lasts, limit = stop[row] - start[row], limits[number, :, captures[place]]
+                if lasts < limit[0] or lasts > limit[1]:
+                    accepted &= ~timed[number]
+            opening = first[1, shown] if seen <= 1 else _NONE
+            active = accepted & (first[0, shown] | opening | pending | later | ever)
             if shown:
-                pending = _NONE
+                pending, closing = _NONE, _NONE
+            seen += shown
             todo, number = active, 0
             while todo:
                 if todo & _ONE << np.uint64(number):
@@ -40,9 +48,12 @@ def in_order(cell, bounds, captures, accepts, first, last, following, found):
                     active |= more
                     todo |= more
                 number = (number + 1) & 63
-            if active & last[shown]:
+            closing |= active & last[1, shown]
+            if active & last[0, shown]:
                 found[place] = True
                 break
+        if closing:
+            found[place] = True
 
 
 @numba.njit

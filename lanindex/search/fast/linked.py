@@ -92,7 +92,7 @@ class Linked:
         parts : list of tuple of str
             Of `Finder`.
         """
-        narrowing = Narrowing(self._columns, len(self._block))
+        narrowing = Narrowing(self._columns, self._block)
         for captures in self._slabs(np.flatnonzero(narrowing.possible(self._programs))):
             found = []
             for number, program in enumerate(self._programs):
@@ -138,11 +138,13 @@ class _Linked(Company):
             return _ends(np.empty((3, 0), np.int64), None)
         columns = self._columns[part]
         pieces = [rows_of(columns, chain, self._captures) for chain in self._chains[program]]
-        found = _ends(np.concatenate(pieces, axis=1), columns)
-        if program.whole.companions:
-            capture = found[1].capture
-            self._captures = np.sort(capture)[starts_of(np.sort(capture))]
-        return found
+        return _ends(np.concatenate(pieces, axis=1), columns)
+
+    def _look_only_in(self, program: Program, captures: Whole) -> None:
+        """Look for the lines beside a program in some captures alone."""
+        there = np.zeros(len(self._block), bool)
+        there[captures] = True
+        self._captures = np.flatnonzero(there)
 
 
 def _ends(found: Whole, columns: Columns | None) -> tuple[Ends, Stretches]:

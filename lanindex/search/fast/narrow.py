@@ -13,6 +13,7 @@ import numpy as np
 
 from lanindex.model.columns import CELL, Columns
 from lanindex.search.automaton import NEGATIONS, Program, State
+from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.order import Bits, in_order, order_of
 from lanindex.search.fast.ragged import Mask
@@ -28,12 +29,12 @@ class Narrowing:
     ----------
     columns : Mapping of str to Columns
         By part; one that is not there never moves.
-    captures : int
-        How many there are.
+    block : Block
+        All captures.
     """
 
-    def __init__(self, columns: Mapping[str, Columns], captures: int) -> None:
-        self._columns, self._captures = columns, captures
+    def __init__(self, columns: Mapping[str, Columns], block: Block) -> None:
+        self._columns, self._block, self._captures = columns, block, len(block)
 
     def possible(self, programs: Sequence[Program]) -> Mask:
         """Return in which captures one of some programs can match, (C,) bool."""
@@ -63,7 +64,7 @@ class Narrowing:
             order = order_of(program, part)
             if order and part in self._columns:
                 captures = np.flatnonzero(found)
-                found[captures] = in_order(order, self._columns[part], captures)
+                found[captures] = in_order(order, self._columns[part], captures, self._block)
         for companion in _needed(program):
             others = np.zeros(self._captures, bool)
             for inner in companion:

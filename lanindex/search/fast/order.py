@@ -1,8 +1,8 @@
 """In which captures the steps of a line occur in its order, whatever else it says.
 
 Each row of a part is looked at once, with all places where a match could stand as the bits of one
-number. Times, lengths and gaps to other parts are left out, so that what is not found here cannot
-match; what is found may.
+number. What lies between movements, and how long stays and rests last, is left out, so that what
+is not found here cannot match; what is found may.
 """
 
 from __future__ import annotations
@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from lanindex.model.columns import PASSING, STARTING, Columns
 from lanindex.search.automaton import Edge, Program, State
 from lanindex.search.fast import compiled
+from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.ragged import Mask, Whole
+from lanindex.search.language.query import Arrow
+from lanindex.search.language.times import Length
 
 MOST_STATES = 63
 """Steps of a line that are numbered by the bits of one number."""
@@ -37,7 +40,11 @@ class Order:
     accepts : ndarray
         (256,) uint64: by cell, the places that it fits.
     first, last : ndarray
-        (2,) uint64: where a match may begin, and where it may end; at a passing row, and at others.
+        (2, 2) uint64: where a match may begin, and where it may end; and the same of those that do
+        so only at the very start or end of a capture. At a passing row, and at others.
+    timed : tuple of (int, Length, bool)
+        The places that want their rows to last for some time, what it is, and whether that is all
+        of it: of two parts at once either may last less long.
     following : ndarray
         (4, N) uint64: by place, those that may come with the next row of the score, with any later
         one of the stretch, with the same one, and with the same or any later one of the capture.
@@ -46,6 +53,7 @@ class Order:
     accepts: Bits
     first: Bits
     last: Bits
+    timed: tuple[tuple[int, Length, bool], ...]
     following: Bits
 
 
@@ -62,12 +70,12 @@ def order_of(program: Program, part: str) -> Order | None:
     elsewhere, leaves = _beyond(program, begun - bits.keys(), bits)
     if leaves:
         return None
-    first, last = _ends(own, begun, bits, elsewhere), np.zeros(2, np.uint64)
-    following = np.zeros((4, len(own)), np.uint64)
+    free = {it.state for it in program.entries if not _close(it.from_start)}
+    first = _ends(own, free, begun, bits, elsewhere)
+    following, elsewhere = np.zeros((4, len(own)), np.uint64), 0
     for place, state in enumerate(own):
         if state.manner == "at":  # it lasts for several rows
             following[NEXT, place] |= np.uint64(1 << place)
-        elsewhere = 0
         for edge in program.edges[state.number]:
             bit = bits.get(edge.entry.state)
             if bit and edge.same:
@@ -77,20 +85,38 @@ def order_of(program: Program, part: str) -> Order | None:
                 found, leaves = _beyond(program, [edge.entry.state], bits)
                 following[EVER, place] |= np.uint64(found)
                 elsewhere |= bits[state.number] * leaves
-        ending = {state.number} if program.exits[state.number] else set()
-        last |= _ends(own, ending, bits, elsewhere)
-    return Order(_accepted(own, part), first, last, following)
+    exits = [it for leaving in program.exits for it in leaving]
+    free = {it.state for it in exits if not _close(it.to_end)}
+    last = _ends(own, free, {it.state for it in exits}, bits, elsewhere)
+    timed = tuple(
+        (bits[state.number], state.length, len(state.members) == 1)
+        for state in own
+        if state.length and state.manner in ("move", "via")
+    )
+    return Order(_accepted(own, part), first, last, timed, following)
 
 
-def _ends(states: list[State], ending: set[int], bits: dict[int, int], elsewhere: int) -> Bits:
-    """Return where a match may begin or end, at a passing row and at others.
+def _close(arrows: Iterable[Arrow]) -> bool:
+    """Tell whether nothing may lie between a step and the start, or the end, of its capture."""
+    return any(arrow.bounds[1] == 0 for arrow in arrows)
 
-    It does so at those of `states` that are among `ending`, at a passing row only of `via`; and it
-    goes on elsewhere from those of the set `elsewhere`.
+
+def _ends(
+    states: list[State], free: set[int], every: set[int], bits: dict[int, int], elsewhere: int
+) -> Bits:
+    """Return where a match may begin or end, as in `Order`.
+
+    It does so anywhere at the states that are `free`, and at the start or end of a capture at
+    `every` one; at a passing row only of `via`. It goes on from those of the set `elsewhere`.
     """
-    through = sum(bits[it.number] for it in states if it.number in ending and it.manner == "via")
-    every = sum(bits[it.number] for it in states if it.number in ending)
-    return np.array([through | elsewhere, every | elsewhere], np.uint64)
+    found = np.zeros((2, 2), np.uint64)
+    for row, ending in enumerate((free, every - free)):
+        for state in states:
+            if state.number in ending:
+                found[row, 1] |= np.uint64(bits[state.number])
+                found[row, 0] |= np.uint64(bits[state.number] * (state.manner == "via"))
+    found[0] |= np.uint64(elsewhere)
+    return found
 
 
 def _kinds(edge: Edge, program: Program) -> Iterator[int]:
@@ -133,7 +159,7 @@ def _accepted(states: list[State], part: str) -> Bits:
     return accepts
 
 
-def in_order(order: Order, columns: Columns, captures: Whole) -> Mask:
+def in_order(order: Order, columns: Columns, captures: Whole, block: Block) -> Mask:
     """Return in which of some captures an order occurs, (N,) bool.
 
     Parameters
@@ -144,17 +170,31 @@ def in_order(order: Order, columns: Columns, captures: Whole) -> Mask:
         Of its part.
     captures : ndarray
         (N,) int64, growing.
+    block : Block
+        Of all captures.
     """
     fast = compiled.chosen(len(columns))
+    limits = _limits(order, block)
     if fast is None:
-        return plainly(order, columns, captures)
+        return plainly(order, columns, captures, limits)
     found = np.zeros(len(captures), bool)
+    own = columns.cell, columns.start, columns.stop, columns.bounds
     asked = order.accepts, order.first, order.last, order.following
-    fast.in_order(columns.cell, columns.bounds, captures, *asked, found)
+    fast.in_order(*own, captures, *asked, *limits, found)
     return found
 
 
-def plainly(order: Order, columns: Columns, captures: Whole) -> Mask:
+def _limits(order: Order, block: Block) -> tuple[Bits, Whole]:
+    """Return the places with limits on time, (K,), and by capture the limits: (K, 2, C) frames."""
+    places = np.array([bit for bit, _, _ in order.timed], np.uint64)
+    limits = np.zeros((len(order.timed), 2, len(block) if order.timed else 0), np.int64)
+    for number, (_, length, whole) in enumerate(order.timed):
+        least, most = block.bounds(length)
+        limits[number] = least * whole, most
+    return places, limits
+
+
+def plainly(order: Order, columns: Columns, captures: Whole, limits: tuple[Bits, Whole]) -> Mask:
     """Return the same as `in_order`, without what is compiled: row by row in all captures.
 
     As soon as only a few captures are left that have so many rows, they are taken to match.
@@ -162,15 +202,17 @@ def plainly(order: Order, columns: Columns, captures: Whole) -> Mask:
     found = np.zeros(len(captures), bool)
     row, behind = columns.bounds[captures], columns.bounds[captures + 1]
     place = np.flatnonzero(row < behind)
-    pending, later, ever = (np.zeros(len(place), np.uint64) for _ in range(3))
+    pending, later, ever, closing = (np.zeros(len(place), np.uint64) for _ in range(4))
+    seen = np.zeros(len(place), np.int64)
     while len(place) > FEW:
         cell = columns.cell[row[place]]
-        begins, passing = cell & STARTING > 0, cell & PASSING > 0
+        begins, shown = cell & STARTING > 0, (cell & PASSING == 0).astype(np.int8)
         pending[begins] = later[begins] = 0
-        accepted = order.accepts[cell]
-        shown = (~passing).astype(np.int8)
-        active = accepted & (order.first[shown] | pending | later | ever)
-        pending[~passing] = 0
+        accepted = _in_time(order.accepts[cell], columns, row[place], captures[place], limits)
+        opening = order.first[1, shown] * (seen <= 1)
+        active = accepted & (order.first[0, shown] | opening | pending | later | ever)
+        pending[shown > 0] = closing[shown > 0] = 0
+        seen += shown
         todo = active
         while todo.any():
             reached = [np.zeros(len(place), np.uint64) for _ in order.following]
@@ -183,9 +225,24 @@ def plainly(order: Order, columns: Columns, captures: Whole) -> Mask:
             ever |= reached[EVER]
             todo = accepted & (reached[SAME] | reached[EVER]) & ~active
             active |= todo
-        found[place] = active & order.last[shown] > 0
+        closing |= active & order.last[1, shown]
+        found[place] = active & order.last[0, shown] > 0
         row[place] += 1
-        on = (row[place] < behind[place]) & ~found[place]
+        ended = row[place] == behind[place]
+        found[place[ended]] |= closing[ended] > 0
+        on = ~ended & ~found[place]
         place, pending, later, ever = place[on], pending[on], later[on], ever[on]
+        closing, seen = closing[on], seen[on]
     found[place] = True
     return found
+
+
+def _in_time(
+    accepted: Bits, columns: Columns, rows: Whole, captures: Whole, limits: tuple[Bits, Whole]
+) -> Bits:
+    """Return the places that rows fit, without those that want them to last otherwise."""
+    lasts = columns.stop[rows].astype(np.int64) - columns.start[rows]
+    for place, (least, most) in zip(*limits, strict=True):
+        wrong = (lasts < least[captures]) | (lasts > most[captures])
+        accepted = np.where(wrong, accepted & ~place, accepted)
+    return accepted

@@ -4,26 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import floor
+from typing import NamedTuple
 
 import numpy as np
 
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside, taken
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches
-from lanindex.search.fast.ends import Found
 from lanindex.search.fast.memory import Nodes, distinct
-from lanindex.search.fast.ragged import FAR, Mask, Numbers, TooMuch, Whole, starts_of
+from lanindex.search.fast.ragged import FAR, Numbers, TooMuch, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
 from lanindex.search.fast.taken import Taken, filled, sets_together
+from lanindex.search.fast.ways import smallest
 
 MOST_MARKS = 1 << 27
 """How many pairs of a line and a node beside it may be noted."""
 
+_LONGER_TOO = ("with", "during", "starting with", "before")
+"""Relations to which a line stands if one stands to it that it goes on."""
+
+_BOTH = ("start", "until")
+_COMPARED = {
+    **dict.fromkeys(("starting with", "after"), ("start",)),
+    **dict.fromkeys(("ending with", "before"), ("until",)),
+}
+"""What of a line is compared with others."""
+
 
 @dataclass(slots=True, eq=False)
 class Others:
-    """The ways of a line that stands beside another.
+    """The ways of a line, of one side, that stands beside another.
 
     Attributes
     ----------
@@ -31,10 +42,10 @@ class Others:
         Their frames.
     taken, owed, seen
         What they remember, as in `Memory`.
-    node, walk : ndarray
-        (N,) int64: where they end, and in which of `walks`.
-    walks : list of Nodes
-        One a program.
+    node : ndarray
+        (N,) int64: where they end.
+    nodes : Nodes or None
+        What goes on in what, of a line that runs on as long as it can.
     """
 
     lines: Stretches
@@ -42,8 +53,7 @@ class Others:
     owed: Whole
     seen: Whole
     node: Whole
-    walk: Whole
-    walks: list[Nodes]
+    nodes: Nodes | None
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -52,8 +62,21 @@ class Others:
     def at(self, chosen: Numbers) -> Others:
         """Return some of them."""
         memory = self.taken.at(chosen), self.owed[:, chosen], self.seen[:, chosen]
-        own = self.node[chosen], self.walk[chosen]
-        return Others(self.lines.at(chosen), *memory, *own, self.walks)
+        return Others(self.lines.at(chosen), *memory, self.node[chosen], self.nodes)
+
+    @property
+    def free(self) -> bool:
+        """Whether they remember nothing."""
+        return not (self.taken or self.owed.size) and int(self.seen.max(initial=-1)) < 0
+
+    def last(self) -> Others:
+        """Return those that do not go on in another one."""
+        if not self.nodes:
+            return self
+        line = np.zeros(len(self), np.int64)
+        last = self.at(np.flatnonzero(~self.nodes.behind(line, self.node, MOST_MARKS)))
+        last.nodes = None
+        return last
 
     def keys(self) -> list[Whole]:
         """Return what they look like from outside."""
@@ -61,6 +84,24 @@ class Others:
         frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
         rest = [*self.taken.first, *self.taken.last, *self.owed, *self.seen]
         return [*frames, lines.alone.astype(np.int64), *rest]
+
+
+class Standing(NamedTuple):
+    """Where lines stand: one each of those that are compared alike.
+
+    Attributes
+    ----------
+    here : Stretches
+        Those.
+    place : ndarray
+        (N,) int64: by way, which of them; -1: none.
+    margins : Margins
+        How near others must lie.
+    """
+
+    here: Stretches
+    place: Whole
+    margins: Margins
 
 
 class Partners:
@@ -77,7 +118,8 @@ class Partners:
         clocks, own = self._block.clocks()
         slack = [floor(self._block.tolerance * clock.rate) for clock in clocks]
         self._slack = np.array(slack, np.int64)[own]
-        self._found: dict[tuple[Program, ...], Others] = {}
+        self._found: dict[Program, Others] = {}
+        self._last: dict[Program, Others] = {}
         self._alone: dict[tuple[Program, ...], tuple[Others, int]] = {}
         self._matches = taken.nothing(0)
 
@@ -112,30 +154,38 @@ class Partners:
         left = owed.copy()
         for column in left:
             some = np.flatnonzero(column < FAR)
-            paid = ~self._matches.at(column[some]).apart(had.at(some))
+            wanted = self._setting.symbols(self._matches.at(column[some]))
+            paid = ~wanted.apart(self._setting.symbols(had.at(some)))
             column[some[paid]] = FAR
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
 
-    def others(self, companion: Companion) -> Others:
-        """Return all ways of the line of a companion."""
-        programs = companion.programs
-        if programs not in self._found:
-            runs_on = any(program.open_ended for program in programs)
-            tables = []
-            walks = []
-            for number, program in enumerate(programs):
-                recall = Recall(self._setting, program, tracked=runs_on)
-                walks.append(recall.nodes)
-                tables.append(self._from_outside(program, recall.found(), number))
-            found = _gathered(tables, walks)
-            if not runs_on:
+    def others(self, program: Program) -> Others:
+        """Return all ways of a line that stands beside another."""
+        if program not in self._found:
+            recall = Recall(self._setting, program, tracked=program.open_ended)
+            found = self._from_outside(program, recall)
+            if not program.open_ended:
                 found = found.at(distinct(found.keys(), len(found))[0])
-            self._found[programs] = found
-        return self._found[programs]
+            self._found[program] = found
+        return self._found[program]
 
-    def _from_outside(self, program: Program, found: Found, number: int) -> Others:
+    def _beside(self, program: Program, relation: str) -> Others:
+        """Return the ways of a line that may stand beside another.
+
+        Of one that runs on as long as it can the longest will do, if those that are shorter stand
+        only where it does, too.
+        """
+        others = self.others(program)
+        if others.nodes and others.free and relation in _LONGER_TOO:
+            if program not in self._last:
+                self._last[program] = others.last()
+            return self._last[program]
+        return others
+
+    def _from_outside(self, program: Program, recall: Recall) -> Others:
         """Return ways of a line as others see them."""
+        found = recall.found()
         lines = Stretches(
             *(found.capture, found.start, found.until, found.low, found.high, found.alone)
         )
@@ -143,8 +193,8 @@ class Partners:
         owed = self.unpaid(memory.owed, memory.taken)
         had = memory.taken if program in self._setting.outside else taken.nothing(len(memory))
         seen = memory.columns[len(memory.columns) - len(asked.columns) :]
-        own = found.node, np.full(len(memory), number)
-        others = Others(lines, had, owed, seen, *own, [])
+        nodes = recall.nodes if program.open_ended else None
+        others = Others(lines, had, owed, seen, found.node, nodes)
         conditions = [it for it in asked.conditions if it not in asked.of_all]
         return others.at(self._setting.met_where_known(conditions, found.capture, seen))
 
@@ -159,52 +209,46 @@ class Partners:
 
     def _with(self, companion: Companion, lines: Stretches, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return the ways to which a line comes that must be there."""
-        others = self.others(companion)
+        relation = companion.relation
         wanted = np.zeros(len(lines), bool)
         wanted[hulls.line] = True
         pieces = [hulls.at(np.zeros(0, np.int64))]
         for alone in (False, True):
             own = np.flatnonzero(wanted & (lines.alone == alone))
-            if len(own) and not (alone and companion.relation in ("after", "before")):
-                some = others if alone else others.at(np.flatnonzero(~others.lines.alone))
-                pieces.append(self._joined(companion, (lines, own), hulls, some, whole=whole))
+            if not len(own) or (alone and relation in ("after", "before")):
+                continue
+            # ways differ, where they stand hardly does
+            keys = [getattr(lines, it)[own] for it in ("capture", *_COMPARED.get(relation, _BOTH))]
+            once, alike = distinct(keys, len(own))
+            stands = np.full(len(lines), -1)
+            stands[own] = alike
+            line = Standing(lines.at(own[once]), stands[hulls.line], self._margins(companion))
+            for program in companion.programs:
+                others = self._beside(program, relation)
+                if not alone:
+                    others = others.at(np.flatnonzero(~others.lines.alone))
+                join = self._with_free if others.free else self._with_each
+                pieces.append(join(relation, line, hulls, others, whole=whole))
         return self._reduced(_all_hulls(pieces))
 
-    def _joined(
-        self,
-        companion: Companion,
-        which: tuple[Stretches, Whole],
-        hulls: Hulls,
-        others: Others,
-        *,
-        whole: bool,
+    def _with_each(
+        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
     ) -> Hulls:
-        """Return the ways of some lines with each of the others that can stand beside them."""
-        (lines, own), relation = which, companion.relation
-        margins = self._margins(companion)
-        keys = [lines.capture[own], lines.start[own], lines.until[own]]
-        once, alike = distinct(keys, len(own))  # ways differ, where they stand hardly does
-        here = lines.at(own[once])
-        stands = np.full(len(lines), -1)
-        stands[own] = alike
-        runs_on = any(program.open_ended for program in companion.programs)
-        simple = not (runs_on or others.taken or others.owed.size or len(others.seen))
-        if simple and not self._setting.asked.of_frames:
-            return self._with_best(relation, (here, stands), hulls, others, margins)
-        line, other = _pairs(relation, here, others.lines, margins)
-        way, place = beside.matched(stands[hulls.line], line)
+        """Return ways with each of the others that can stand beside them."""
+        place, other = _pairs(relation, line.here, others.lines, line.margins)
+        way, place = beside.matched(line.place, place)
         other = other[place]
         fits = hulls.taken.at(way).apart(others.taken.at(other))
         way, other = way[fits], other[fits]
         seen = np.maximum(hulls.seen[:, way], others.seen[:, other])
-        if whole or not runs_on:
+        if whole or not others.nodes:
             asked = self._setting.asked
             conditions = [it for it in asked.conditions if it not in asked.of_all]
-            capture = lines.capture[hulls.line[way]]
+            capture = others.lines.capture[other]
             kept = self._setting.met_where_known(conditions, capture, seen)
             way, other, seen = way[kept], other[kept], seen[:, kept]
-        if runs_on:
-            kept = np.flatnonzero(~_goes_on(others, way, other))
+        if others.nodes:
+            kept = np.flatnonzero(~others.nodes.behind(way, others.node[other], MOST_MARKS))
             way, other, seen = way[kept], other[kept], seen[:, kept]
         low, high = hulls.low[way], hulls.high[way]
         if relation not in NO_FRAMES:
@@ -214,28 +258,33 @@ class Partners:
         owed = sets_together(hulls.owed[:, way], others.owed[:, other])
         return Hulls(hulls.line[way], low, high, had, owed, seen)
 
-    def _with_best(
-        self,
-        relation: str,
-        which: tuple[Stretches, Whole],
-        hulls: Hulls,
-        others: Others,
-        margins: Margins,
+    def _with_free(
+        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
     ) -> Hulls:
-        """Return the ways of some lines with the best of others that remember nothing."""
-        here, stands = which
-        place = stands[hulls.line]
-        if relation in NO_FRAMES:
-            held = np.append(
-                beside.holds(relation, here, beside.Others(others.lines), margins), False
+        """Return ways with others that remember nothing: once for each place where lines stand."""
+        of_frames = self._setting.asked.of_frames
+        if not others.nodes and relation in NO_FRAMES:
+            held = beside.holds(relation, line.here, beside.Others(others.lines), line.margins)
+            return hulls.at(np.flatnonzero(np.append(held, False)[line.place]))
+        if not others.nodes and not of_frames:
+            place, low, high = beside.hulls(
+                relation, line.here, beside.Others(others.lines), line.margins
             )
-            return hulls.at(np.flatnonzero(held[place]))
-        line, low, high = beside.hulls(relation, here, beside.Others(others.lines), margins)
-        way, place = beside.matched(place, line)
-        found = hulls.at(way)
-        found.low = np.minimum(found.low, low[place])
-        found.high = np.maximum(found.high, high[place])
-        return found
+        else:
+            place, other = _pairs(relation, line.here, others.lines, line.margins)
+            if others.nodes:
+                kept = ~others.nodes.behind(place, others.node[other], MOST_MARKS)
+                place, other = place[kept], other[kept]
+            if relation in NO_FRAMES:
+                return hulls.at(np.flatnonzero(np.isin(line.place, place)))
+            low, high = others.lines.low[other], others.lines.high[other]
+            if not of_frames:
+                place, low, high = smallest(place, low, high)
+        way, which = beside.matched(line.place, place)
+        joined = hulls.at(way)
+        joined.low = np.minimum(joined.low, low[which])
+        joined.high = np.maximum(joined.high, high[which])
+        return joined
 
     def _reduced(self, hulls: Hulls) -> Hulls:
         """Return ways without those that others are better than: no larger, and alike else."""
@@ -254,7 +303,7 @@ class Partners:
         """Return the ways in which nothing happens that must not, with what they owe for that."""
         others, base = self._forbidden(companion)
         capture, alone = lines.capture[hulls.line], lines.alone[hulls.line]
-        low, high = hulls.low, hulls.high
+        low, high = hulls.low, np.maximum(hulls.high, lines.until[hulls.line])
         here = Stretches(capture, low, high, low, high, alone)
         margins, free = self._margins(companion), others.taken.none
         disturbed = np.zeros(len(here), bool)
@@ -272,7 +321,8 @@ class Partners:
             owed = np.flatnonzero(fits & ~free)
             hull, other = _pairs(companion.relation, here.at(own), others.lines.at(owed), margins)
             hull, other = own[hull], owed[other]
-            apart = hulls.taken.at(hull).apart(others.taken.at(other))
+            had, symbols = hulls.taken.at(hull), self._setting.symbols
+            apart = symbols(had).apart(symbols(others.taken.at(other)))
             owing.append(np.stack((hull[apart], other[apart] + base)))
         pairs = np.concatenate(owing, axis=1)
         hulls.owed = sets_together(hulls.owed, _by_line(pairs, len(here)))
@@ -282,7 +332,7 @@ class Partners:
         """Return the matches of a line that must not happen, and where their numbers begin."""
         programs = companion.programs
         if programs not in self._alone:
-            others = self.others(companion)
+            others = _gathered([self.others(program) for program in programs])
             others = others.at(np.flatnonzero((others.owed >= FAR).all(axis=0)))
             lines = others.lines
             keys = [lines.capture, lines.start, lines.until, lines.alone.astype(np.int64)]
@@ -302,15 +352,6 @@ def _pairs(
     return line, ordered.order[place]
 
 
-def _goes_on(others: Others, way: Whole, other: Whole) -> Mask:
-    """Tell which of the others beside each way go on in another one beside the same."""
-    found = np.zeros(len(way), bool)
-    for number, nodes in enumerate(others.walks):
-        own = np.flatnonzero(others.walk[other] == number)
-        found[own] = nodes.behind(way[own], others.node[other[own]], MOST_MARKS)
-    return found
-
-
 def _by_line(pairs: Whole, lines: int) -> Whole:
     """Return what each line is paired with as columns, filled up with `FAR`."""
     pairs = pairs[:, np.lexsort(pairs[::-1])]
@@ -324,15 +365,15 @@ def _by_line(pairs: Whole, lines: int) -> Whole:
     return found
 
 
-def _gathered(tables: list[Others], walks: list[Nodes]) -> Others:
+def _gathered(tables: list[Others]) -> Others:
+    """Return the ways of all sides; it is not told any more which goes on in which."""
     return Others(
         beside.gathered([it.lines for it in tables]),
         taken.beside_each_other([it.taken for it in tables]),
         filled([it.owed for it in tables]),
         np.concatenate([it.seen for it in tables], axis=1),
         np.concatenate([it.node for it in tables]),
-        np.concatenate([it.walk for it in tables]),
-        walks,
+        None,
     )
 
 

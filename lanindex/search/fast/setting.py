@@ -13,10 +13,10 @@ from lanindex.search.automaton import Group, Program, State
 from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import alike, manner_of
+from lanindex.search.fast.claims import MANNERS, manner_of, touching
 from lanindex.search.fast.conditions import Clauses, Source, Told
 from lanindex.search.fast.lines import components, reached
-from lanindex.search.fast.ragged import Numbers, Whole
+from lanindex.search.fast.ragged import FAR, Numbers, Whole
 from lanindex.search.fast.taken import Taken, nothing, one_each
 from lanindex.search.language.clauses import Condition
 
@@ -143,8 +143,9 @@ class Setting:
         self.clauses = Clauses(asked, block, source)
         self.contested: dict[Program, set[int]] = {}
         self.outside: set[Program] = set()
-        self._lanes: dict[tuple[str, str], int] = {}
-        self._next_lane = 0
+        self._lanes: dict[str, int] = {}
+        self._widths: list[int] = []
+        self._begins = [0]
         self._due: dict[Program, Due] = {}
 
     def due(self, program: Program) -> Due:
@@ -167,7 +168,7 @@ class Setting:
         """Tell whether two lines could want the same, and note at which states."""
         found = False
         for first, second in product(_kinds(one), _kinds(other)):
-            if alike(first[0], second[0]):
+            if touching(first[0], second[0]):
                 self.contested.setdefault(one, set()).update(first[1])
                 self.contested.setdefault(other, set()).update(second[1])
                 found = True
@@ -188,10 +189,24 @@ class Setting:
 
     def _lane(self, manner: str, part: str) -> int:
         """Return from where on the claims of a part's movements, stays or rests are counted."""
-        if (manner, part) not in self._lanes:
-            self._lanes[manner, part] = self._next_lane
-            self._next_lane += 2 * len(self.block.rows(part)) + 4
-        return self._lanes[manner, part]
+        if part not in self._lanes:
+            self._lanes[part] = len(self._widths)
+            self._widths.append(2 * len(self.block.rows(part)) + 4)
+            self._begins.append(self._begins[-1] + len(MANNERS) * self._widths[-1])
+        lane = self._lanes[part]
+        return self._begins[lane] + MANNERS.index(manner) * self._widths[lane]
+
+    def symbols(self, had: Taken) -> Taken:
+        """Return the symbols that lines have taken, whatever as; in no order."""
+        if not had:
+            return had
+        begins, widths = np.array(self._begins), np.array([*self._widths, 1])
+        lane = np.searchsorted(begins, had.first, "right") - 1
+        passed = (had.first - begins[lane]) // widths[lane] * widths[lane]
+        return Taken(
+            np.where(had.first < FAR, had.first - passed, FAR),
+            np.where(had.first < FAR, had.last - passed, FAR),
+        )
 
     def met(self, conditions: Iterable[Condition], capture: Whole, seen: Whole) -> Whole:
         """Return the places of the ways that meet conditions on labels."""

@@ -44,7 +44,12 @@ def labelled(
 
 
 def trace(
-    block: Block, program: Program, parts: tuple[str, ...], rows: tuple[int, ...], value: int
+    block: Block,
+    program: Program,
+    parts: tuple[str, ...],
+    rows: tuple[int, ...],
+    low: int,
+    value: int,
 ) -> list[Taken]:
     """Return what matched the states of a line that remembers nothing, in order.
 
@@ -56,6 +61,8 @@ def trace(
         Which answers.
     parts, rows : tuple
         The first symbols.
+    low : int
+        The first frame: one symbol may be both a movement and a stay with which the line begins.
     value : int
         End and cost, as from `lanindex.search.fast.lines.value_of`.
     """
@@ -68,6 +75,7 @@ def trace(
             continue
         events = block.events(state)
         fits = roots(block, program, entry) & (backwards.values[entry.state] == value)
+        fits &= events.start == low
         for member, row in zip(order, rows, strict=False):
             fits &= events.first[member] == row
         if fits.any():

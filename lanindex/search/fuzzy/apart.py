@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 import numpy as np
@@ -73,7 +73,7 @@ class Refusal:
         own = _between(hits, low, high)
         found: Mask = near > own
         asked = np.flatnonzero((near == own) & (own > 0))
-        pairs = [_overlapping(hits, low[it], high[it]) for it in asked.tolist()]
+        pairs = list(self._overlapping(hits, low[asked], high[asked]))
         found[asked] = self._by_others(table, asked, pairs, hits)
         return found
 
@@ -94,6 +94,20 @@ class Refusal:
         )
         return finder.find("all", self._watch)
 
+    def _ask(self) -> None:
+        if self._watch:
+            self._watch(0, len(self._roster))
+
+    def _overlapping(self, hits: Found, low: Whole, high: Whole) -> Iterator[Whole]:
+        """Yield the hits, in order of capture and start, that reach into each such stretch."""
+        begins, ends = hits.place * LIFTED + hits.low, hits.place * LIFTED + hits.high
+        longest = int((ends - begins).max(initial=0))
+        first = np.searchsorted(begins, low - longest).tolist()
+        behind = np.searchsorted(begins, high, side="right").tolist()
+        for begin, end, least in zip(first, behind, low.tolist(), strict=True):
+            self._ask()
+            yield np.flatnonzero(ends[begin:end] >= least) + begin
+
     def _by_others(
         self, table: Table, matches: Whole, pairs: list[Whole], hits: Found
     ) -> list[bool]:
@@ -102,8 +116,7 @@ class Refusal:
         symbols = {}
         for index, hit in zip(wanted, hits.arranged(wanted), strict=True):
             symbols[index] = {(it.part, it.ordinal) for it in hit.symbols}
-            if self._watch:
-                self._watch(0, len(self._roster))
+            self._ask()
         return [
             not all(_share(table, match, symbols[index]) for index in own.tolist())
             for match, own in zip(matches.tolist(), pairs, strict=True)
@@ -116,15 +129,6 @@ def _between(hits: Found, low: Whole, high: Whole) -> Whole:
     ends = np.sort(hits.place * LIFTED + hits.high)
     # all that end before a stretch begin before it
     return np.searchsorted(begins, high, "right") - np.searchsorted(ends, low)
-
-
-def _overlapping(hits: Found, low: int, high: int) -> Whole:
-    """Return the hits, in order of capture and start, that reach into such a stretch."""
-    here = slice(*np.searchsorted(hits.place, [low // LIFTED, low // LIFTED + 1]).tolist())
-    begin = low // LIFTED * LIFTED
-    near: Mask = (hits.low[here] + begin <= high) & (hits.high[here] + begin >= low)
-    found: Whole = np.flatnonzero(near) + here.start
-    return found
 
 
 def _share(table: Table, match: int, symbols: set[tuple[str, int]]) -> bool:

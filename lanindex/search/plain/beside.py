@@ -16,7 +16,7 @@ from lanindex.search.plain.candidates import Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Open, Path, distinct, longest
 from lanindex.search.plain.relations import FORBIDDEN, NO_FRAMES, Stretch, stands
-from lanindex.search.plain.track import Claim
+from lanindex.search.plain.track import Symbol, symbols_of
 from lanindex.search.plain.wanted import Sides
 
 MOST_WAYS = 1_000_000
@@ -115,7 +115,7 @@ class Company:
                 hulls = [
                     hull._replace(memory=hull.memory.using(frozenset(), (), owed))
                     for hull in hulls
-                    for owed in [self._disturbing(companion, line.alone, hull)]
+                    for owed in [self._disturbing(companion, stretch, hull)]
                     if frozenset() not in owed
                 ]
         return hulls
@@ -127,6 +127,7 @@ class Company:
         if len(hulls) * len(self._paths(companion.programs)) > MOST_WAYS:
             raise self._recording.too_many(MOST_WAYS)
         for hull in hulls:
+            self._recording.tick()
             for path in self._partners(companion, stretch, hull, whole):
                 yield hull.joined(path, companion.relation)
 
@@ -150,15 +151,20 @@ class Company:
         return distinct(longest(paths)) if runs_on else paths
 
     def _disturbing(
-        self, companion: Companion, alone: bool, hull: Hull
-    ) -> frozenset[frozenset[Claim]]:
-        """Return what the matches use of a line that must not happen, where they use nothing."""
-        stretch = Stretch(hull.low, hull.high, alone)
+        self, companion: Companion, line: Stretch, hull: Hull
+    ) -> frozenset[frozenset[Symbol]]:
+        """Return what the matches of a line that must not happen use, where it is nothing of ours.
+
+        A line that is still no more than a starting position lasts as long as its part stays there.
+        """
+        stretch = Stretch(hull.low, max(hull.high, line.until), line.alone)
+        used = symbols_of(hull.memory.used)
+        self._recording.tick()
         return frozenset(
-            path.memory.used
+            symbols
             for path in self._alone(companion.programs)
-            if not path.memory.used & hull.memory.used
-            and stands(companion, stretch, path, self._recording, self._slack)
+            for symbols in [symbols_of(path.memory.used)]
+            if not symbols & used and stands(companion, stretch, path, self._recording, self._slack)
         )
 
     def _alone(self, line: Sides) -> list[Path]:

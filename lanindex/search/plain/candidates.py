@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -95,10 +95,17 @@ class Recording:
         Its rate, frames and tempo.
     tracks : Mapping of str to Track
         By part; a part that is not there never moves.
+    tick : callable, optional
+        Is called now and then while it is searched, and may raise.
     """
 
-    def __init__(self, capture: Capture, tracks: Mapping[str, Track]) -> None:
-        self.capture, self._tracks = capture, tracks
+    def __init__(
+        self,
+        capture: Capture,
+        tracks: Mapping[str, Track],
+        tick: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.capture, self._tracks, self.tick = capture, tracks, tick
         self._clock = Clock(capture.rate, capture.meter.speed / 60)
         self._timelines: dict[str, Timeline | None] = {}
         self._symbols: dict[str, list[Symbol]] = {}

@@ -5,7 +5,7 @@ It is correct first and serves as the oracle of any faster one.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from lanindex.errors import UsageError
@@ -30,6 +30,7 @@ def find(
     *,
     tolerance: Fraction = TOLERANCE,
     overlaps: str = "none",
+    tick: Callable[[], None] = lambda: None,
 ) -> Iterator[Hit]:
     """Find a pattern.
 
@@ -45,6 +46,8 @@ def find(
     overlaps : str, optional
         ``none``: from left to right, those that begin when the one before is over; ``all``: one
         for every place where the pattern can start.
+    tick : callable, optional
+        Is called now and then, also while one capture is searched, and may raise.
 
     Yields
     ------
@@ -74,7 +77,7 @@ def find(
         raise UsageError(f'overlaps "{overlaps}"', wanted=" or ".join(OVERLAPS))
     if tolerance < 0:
         raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-    return _find(query, recordings, tolerance, overlaps)
+    return _find(query, recordings, tolerance, overlaps, tick)
 
 
 def _find(
@@ -82,11 +85,12 @@ def _find(
     recordings: Iterable[tuple[Capture, Mapping[str, Track]]],
     tolerance: Fraction,
     overlaps: str,
+    tick: Callable[[], None],
 ) -> Iterator[Hit]:
     programs = plan(query)
     counted = counts(query.pattern)
     for capture, tracks in recordings:
-        recording = Recording(capture, tracks)
+        recording = Recording(capture, tracks, tick)
         clauses = Clauses(query, recording)
         if not clauses.may_hold(()):
             continue

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from lanindex.search.automaton import State
 from lanindex.search.plain.candidates import Match
-from lanindex.search.plain.track import Claim
+from lanindex.search.plain.track import Claim, Symbol, symbols_of
 
 
 class Open(NamedTuple):
@@ -61,7 +61,7 @@ class Memory(NamedTuple):
         The whole line, and the groups it is in, the innermost last.
     used : frozenset of Claim
         What it has used of that which another line might want.
-    owed : frozenset of frozenset of Claim
+    owed : frozenset of frozenset of Symbol
         Of each match of a line that must not happen what it uses: none of them counts that uses a
         symbol of the hit, so one of each has still to be used.
     seen : tuple of Seen
@@ -72,7 +72,7 @@ class Memory(NamedTuple):
 
     groups: tuple[Open, ...]
     used: frozenset[Claim]
-    owed: frozenset[frozenset[Claim]] = frozenset()
+    owed: frozenset[frozenset[Symbol]] = frozenset()
     seen: tuple[Seen, ...] = ()
     beats: tuple[int, ...] = ()
 
@@ -80,12 +80,13 @@ class Memory(NamedTuple):
         self,
         claims: frozenset[Claim],
         seen: tuple[Seen, ...],
-        owed: frozenset[frozenset[Claim]] = frozenset(),
+        owed: frozenset[frozenset[Symbol]] = frozenset(),
     ) -> Memory:
         """Return it with more that is used, seen and owed."""
         used, owed = self.used | claims, self.owed | owed
         if owed:
-            owed = frozenset(it for it in owed if not it & used)
+            symbols = symbols_of(used)
+            owed = frozenset(it for it in owed if not it & symbols)
         return Memory(self.groups, used, owed, self.seen + seen, self.beats)
 
 

@@ -8,7 +8,7 @@ crosses a gap of the capture: rows on both sides of one are of different *stretc
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
@@ -20,8 +20,16 @@ from lanindex.search import nearly
 from lanindex.search.automaton import State
 from lanindex.search.language.words import WORD_KINDS
 
+Symbol = tuple[str, int]
+"""A symbol that is used: a part and a row."""
+
 Claim = tuple[str, str, int]
 """What cannot serve two lines: a manner, a part and a row."""
+
+
+def symbols_of(claims: Iterable[Claim]) -> frozenset[Symbol]:
+    """Return the symbols of what is used, whatever as."""
+    return frozenset((part, row) for _, part, row in claims)
 
 
 @dataclass(eq=False)

@@ -95,7 +95,8 @@ class Walker:
             ]
             outside = self._wanted.outside(line)
             for path in found:
-                path.memory = path.memory._replace(used=path.memory.used & outside)
+                used = frozenset(it for it in path.memory.used if it[1:] in outside)
+                path.memory = path.memory._replace(used=used)
             runs_on = any(program.open_ended for program in line)
             self._paths[line] = found if runs_on else distinct(found)
         return self._paths[line]
@@ -111,7 +112,7 @@ class Walker:
                     yield Node(state, match, self._timing(program, match, memory))
 
     def _claims(self, match: Match) -> frozenset[Claim]:
-        return match.claims & self._wanted.twice if self._wanted.twice else frozenset()
+        return frozenset(it for it in match.claims if it[1:] in self._wanted.twice)
 
     def _seen(self, state: State, match: Match) -> tuple[Seen, ...]:
         spoken = [label for label in state.labels if label in self._clauses.labels]
@@ -132,6 +133,7 @@ class Walker:
         todo = [(root.match.end, 0, 0, root)]
         while todo:
             end, *_, node = heappop(todo)
+            self._recording.tick()
             node.settle()
             exits = program.exits[node.state.number]
             yield end, [path for leaving in exits for path in self._finish(root, node, leaving)]

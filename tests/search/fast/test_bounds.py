@@ -11,7 +11,7 @@ from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
-from lanindex.search.fast import Timeout, ragged, walk
+from lanindex.search.fast import Timeout, ragged, recall, walk
 from lanindex.search.language import parse
 from lanindex.search.plain import find
 
@@ -37,6 +37,23 @@ def test_a_search_gives_up_in_time():
     for pattern in ("head low ... high", "head low -> high rhythm 1:2"):
         with pytest.raises(LanindexError, match=r"longer than 0 s.*0 of 1 captures.*Bound"):
             find_fast(parse(pattern), recordings, watch=Timeout(0))
+
+
+def test_a_search_gives_up_in_time_within_one_capture_also_plainly(monkeypatch):
+    recordings, calls = [random_library(Random(2), captures=1, most=8)[0]], []
+
+    def watch(done, captures):
+        calls.append(done)
+        if len(calls) == 6:
+            raise KeyboardInterrupt
+
+    pattern = "r_arm any x1+ with l_arm any x1+ where match.length > 0s"
+    with pytest.raises(KeyboardInterrupt):
+        find_fast(parse(pattern), recordings, watch=watch)
+    calls.clear()
+    monkeypatch.setattr(recall, "MOST_WAYS", 0)
+    with pytest.raises(KeyboardInterrupt):
+        find_fast(parse(pattern), recordings, watch=watch)
 
 
 @pytest.fixture

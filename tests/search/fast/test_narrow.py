@@ -1,11 +1,14 @@
 """Which captures are looked at closer."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from query_cases import recordings_of
 
-from lanindex.model.columns import columns_of
+from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.automaton import plan
+from lanindex.search.fast.block import Block
 from lanindex.search.fast.narrow import Narrowing, unavoidable
 from lanindex.search.language import parse
 
@@ -24,7 +27,8 @@ def possible(text: str) -> list[bool]:
         part: columns_of(part, captures, [it.tracks.get(part) for it in recordings])
         for part in ("r_arm", "l_arm")
     }
-    return Narrowing(columns, len(captures)).possible(plan(parse(text))).tolist()
+    block = Block(roster_of(captures), columns, 0, len(captures), Fraction(1, 10))
+    return Narrowing(columns, block).possible(plan(parse(text))).tolist()
 
 
 @pytest.mark.parametrize(

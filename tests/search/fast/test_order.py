@@ -1,5 +1,6 @@
 """In which captures the steps of a line occur in its order."""
 
+from fractions import Fraction
 from random import Random
 
 import numpy as np
@@ -9,9 +10,10 @@ from grammar_patterns import random_pattern
 from query_cases import recordings_of
 from random_library import DIRECTIONS, PARTS, random_library
 
-from lanindex.model.columns import columns_of
+from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.automaton import plan
 from lanindex.search.fast import compiled, order
+from lanindex.search.fast.block import Block
 from lanindex.search.language import parse
 
 TRACKS = (
@@ -36,7 +38,8 @@ def found(text: str, recordings, part: str = "r_arm") -> list[bool]:
     (program,) = plan(parse(text))
     asked = order.order_of(program, part)
     assert asked is not None
-    return order.in_order(asked, columns, np.arange(len(captures))).tolist()
+    block = Block(roster_of(captures), {}, 0, len(captures), Fraction(1, 10))
+    return order.in_order(asked, columns, np.arange(len(captures)), block).tolist()
 
 
 @pytest.mark.parametrize(
@@ -50,6 +53,14 @@ def found(text: str, recordings, part: str = "r_arm") -> list[bool]:
         ("r_arm low -> hold -> mid", [True, False, False]),
         ("r_arm at not mid -> at mid -> at low", [False, True, False]),
         ("r_arm high -> l_arm any -> r_arm low", [True, True, False]),
+        ("r_arm mid <1s", [True, False, False]),
+        ("r_arm mid 0.8s..2s", [False, True, False]),
+        ("start -> r_arm mid", [True, True, False]),
+        ("start -> r_arm high -> mid", [False, True, False]),
+        ("start -> r_arm mid -> left low -> high", [True, False, False]),
+        ("start -> r_arm high -> low", [False, False, False]),
+        ("r_arm high -> end", [False, False, False]),
+        ("r_arm mid -> low -> end", [False, True, False]),
     ],
 )
 def test_what_is_in_another_order_is_not_found(text, expected, monkeypatch):
@@ -88,9 +99,10 @@ def test_the_compiled_way_is_the_plain_one_and_leaves_out_no_hit(monkeypatch):
 
 def possible(program, recordings, captures) -> list[int]:
     fits = np.ones(len(captures), bool)
+    block = Block(roster_of(captures), {}, 0, len(captures), Fraction(1, 10))
     for part in {part for state in program.states for part in state.members}:
         columns = columns_of(part, captures, [tracks.get(part) for _, tracks in recordings])
         asked = order.order_of(program, part)
         if asked:
-            fits &= order.in_order(asked, columns, np.arange(len(captures)))
+            fits &= order.in_order(asked, columns, np.arange(len(captures)), block)
     return np.flatnonzero(fits).tolist()

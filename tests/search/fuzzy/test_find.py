@@ -1,17 +1,22 @@
 """What is nearly a pattern, over captures and lines."""
 
+import weakref
 from itertools import pairwise
 
 import made_patterns
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from query_cases import recordings_of
 
-from lanindex.errors import UsageError
+from lanindex.errors import LanindexError, UsageError
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.fuzzy import Allowance
 from lanindex.search.fuzzy import find as find_in_columns
+from lanindex.search.fuzzy.find import MORE
+from lanindex.search.fuzzy.found import Source
+from lanindex.search.fuzzy.overlaps import PATIENCE, ROUNDS, staying
 from lanindex.search.language import parse
 from lanindex.search.plain import find as find_exactly
 
@@ -135,3 +140,113 @@ def test_what_is_no_allowance(text):
 def test_conditions_have_no_edits(text):
     with pytest.raises(UsageError, match="cannot count edits"):
         find(parse(text), recordings(), Allowance.read("1"))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    made_patterns.bare_lines(),
+    st.sampled_from(("", "with", "without", "during", "before", "or", "exactly with")),
+    made_patterns.bare_lines("l_arm"),
+    st.lists(made_patterns.recordings(), min_size=1, max_size=4),
+    st.sampled_from(("0", "0.5", "1", "2")),
+    st.integers(1, 6),
+)
+def test_the_best_are_those_that_sorting_all_would_put_first(
+    line, relation, other, recordings, allowed, number
+):
+    query = parse(f"{line} {relation} {other}" if relation else line)
+    allowance = Allowance.read(allowed)
+    every = find(query, recordings, allowance).by_fit()
+    best = find(query, recordings, allowance, best=number)
+    assert list(best) == list(every[:number])
+    assert best.fit.tolist() == [hit.fit for hit in best]
+
+
+def test_the_best_are_found_where_few_captures_are_looked_at():
+    recordings = [(one.capture, one.tracks) for one in recordings_of(TRACKS)] * 300
+    asked = []
+    query = parse("r_arm right mid -> r_forward high -> place high")
+    captures, held = zip(*recordings, strict=True)
+    columns = {"r_arm": columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])}
+
+    def taken(places, parts):
+        asked.extend(places)
+        return [recordings[place] for place in places]
+
+    allowance = Allowance.read("2")
+    best = find_in_columns(query, roster_of(captures), columns, taken, allowance, best=2)
+    assert [hit.fit for hit in best] == [1, 1]
+    (table, _), *_ = best._source.tables
+    assert len(np.unique(table.capture)) <= 2 * MORE
+    assert len(asked) == 2
+
+
+def test_counts_and_spans_make_no_hits(monkeypatch):
+    found = find(parse("r_arm high"), recordings(), Allowance.read("1"))
+    monkeypatch.setattr(Source, "hit", None)
+    assert found.counts() == [(recordings()[0][0], len(found))]
+    assert [span.start for _, span in found.spans()] == found.numpy()["start"].tolist()
+    assert found.captures == 1
+    assert len(found.by_fit()[:1]) == 1
+
+
+def test_nothing_is_kept_of_columns_that_nobody_has():
+    (one,) = recordings_of(TRACKS)
+    columns = {"r_arm": columns_of("r_arm", [one.capture], [one.tracks["r_arm"]])}
+    left = [weakref.ref(columns["r_arm"]), weakref.ref(columns["r_arm"].cell)]
+    query, allowance = parse("r_arm low -> high"), Allowance.read("1")
+    assert len(find_in_columns(query, roster_of([one.capture]), columns, None, allowance))
+    del columns
+    assert [it() for it in left] == [None, None]
+
+
+@pytest.mark.parametrize("text", ["r_arm low ... high", "r_arm low -> high", "r_arm at high"])
+def test_a_search_that_may_not_go_on_ends(text):
+    def watch(done, captures):
+        raise LanindexError(f"{done} of {captures}")
+
+    with pytest.raises(LanindexError, match="0 of 1"):
+        find(parse(text), recordings(), Allowance.read("1"), watch=watch)
+
+
+@pytest.mark.parametrize(
+    ("text", "allowed", "expected"),
+    [
+        ("start -> r_arm right mid", "0", [(5, 12)]),
+        ("start -> r_arm r_forward high", "0", []),
+        ("start -> r_arm r_forward high", "0.5", [(12, 20)]),  # passes over right mid
+        ("start ... r_arm r_forward high", "0", [(12, 20)]),
+        ("r_arm place low -> end", "0", [(70, 75)]),
+        ("r_arm right mid -> end", "0", []),
+        ("r_arm right mid -> end", "0.5", [(60, 68)]),
+        ("r_arm right mid ... end", "0", [(5, 12), (60, 68)]),
+        ("arms high", "0", []),  # they share no frame
+        ("arms mid", "0", [(5, 15)]),
+        ("arms mid -> high", "0.5", [(5, 50)]),
+    ],
+)
+def test_the_ends_of_a_clip_and_both_arms(text, allowed, expected):
+    assert spans(text, allowed) == expected
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 1), st.integers(0, 60), st.integers(1, 20))))
+def test_the_best_stays_and_what_overlaps_it_is_left(drawn):
+    capture, low, size = np.array(drawn, np.int64).reshape(-1, 3).T
+    high, kept = low + size, []
+    for it in range(len(low)):  # the order is the rank
+        apart = (capture[kept] != capture[it]) | (high[kept] <= low[it]) | (high[it] <= low[kept])
+        if apart.all():
+            kept.append(it)
+    rank = np.arange(len(low))
+    found = staying(capture, low, high, rank, lambda: None)
+    assert np.flatnonzero(found).tolist() == kept
+
+
+def test_what_overlaps_in_a_row_is_settled_without_comparing_all():
+    many = 20_000
+    low = np.arange(many) * 5  # each is better than the next, and overlaps it
+    asked = []
+    kept = staying(low * 0, low, low + 8, np.arange(many), lambda: asked.append(1))
+    assert kept.tolist() == [True, False] * (many // 2)
+    assert len(asked) <= ROUNDS + many // PATIENCE + 1
