@@ -89,6 +89,6 @@ def read_fields(
 def _unpacked(handed: NDArray[np.int64]) -> NDArray[np.int64]:
     fields = np.empty((len(handed), len(codes.COLUMNS)), np.int64)
     pairs, low = handed[:, : len(_PAIRED)], (1 << _BITS) - 1
-    both = np.stack([pairs >> _BITS, pairs & low], axis=2).reshape(len(handed), -1)
+    both = np.stack([pairs >> _BITS, pairs & low], axis=2).reshape(len(handed), 2 * len(_PAIRED))
     fields[:, _ORDER] = np.concatenate([both, handed[:, len(_PAIRED) :]], axis=1)
     return fields

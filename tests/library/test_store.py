@@ -490,3 +490,13 @@ def test_the_heading_is_kept_as_bytes_of_one_order(library):
 
 def test_a_library_prints_its_place(library):
     assert repr(library) == "<Store :memory:>"
+
+
+def test_a_track_without_symbols_comes_back(tmp_path):
+    score = sample_score(length=0)
+    with Store.open(tmp_path / "l.db", create=True) as library:
+        number = library.add("a.bvh", score, format="bvh", sha256="0" * 64)
+        assert [len(one) for one in library.score(number).tracks.values()] == [0, 0, 0]
+        library.gather()
+        assert len(library.columns(["head"], swings=True)[1]["head"]) == 0
+        assert library.notes == []

@@ -1,0 +1,75 @@
+"""A long job shows how far it is, on a terminal alone; broken off, it says how far it came."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dances import dance
+from terminal import screen, written
+
+from lanindex.pipeline import open_library
+
+AT_ONCE = "from lanindex.app import output; output.PATIENCE = -1; "
+MAIN = AT_ONCE + "from lanindex.app.cli import main; main()"
+BROKEN_OFF = """
+from lanindex.search import fast
+def find(self, overlaps, watch):
+    watch(12, 1300)
+    raise KeyboardInterrupt
+fast.Finder.find = find
+from lanindex.app.cli import main; main()
+"""
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("how_far")
+    for name in ("one", "two"):
+        dance(folder / f"{name}.bvh")
+    with open_library(folder / "lanindex.db", create=True) as library:
+        library.ingest(folder)
+    (folder / "up.toml").write_text('up = {pattern = "r_arm high", positives = ["a"]}')
+    (folder / "labels.csv").write_text("file,label\none.bvh,a\ntwo.bvh,b\n")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (["search", "r_arm high"], "0/2 captures"),
+        (["search", "--like", "one.bvh"], "0/1 captures"),
+        (["similar"], "0/1 pairs"),
+        (["motifs", "--min-count", "2"], "0/18 parts"),
+        (["evaluate", ".", "--labels", "labels.csv", "--patterns", "up.toml"], "0/1 patterns"),
+    ],
+)
+def test_it_is_shown_on_a_terminal_while_it_lasts(place: Path, words, shown: str) -> None:
+    seen = written([sys.executable, "-c", MAIN, *words], place)
+    assert shown in seen
+    assert shown not in screen(seen)
+    quiet = written([sys.executable, "-c", MAIN, *words, "-q"], place)
+    assert shown not in quiet
+    piped = subprocess.run(
+        [sys.executable, "-c", MAIN, *words], cwd=place, capture_output=True, text=True
+    )
+    assert shown not in piped.stderr
+    assert piped.returncode == 0
+
+
+def test_columns_that_are_made_anew_show_it(place: Path) -> None:
+    with open_library(place / "lanindex.db") as library, library._writing() as connection:
+        connection.exec_driver_sql("UPDATE state SET columns = -1")
+    seen = written([sys.executable, "-c", MAIN, "search", "r_arm high"], place)
+    assert "0/2 captures" in seen
+    assert "2/2 captures" in seen
+    told = screen(seen).splitlines()
+    assert told[0].startswith("the library's columns were out of date")
+    assert told[-1] == "2 hits in 2 captures"
+
+
+def test_what_is_broken_off_says_how_far_it_came(place: Path) -> None:
+    words = [sys.executable, "-c", BROKEN_OFF, "search", "r_arm high"]
+    done = subprocess.run(words, cwd=place, capture_output=True, text=True)
+    assert done.stderr == "lanindex: interrupted after 12 of 1,300 captures\n"
+    assert done.returncode == 130
