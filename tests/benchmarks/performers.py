@@ -31,6 +31,10 @@ from lanindex.notation import lnd as notation
 from lanindex.perform import perform
 
 PERFORMERS = 200
+
+FIRST = 1000
+"""The first performer that is tried; those before were looked at while patterns were written."""
+
 FOLDER = CAPTURES / "bvh" / "mae_openni"
 SCORES = CAPTURES / "laban" / "mae"
 
@@ -361,14 +365,13 @@ def main() -> None:
     }
     for name, made in companies.items():
         motions = made()
-        print(f"{name:24} together each alone   a tenth below   gestures below .95")
+        print(f"{name:24} together  each alone  a tenth below   gestures below .95")
         for strength in (0.0, 0.5, 1.0, 1.5):
-            habits = [
-                drawn(seed, strength) for seed in range(count if strength == 1 else count // 4)
-            ]
+            size = count if strength == 1 else count // 4
+            habits = [drawn(FIRST + seed, strength) for seed in range(size)]
             told(f"strength {strength:g}", judged(company(motions, habits), patterns))
         for habit in (it.name for it in fields(Habits)):
-            habits = [one_at_a_time(seed)[habit] for seed in range(count // 4)]
+            habits = [one_at_a_time(FIRST + seed)[habit] for seed in range(count // 10)]
             told(f"{habit} alone", judged(company(motions, habits), patterns))
 
 
