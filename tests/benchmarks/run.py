@@ -13,7 +13,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 ALL = (
     *("startup", "read_speed", "ingest_speed", "memory", "columns", "retrieval", "fuzzy", "laws"),
-    *("dictionary", "example", "search", "peers", "agreement"),
+    *("performers", "dictionary", "example", "search", "peers", "agreement"),
 )
 
 
