@@ -49,6 +49,16 @@ def _arrive(row, kind, blur, tables, entry, waits, most, waiting, arrived):
 
 
 @numba.njit(cache=True, nogil=True)
+def _ended(leave, arrived):
+    """Return the best match that ends with a row."""
+    best = np.int64(NOTHING)
+    for state in range(len(arrived)):
+        if arrived[state] < NOTHING:
+            best = min(best, arrived[state] + (leave[state] << COST))
+    return best
+
+
+@numba.njit(cache=True, nogil=True)
 def _wait(shown, tight, comes, missing, most, waiting, arrived):
     """Let what waits pass over a row, what has arrived wait, and then let steps be missing.
 
@@ -134,10 +144,7 @@ def scanned(seeds, first, row, whole, rows, part, tables, ends, net, numbers):
             blur = max(clear - np.int64(margin[row]), 0)
             if steps[kind]:
                 _arrive(row, kind, blur, tables, ends[0], waits, most, waiting, arrived)
-                best = np.int64(NOTHING)
-                for state in range(len(tables)):
-                    if arrived[state] < NOTHING:
-                        best = min(best, arrived[state] + (ends[1, state] << COST))
+                best = _ended(ends[1], arrived)
                 if best >> COST <= most:
                     if many == len(keys):
                         keys = np.append(keys, np.empty(many, np.int64))
