@@ -100,6 +100,26 @@ def _check(program: Program) -> None:
         raise NotCovered
 
 
+def check_running_on(program: Program) -> None:
+    """Refuse lines whose longest way cannot be told before what stands beside them.
+
+    Raises
+    ------
+    NotCovered
+        Where a program is such a line.
+    """
+    groups = outer_groups(program)
+    companions = [it for group in groups for it in group.companions]
+    relations = {it.relation for it in companions}
+    bounded = any(group.length for group in groups) or any(
+        it.relation == "before" and it.within for it in companions
+    )
+    if bounded or relations & {"ending with", "exactly with"}:
+        raise NotCovered
+    if relations & {"during", "before", "without"} and relations & {"with", "starting with"}:
+        raise NotCovered
+
+
 def _circles(program: Program) -> Iterator[bool]:
     for states in components(program):
         yield len(states) > 1 or any(

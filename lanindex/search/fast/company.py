@@ -18,7 +18,13 @@ from lanindex.search.fast import beside
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Others, Stretches, gathered
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import Contested, all_lines, could_want, manner_of
+from lanindex.search.fast.claims import (
+    Contested,
+    all_lines,
+    check_running_on,
+    could_want,
+    manner_of,
+)
 from lanindex.search.fast.lines import Backwards, end_of
 from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, in_order, starts_of
 from lanindex.search.fast.walk import Ends, NotCovered, Walk, outer_groups
@@ -52,7 +58,7 @@ class Company:
             By which entry and at which event it begins, its low and high.
         """
         if program.open_ended:
-            _check_running_on(program)
+            check_running_on(program)
         ends, lines = self._found(program)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
@@ -381,20 +387,6 @@ _TOGETHER = ("starting with", "ending with", "exactly with")
 
 _IN_TURN = ("after", "before")
 """Relations that a line which is no more than a starting position has to none."""
-
-
-def _check_running_on(program: Program) -> None:
-    """Refuse lines whose longest way cannot be told before what stands beside them."""
-    groups = outer_groups(program)
-    companions = [it for group in groups for it in group.companions]
-    relations = {it.relation for it in companions}
-    bounded = any(group.length for group in groups) or any(
-        it.relation == "before" and it.within for it in companions
-    )
-    if bounded or relations & {"ending with", "exactly with"}:
-        raise NotCovered
-    if relations & {"during", "before", "without"} and relations & {"with", "starting with"}:
-        raise NotCovered
 
 
 def _in_order(group: Group) -> list[Companion]:
