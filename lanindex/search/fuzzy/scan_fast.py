@@ -86,6 +86,14 @@ def _wait(shown, tight, comes, missing, most, waiting, arrived):
 
 
 @numba.njit(cache=True, nogil=True)
+def _with_room(keys, last, many):
+    """Return columns with room for one more."""
+    if many < len(keys):
+        return keys, last
+    return np.append(keys, np.empty(many, np.int64)), np.append(last, np.empty(many, np.int64))
+
+
+@numba.njit(cache=True, nogil=True)
 def scanned(seeds, first, row, whole, rows, part, tables, ends, net, numbers):
     """Return the matches around some rows, or in the `whole` stretches that begin with them.
 
@@ -146,9 +154,7 @@ def scanned(seeds, first, row, whole, rows, part, tables, ends, net, numbers):
                 _arrive(row, kind, blur, tables, ends[0], waits, most, waiting, arrived)
                 best = _ended(ends[1], arrived)
                 if best >> COST <= most:
-                    if many == len(keys):
-                        keys = np.append(keys, np.empty(many, np.int64))
-                        last = np.append(last, np.empty(many, np.int64))
+                    keys, last = _with_room(keys, last, many)
                     keys[many], last[many] = best, row
                     many += 1
             else:
