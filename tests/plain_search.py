@@ -359,7 +359,7 @@ class Plain(Things):
         """Tell whether nothing happens that must not, but what uses a symbol of the hit."""
         return not any(
             self.stands(check.companion, check_line(check), it)
-            and not rows_of(it.used) & rows_of(used)
+            and not it.used & forgiving(used)
             and self.passes(it.checks, it.used)
             for check in checks
             for it in self.found(check.companion.line)
@@ -424,9 +424,9 @@ def claims_of(path):
     return frozenset().union(*(thing.claims for _, thing in path))
 
 
-def rows_of(claims):
-    """Parts and rows of what is used, whatever as."""
-    return {(part, row) for _, part, row in claims}
+def forgiving(claims):
+    """What is used, and the movements that led there."""
+    return claims | {("move", part, row) for _, part, row in claims}
 
 
 def hull_with(companion, low, high, it):

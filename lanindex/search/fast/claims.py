@@ -1,7 +1,7 @@
 """Which movements several lines side by side could want, and what of a program is covered.
 
-One movement, stay or rest serves one line only, and what must not happen is forgiven where it uses
-a symbol of the hit. Where lines can want none in common, because they
+One movement, stay or rest serves one line only, and what must not happen is forgiven where the hit
+uses it, or came there by it. Where lines can want none in common, because they
 speak of other parts, manners or cells, nothing has to be remembered. Else each line remembers what
 it took at the states where another one could want it.
 """
@@ -49,7 +49,7 @@ def contested(program: Program) -> Contested:
     """
     for line in all_lines(program):
         _check(line)
-    if any(_only_touching(*lines) for lines in _forgivable(program)):
+    if any(_led_to(*lines) for lines in _forgivable(program)):
         raise NotCovered
     states: dict[Program, set[int]] = {}
     for one, other in _rivals(program):
@@ -213,10 +213,10 @@ def _clash(one: Program, other: Program) -> bool:
     return any(touching(*states) for states in product(one.states, other.states))
 
 
-def _only_touching(one: Program, other: Program) -> bool:
-    """Tell whether lines can take the same symbol, but as different things."""
+def _led_to(one: Program, other: Program) -> bool:
+    """Tell whether a stay or rest of a line can be what a movement of another one led to."""
     return any(
-        manner_of(first) != manner_of(second) and touching(first, second)
+        manner_of(first) != MANNERS[0] == manner_of(second) and touching(first, second)
         for first, second in product(one.states, other.states)
     )
 

@@ -144,19 +144,17 @@ class Partners:
         for companion in group.companions:
             if companion.relation in FORBIDDEN:
                 self._setting.tick()
-                hulls = self._without(companion, lines, hulls)
+                hulls = self._without(companion, lines, hulls, whole=whole)
         return hulls
 
     def unpaid(self, owed: Whole, had: Taken) -> Whole:
         """Return what is still owed of what ways have to take, (M, N)."""
         if not owed.size:
             return owed[:0]
-        left = owed.copy()
-        for column in left:
-            some = np.flatnonzero(column < FAR)
-            wanted = self._setting.symbols(self._matches.at(column[some]))
-            paid = ~wanted.apart(self._setting.symbols(had.at(some)))
-            column[some[paid]] = FAR
+        left, (column, way) = owed.copy(), np.nonzero(owed < FAR)
+        forgiven = self._setting.forgiving(had).at(way)
+        paid = ~self._matches.at(owed[column, way]).apart(forgiven)
+        left[column[paid], way[paid]] = FAR
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
 
@@ -299,14 +297,20 @@ class Partners:
         kept[1:] |= reach[1:] > np.maximum.accumulate(reach)[:-1]
         return hulls.at(np.sort(order[kept]))
 
-    def _without(self, companion: Companion, lines: Stretches, hulls: Hulls) -> Hulls:
-        """Return the ways in which nothing happens that must not, with what they owe for that."""
+    def _without(
+        self, companion: Companion, lines: Stretches, hulls: Hulls, *, whole: bool
+    ) -> Hulls:
+        """Return the ways in which nothing happens that must not, with what they owe for that.
+
+        All of a leading line owes nothing: no more is used that could still forgive a match.
+        """
         others, base = self._forbidden(companion)
         capture, alone = lines.capture[hulls.line], lines.alone[hulls.line]
         low, high = hulls.low, np.maximum(hulls.high, lines.until[hulls.line])
         here = Stretches(capture, low, high, low, high, alone)
         margins, free = self._margins(companion), others.taken.none
         disturbed = np.zeros(len(here), bool)
+        forgiven = self._setting.forgiving(hulls.taken)
         owing: list[Whole] = []
         for still in (False, True):
             own = np.flatnonzero(alone == still)
@@ -321,11 +325,14 @@ class Partners:
             owed = np.flatnonzero(fits & ~free)
             hull, other = _pairs(companion.relation, here.at(own), others.lines.at(owed), margins)
             hull, other = own[hull], owed[other]
-            had, symbols = hulls.taken.at(hull), self._setting.symbols
-            apart = symbols(had).apart(symbols(others.taken.at(other)))
-            owing.append(np.stack((hull[apart], other[apart] + base)))
-        pairs = np.concatenate(owing, axis=1)
-        hulls.owed = sets_together(hulls.owed, _by_line(pairs, len(here)))
+            apart = forgiven.at(hull).apart(others.taken.at(other))
+            if whole:
+                disturbed[hull[apart]] = True
+            else:
+                owing.append(np.stack((hull[apart], other[apart] + base)))
+        if owing:
+            pairs = np.concatenate(owing, axis=1)
+            hulls.owed = sets_together(hulls.owed, _by_line(pairs, len(here)))
         return hulls.at(np.flatnonzero(~disturbed))
 
     def _forbidden(self, companion: Companion) -> tuple[Others, int]:

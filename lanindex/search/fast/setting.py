@@ -196,17 +196,16 @@ class Setting:
         lane = self._lanes[part]
         return self._begins[lane] + MANNERS.index(manner) * self._widths[lane]
 
-    def symbols(self, had: Taken) -> Taken:
-        """Return the symbols that lines have taken, whatever as; in no order."""
+    def forgiving(self, had: Taken) -> Taken:
+        """Return what lines have taken, and the movements that led there; in no order."""
         if not had:
             return had
         begins, widths = np.array(self._begins), np.array([*self._widths, 1])
         lane = np.searchsorted(begins, had.first, "right") - 1
         passed = (had.first - begins[lane]) // widths[lane] * widths[lane]
-        return Taken(
-            np.where(had.first < FAR, had.first - passed, FAR),
-            np.where(had.first < FAR, had.last - passed, FAR),
-        )
+        first = np.where(had.first < FAR, had.first - passed, FAR)
+        last = np.where(had.first < FAR, had.last - passed, FAR)
+        return Taken(np.concatenate((had.first, first)), np.concatenate((had.last, last)))
 
     def met(self, conditions: Iterable[Condition], capture: Whole, seen: Whole) -> Whole:
         """Return the places of the ways that meet conditions on labels."""

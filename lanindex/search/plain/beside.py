@@ -16,7 +16,7 @@ from lanindex.search.plain.candidates import Match, Recording
 from lanindex.search.plain.clauses import Clauses
 from lanindex.search.plain.paths import Memory, Open, Path, distinct, longest
 from lanindex.search.plain.relations import FORBIDDEN, NO_FRAMES, Stretch, stands
-from lanindex.search.plain.track import Symbol, symbols_of
+from lanindex.search.plain.track import Claim, forgiving
 from lanindex.search.plain.wanted import Sides
 
 MOST_WAYS = 1_000_000
@@ -152,19 +152,19 @@ class Company:
 
     def _disturbing(
         self, companion: Companion, line: Stretch, hull: Hull
-    ) -> frozenset[frozenset[Symbol]]:
+    ) -> frozenset[frozenset[Claim]]:
         """Return what the matches of a line that must not happen use, where it is nothing of ours.
 
         A line that is still no more than a starting position lasts as long as its part stays there.
         """
         stretch = Stretch(hull.low, max(hull.high, line.until), line.alone)
-        used = symbols_of(hull.memory.used)
+        forgiven = forgiving(hull.memory.used)
         self._recording.tick()
         return frozenset(
-            symbols
+            path.memory.used
             for path in self._alone(companion.programs)
-            for symbols in [symbols_of(path.memory.used)]
-            if not symbols & used and stands(companion, stretch, path, self._recording, self._slack)
+            if not path.memory.used & forgiven
+            and stands(companion, stretch, path, self._recording, self._slack)
         )
 
     def _alone(self, line: Sides) -> list[Path]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from lanindex.search.automaton import State
 from lanindex.search.plain.candidates import Match
-from lanindex.search.plain.track import Claim, Symbol, symbols_of
+from lanindex.search.plain.track import Claim, forgiving
 
 
 class Open(NamedTuple):
@@ -61,9 +61,9 @@ class Memory(NamedTuple):
         The whole line, and the groups it is in, the innermost last.
     used : frozenset of Claim
         What it has used of that which another line might want.
-    owed : frozenset of frozenset of Symbol
-        Of each match of a line that must not happen what it uses: none of them counts that uses a
-        symbol of the hit, so one of each has still to be used.
+    owed : frozenset of frozenset of Claim
+        Of each match of a line that must not happen what it uses: none of them counts that uses
+        what the hit uses, so one of each has still to be used.
     seen : tuple of Seen
         What has matched under the labels that conditions speak of.
     beats : tuple of int
@@ -72,7 +72,7 @@ class Memory(NamedTuple):
 
     groups: tuple[Open, ...]
     used: frozenset[Claim]
-    owed: frozenset[frozenset[Symbol]] = frozenset()
+    owed: frozenset[frozenset[Claim]] = frozenset()
     seen: tuple[Seen, ...] = ()
     beats: tuple[int, ...] = ()
 
@@ -80,13 +80,13 @@ class Memory(NamedTuple):
         self,
         claims: frozenset[Claim],
         seen: tuple[Seen, ...],
-        owed: frozenset[frozenset[Symbol]] = frozenset(),
+        owed: frozenset[frozenset[Claim]] = frozenset(),
     ) -> Memory:
         """Return it with more that is used, seen and owed."""
         used, owed = self.used | claims, self.owed | owed
         if owed:
-            symbols = symbols_of(used)
-            owed = frozenset(it for it in owed if not it & symbols)
+            forgiven = forgiving(used)
+            owed = frozenset(it for it in owed if not it & forgiven)
         return Memory(self.groups, used, owed, self.seen + seen, self.beats)
 
 

@@ -32,6 +32,11 @@ def symbols_of(claims: Iterable[Claim]) -> frozenset[Symbol]:
     return frozenset((part, row) for _, part, row in claims)
 
 
+def forgiving(claims: frozenset[Claim]) -> frozenset[Claim]:
+    """Return what must not happen and does not count: what is used, and how it came there."""
+    return claims | {("move", part, row) for part, row in symbols_of(claims)}
+
+
 @dataclass(eq=False)
 class Event:
     """A movement, stay or rest of one part.

@@ -1,8 +1,8 @@
 """Which symbols more than one line of a pattern may want.
 
-"One movement, stay or rest cannot serve two lines", and what must not happen is forgiven where it
-uses a symbol of the hit: so a walk must remember what it has used; but only of that which another
-line might want, or no two ways would remember the same.
+"One movement, stay or rest cannot serve two lines", and what must not happen is forgiven where the
+hit uses it, or came there by it: so a walk must remember what it has used; but only of that which
+another line might want, or no two ways would remember the same.
 """
 
 from __future__ import annotations
