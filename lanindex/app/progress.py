@@ -38,6 +38,7 @@ class Bar:
     """
 
     def __init__(self, total: int, noun: str, *, colors: bool) -> None:
+        self._total = total
         self._progress = Progress(
             BarColumn(bar_width=20),
             MofNCompleteColumn(),
@@ -56,8 +57,8 @@ class Bar:
         self._progress.advance(self._task)
 
     def reach(self, done: int) -> None:
-        """Count so many in all."""
-        self._progress.update(self._task, completed=done)
+        """Count so many in all; that it is done is drawn at once."""
+        self._progress.update(self._task, completed=done, refresh=done >= self._total)
 
     def show(self) -> None:
         """Draw it."""

@@ -43,7 +43,7 @@ class Choosing(Keeper):
         >>> import lanindex
         >>> with lanindex.open_library("dance.db") as library:
         ...     library.numbers("*conductor*"), library.numbers(where={"label": "march*"})
-        ([3, 4], [6])
+        ([2, 3], [6])
         """
         asked = globs(within, where)
         numbers, called = self._called(*needed(asked))
@@ -78,7 +78,15 @@ class Choosing(Keeper):
         return {one: found[one] if one in found else _none(one, self.place) for one in numbers}
 
     def some(self, numbers: Sequence[int]) -> list[Capture]:
-        """Return those captures that exist of some, in the order of their numbers."""
+        """Return those captures that exist of some, in the order of their numbers.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     [capture.label for capture in library.some([6, 2, 1000])]
+        ['conducting', 'marching']
+        """
         with self._reading() as connection:
             return read.read_chosen(connection, sorted(set(numbers)))
 

@@ -118,7 +118,7 @@ class Keeper(Session):
         A library that is only to be read is written for a moment, by a connection of its own.
         """
         if fault:
-            self.tell_fault(fault)
+            self._tell_fault(fault)
         try:
             if self._readonly:
                 _gather_aside(self._where, fault, self)
@@ -127,7 +127,7 @@ class Keeper(Session):
         except LibraryError as error:
             self.tell(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
-    def tell_fault(self, fault: str) -> None:
+    def _tell_fault(self, fault: str) -> None:
         """Say what was wrong with the columns."""
         self.tell(f"the library's columns were {fault}: {_ANEW}")
 
@@ -146,7 +146,7 @@ def _gather(run: Callable[[Step], bool], fault: str, keeper: Keeper) -> None:
     try:
         _settle(run, keeper)
     except Distrust as error:
-        keeper.tell_fault(error.found)
+        keeper._tell_fault(error.found)
         run(gather.purge)
         _settle(run, keeper)
 
@@ -160,6 +160,8 @@ def _settle(run: Callable[[Step], bool], keeper: Keeper) -> None:
 
     while run(partial(gather.cover, told=told)):
         pass
+    if left:
+        told(0)
     while run(gather.join):
         pass
 

@@ -251,7 +251,8 @@ class Library(Asking, Exploring):
         from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
-        text = said(str(pattern), self.words)
+        # the text of a file knows its place
+        text = said(pattern if isinstance(pattern, str) else str(pattern), self.words)
         names = named(text, self.words)
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:

@@ -70,7 +70,7 @@ class Hits(Sequence[Hit]):
     >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
     ([482], 2, 1)
     >>> hits.tally()
-    [(5, 1)]
+    [(4, 1)]
     >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
     (True, 482, array([602]))
     """
