@@ -216,11 +216,15 @@ class Partners:
             if not len(own) or (alone and relation in ("after", "before")):
                 continue
             # ways differ, where they stand hardly does
-            keys = [getattr(lines, it)[own] for it in ("capture", *_COMPARED.get(relation, _BOTH))]
+            compared = _COMPARED.get(relation, _BOTH)
+            keys = [getattr(lines, it)[own] for it in ("capture", *compared)]
             once, alike = distinct(keys, len(own))
             stands = np.full(len(lines), -1)
             stands[own] = alike
-            line = Standing(lines.at(own[once]), stands[hulls.line], self._margins(companion))
+            here = lines.at(own[once])  # those that stand alike have hulls of their own
+            here.high = np.zeros(len(here), np.int64)
+            here.low = here.start if "start" in compared else here.high + FAR - 1
+            line = Standing(here, stands[hulls.line], self._margins(companion))
             for program in companion.programs:
                 others = self._beside(program, relation)
                 if not alone:
