@@ -8,12 +8,13 @@ was stored is noticed, though not told: for that the rows are read again, one by
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from itertools import chain
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import ColumnElement, Connection, Integer, select, type_coerce
+from sqlalchemy import ColumnElement, Connection, Integer, Select, select, type_coerce
 
 from lanindex.library import checksums, codes, rows, schema
 
@@ -33,9 +34,11 @@ def _both(high: str, low: str) -> ColumnElement[int]:
     return shifted.bitwise_or(_CODE[low])
 
 
-_ROWS = select(*(_both(*pair) for pair in _PAIRED), *(_CODE[name] for name in _ALONE)).order_by(
-    *schema.symbol_code.primary_key.columns
-)
+@cache
+def _rows() -> Select[Any]:
+    """Return what asks for all rows; a search that reads none does without."""
+    columns = *(_both(*pair) for pair in _PAIRED), *(_CODE[name] for name in _ALONE)
+    return select(*columns).order_by(*schema.symbol_code.primary_key.columns)
 
 
 def read_fields(
@@ -63,7 +66,7 @@ def read_fields(
     ndarray or None
         None where they are not what was stored, or more.
     """
-    chosen = _ROWS.where(_CODE.capture_id.in_(captures))
+    chosen = _rows().where(_CODE.capture_id.in_(captures))
     if not every:
         chosen = chosen.where(_CODE.track.in_({track for track, _, _ in tracks}))
     found: Any = connection.execute(chosen).cursor  # straight from the driver, a row at a time

@@ -54,8 +54,11 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
     text, words
         As for `meant`.
     """
-    known, several = load(words), words_of(text)
-    for word in several if len(several) > 1 else ():
+    several = words_of(text)
+    if len(several) < 2:
+        return
+    known = load(words)
+    for word in several:
         entry = called(word, known)
         if entry is not None:
             yield f'"{word}" is in the dictionary of movement: @{entry.name}'

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from os import PathLike
 from pathlib import Path
@@ -87,6 +88,13 @@ class Entry:
     measured: Measured | None = None
 
 
+@cache
+def _own() -> tuple[Entry, ...]:
+    """Return the entries that come along."""
+    with resources.as_file(resources.files(__name__).joinpath("dictionary.toml")) as path:
+        return tuple(_entry(name, values, str(path)) for name, values in read_toml(path).items())
+
+
 def spelled(text: str) -> str:
     """Return a name as the dictionary spells it: ``@Hands up`` is ``hands_up``.
 
@@ -125,9 +133,7 @@ def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     >>> words["running"] is words["run"], words["bow"].sentence[:23]
     (True, 'The trunk leans forward')
     """
-    own = resources.files(__name__).joinpath("dictionary.toml")
-    with resources.as_file(own) as path:
-        entries = [_entry(name, values, str(path)) for name, values in read_toml(path).items()]
+    entries = list(_own())
     if extra is not None:
         entries = [*entries, *_read(Path(extra))]
     also = {other: entry for entry in entries for other in entry.names}
