@@ -29,10 +29,11 @@ from lanindex.search.fast.asking import answers_of, possible
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
-from lanindex.search.fast.found import TOGETHER, Found
+from lanindex.search.fast.found import Found
 from lanindex.search.fast.lines import value_of
 from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
+from lanindex.search.fast.placed import TOGETHER
 from lanindex.search.fast.ragged import Mask, TooMuch, Whole
 from lanindex.search.fast.setting import Setting
 from lanindex.search.fast.source import Recordings, Source
