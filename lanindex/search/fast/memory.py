@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lanindex.search.fast import taken
-from lanindex.search.fast.ragged import Mask, Numbers, TooMuch, Whole, spread, starts_of
+from lanindex.search.fast.ragged import Mask, Numbers, TooMuch, Whole, in_order, spread, starts_of
 from lanindex.search.fast.taken import Taken, filled
 
 ROOT, EVENT, GROUPS = range(3)
@@ -64,7 +64,7 @@ def distinct(keys: list[Whole], many: int) -> tuple[Whole, Whole]:
     keys = [key for key in keys if many and (key != key[0]).any()]
     if not keys:
         return np.arange(min(many, 1)), np.zeros(many, np.int64)
-    order = np.lexsort(keys[::-1])
+    order = in_order(tuple(keys))
     new = np.zeros(many, bool)
     for key in keys:
         new |= starts_of(key[order])

@@ -15,11 +15,11 @@ import numpy as np
 
 from lanindex.search.automaton import Edge, Exit, Group, Program
 from lanindex.search.fast.answers import roots
-from lanindex.search.fast.arrows import NONE, Reach, begins, way_of
+from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.asked import MET
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.ends import Found, ends_of
-from lanindex.search.fast.lines import Backwards, components, may_leave
+from lanindex.search.fast.lines import components, may_leave
 from lanindex.search.fast.memory import (
     BEYOND,
     EVENT,
@@ -65,8 +65,7 @@ class Recall:
         self._beats = GROUPS + 3 * (1 + max(self._depths))
         self._seen = self._beats + (len(setting.asked.rhythm) if timed else 0)
         self._due = setting.due(program)
-        to_end = self._block, program
-        self._alive = [self._leads_on(*it) for it in enumerate(Backwards(*to_end).values)]
+        self._alive = setting.alive(program)
         self._reaches: dict[int, tuple[Reach, Whole | None]] = {}
 
     @property
@@ -74,11 +73,6 @@ class Recall:
         """Whether the line may go on for long before it ends."""
         edges = [edge for edges in self._program.edges for edge in edges]
         return any(edge.arrow.later or edge.entry.state <= edge.exit.state for edge in edges)
-
-    def _leads_on(self, state: int, values: Whole) -> Mask:
-        """Tell from which events of a state an end can be reached; one may be an end itself."""
-        starting = self._block.events(self._program.states[state]).starting
-        return (values < NONE) | (starting & bool(self._program.exits[state]))
 
     def roots(self) -> list[Mask]:
         """Return, by entry, at which events of its state the line may begin."""
@@ -144,7 +138,7 @@ class Recall:
         setting, told = self._setting, self._program.states[state]
         rows.columns[EVENT] = events
         if state in setting.contested.get(self._program, ()):
-            claims = setting.claims(told, events)
+            claims = setting.claims(self._program, told, events)
             fits = np.flatnonzero(rows.taken.apart(claims))
             rows, claims = rows.at(fits), claims.at(fits)
             rows.taken = rows.taken.with_those(claims)

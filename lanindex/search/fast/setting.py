@@ -10,13 +10,15 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from lanindex.search.automaton import Group, Program, State
+from lanindex.search.fast.answers import roots
+from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import MANNERS, manner_of, touching
 from lanindex.search.fast.conditions import Clauses, Source, Told
-from lanindex.search.fast.lines import components, reached
-from lanindex.search.fast.ragged import FAR, Numbers, Whole
+from lanindex.search.fast.lines import Backwards, components, reached
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
 from lanindex.search.fast.taken import Taken, nothing, one_each
 from lanindex.search.language.clauses import Condition
 
@@ -143,6 +145,9 @@ class Setting:
         self.clauses = Clauses(asked, block, source)
         self.contested: dict[Program, set[int]] = {}
         self.outside: set[Program] = set()
+        self._rivals: dict[Program, set[Program]] = {}
+        self._alive: dict[Program, list[Mask]] = {}
+        self._wanted: dict[tuple[Program, str], Whole] = {}
         self._lanes: dict[str, int] = {}
         self._widths: list[int] = []
         self._begins = [0]
@@ -171,19 +176,58 @@ class Setting:
             if touching(first[0], second[0]):
                 self.contested.setdefault(one, set()).update(first[1])
                 self.contested.setdefault(other, set()).update(second[1])
+                self._rivals.setdefault(one, set()).add(other)
+                self._rivals.setdefault(other, set()).add(one)
                 found = True
         return found
 
-    def claims(self, state: State, events: Whole) -> Taken:
-        """Return what events take at a state."""
+    def alive(self, program: Program) -> list[Mask]:
+        """Tell by state at which events a line may stand: whence an end can be reached."""
+        if program not in self._alive:
+            values, found = Backwards(self.block, program).values, []
+            entered = {edge.entry.state for edges in program.edges for edge in edges}
+            for state, exits, value in zip(program.states, program.exits, values, strict=True):
+                fits = (value < NONE) | (self.block.events(state).starting & bool(exits))
+                if state.number not in entered:
+                    entries = [it for it in program.entries if it.state == state.number]
+                    fits &= np.any([roots(self.block, program, it) for it in entries], axis=0)
+                found.append(fits)
+            self._alive[program] = found
+        return self._alive[program]
+
+    def _wanting(self, program: Program, part: str) -> Whole:
+        """Return how many rows of a part before each one another line could want, (rows + 1,)."""
+        if (program, part) not in self._wanted:
+            opened = np.zeros(len(self.block.rows(part)) + 1, np.int64)
+            for other in self._rivals[program]:
+                alive = self.alive(other)
+                for number in self.contested[other]:
+                    state = other.states[number]
+                    events = self.block.events(state)
+                    for member, own in enumerate(state.members):
+                        if own == part:
+                            fits = alive[number]
+                            np.add.at(opened, events.first[member][fits], 1)
+                            np.add.at(opened, events.last[member][fits] + 1, -1)
+            before = np.cumsum(np.cumsum(opened)[:-1] > 0)
+            self._wanted[program, part] = np.append(0, before)
+        return self._wanted[program, part]
+
+    def claims(self, program: Program, state: State, events: Whole) -> Taken:
+        """Return what events take at a state of a line, as far as another one could want it."""
         own = self.block.events(state).at(events)
         found = nothing(len(events))
         for part, first, last in zip(state.members, own.first, own.last, strict=True):
+            before = self._wanting(program, part)
+            wanted = before[last + 1] > before[first]
+            if not wanted.any():
+                continue
             rows = self.block.rows(part)
             lane = self._lane(manner_of(state), part)
             passing = rows.passing[first]
             begin = lane + np.where(passing, len(rows) + 1 + first, rows.rank[first])
             end = lane + np.where(passing, len(rows) + 1 + last, rows.rank[last])
+            begin, end = np.where(wanted, begin, FAR), np.where(wanted, end, FAR)
             found = found.with_those(one_each(begin, end))
         return found
 
