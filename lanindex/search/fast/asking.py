@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
 from lanindex.search.automaton import Program
-from lanindex.search.fast.answers import Answers, of_line, roots, table
-from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.answers import Answers, joined, of_line, own_rows, roots, table
+from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
-from lanindex.search.fast.lines import Backwards, remembers
+from lanindex.search.fast.lines import remembers
 from lanindex.search.fast.partners import MOST_MARKS, Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
-from lanindex.search.fast.setting import Setting
+from lanindex.search.fast.setting import Alive, Setting, alive_in, lines_of
+from lanindex.search.fast.tails import enough
 from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.times import Length, Time
 
@@ -42,7 +44,7 @@ def answers_of(
         try:
             return with_company(setting.block, number, program, parts)
         except NotCovered:
-            return remembering(setting, number, program, parts)
+            return in_some(setting, number, program, parts)
     found, passing = of_line(setting.block, number, program, parts)
     if passing:
         found += remembering(setting, number, program, parts, passing_only=True)
@@ -70,22 +72,52 @@ def with_company(
     return found
 
 
-def possible(block: Block, program: Program) -> Mask:
-    """Tell in which captures a program can match at all: with all that it remembers left out."""
-    found = _line_possible(block, program)
-    for companion in program.whole.companions:
-        if companion.relation not in ("without", "never"):
-            found &= np.any([possible(block, inner) for inner in companion.programs], axis=0)
-    return found
+def possible(block: Block, program: Program, alive: Alive | None = None) -> Mask:
+    """Tell in which captures a program can match at all: with all that it remembers left out.
 
-
-def _line_possible(block: Block, program: Program) -> Mask:
-    backwards = Backwards(block, program)
+    Parameters
+    ----------
+    block : Block
+        Where.
+    program : Program
+        With those beside it.
+    alive : callable, optional
+        Gives what `alive_in` does of a line.
+    """
+    standing = alive(program) if alive else alive_in(block, program)
     found = np.zeros(len(block), bool)
     for entry in program.entries:
-        fits = roots(block, program, entry) & (backwards.values[entry.state] < NONE)
+        fits = roots(block, program, entry) & standing[entry.state]
         found[block.events(program.states[entry.state]).capture[fits]] = True
+    for companion in program.whole.companions:
+        if companion.relation not in FORBIDDEN:
+            others = [possible(block, inner, alive) for inner in companion.programs]
+            found &= np.any(others, axis=0)
     return found
+
+
+def in_some(
+    setting: Setting, number: int, program: Program, parts: list[tuple[str, ...]]
+) -> list[Answers]:
+    """Return the same as `remembering`, looked for where the program can match at all.
+
+    Raises
+    ------
+    TooMuch
+        Where there are too many ways.
+    """
+    block = setting.block
+    places = np.flatnonzero(possible(block, program, setting.alive))
+    if setting.asked or 2 * len(places) > len(block):
+        return remembering(setting, number, program, parts)
+    some = block.taken(
+        places, {part for it in lines_of(program) for state in it.states for part in state.members}
+    )
+    found = joined(remembering(setting.inside(some), number, program, parts))
+    found = own_rows(
+        found, parts, lambda part: some.rows(part).bounds[:-1] - block.rows(part).bounds[places]
+    )
+    return [replace(found, capture=places[found.capture])]
 
 
 def remembering(
@@ -120,7 +152,8 @@ def remembering(
     """
     setting.enter(program)
     partners = setting.company = Partners(setting)
-    recall = Recall(setting, program, timed=bool(setting.asked.rhythm), tracked=program.open_ended)
+    timed, tracked = bool(setting.asked.rhythm), program.open_ended
+    recall = Recall(setting, program, timed=timed, tracked=tracked, enough=enough(program))
     begun = recall.roots()
     if passing_only:
         passing = (setting.block.events(program.states[it.state]) for it in program.entries)

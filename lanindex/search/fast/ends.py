@@ -80,26 +80,36 @@ def ends_of(
     firsts : list of ndarray
         By entry, at which events ways began.
     ends : list of tuple of int and Memory
-        States, and the ways that end there.
+        States, and the ways that end there; of state -1 it is known only in which frame: instead
+        of events.
     """
     memory = together([rows for _, rows in ends])
     many = [len(rows) for _, rows in ends]
     state = np.repeat([number for number, _ in ends], many)
-    columns = np.zeros((6, len(memory)), np.int64)
+    columns = np.full((4, len(memory)), -1)
     alone = np.zeros(len(memory), bool)
-    for number in set(state.tolist()):
+    columns[:2, state < 0] = memory.columns[EVENT][state < 0]
+    for number in set(state[state >= 0].tolist()):
         own = np.flatnonzero(state == number)
         told = program.states[number]
         events = setting.block.events(told).at(memory.columns[EVENT][own])
         until = np.where(events.starting, events.until, events.end)
-        high = np.maximum(memory.columns[GROUPS + BEYOND][own], events.end)
         part = np.full(len(own), setting.asked.code(told.members[-1]))
-        columns[:5, own] = events.capture, until, high, part, events.last[-1]
+        columns[:, own] = until, events.end, part, events.last[-1]
         alone[own] = events.starting
-    capture, until, high, part, row, _ = columns
+    until, end, part, row = columns
+    high = np.maximum(memory.columns[GROUPS + BEYOND], end)
     bounds = np.cumsum([0, *map(len, firsts)])
     entry = np.searchsorted(bounds, memory.columns[ROOT], "right") - 1
     first = np.concatenate(firsts)[memory.columns[ROOT]]
+    capture = captures_of(setting, program, firsts)[memory.columns[ROOT]]
     start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
     frames = (capture, start, until, low, high)
     return Found(entry, first, *frames, alone, part, row, memory.came, memory)
+
+
+def captures_of(setting: Setting, program: Program, firsts: list[Whole]) -> Whole:
+    """Return the captures of ways that began by some entries at some events."""
+    states = (program.states[entry.state] for entry in program.entries)
+    events = (setting.block.events(state) for state in states)
+    return np.concatenate([it.capture[first] for it, first in zip(events, firsts, strict=True)])

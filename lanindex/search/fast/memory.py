@@ -7,7 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from lanindex.search.fast import taken
-from lanindex.search.fast.ragged import Mask, Numbers, TooMuch, Whole, in_order, spread, starts_of
+from lanindex.search.fast.ragged import (
+    FAR,
+    Mask,
+    Numbers,
+    TooMuch,
+    Whole,
+    in_order,
+    spread,
+    starts_of,
+)
 from lanindex.search.fast.taken import Taken, filled
 
 ROOT, EVENT, GROUPS = range(3)
@@ -54,14 +63,20 @@ class Memory:
 
     def alike(self) -> tuple[Memory, Whole]:
         """Return one of those that remember the same, and for each which of those it is."""
-        keys = [*self.columns, *self.taken.first, *self.taken.last, *self.owed]
-        chosen, which = distinct(keys, len(self))
+        root, event = self.columns[ROOT], self.columns[EVENT]
+        if (np.diff(root) + (np.diff(event) > 0) * (np.diff(root) == 0) > 0).all():
+            return self, np.arange(len(self))
+        chosen, which = distinct([*self.columns, *self.rest()], len(self))
         return self.at(chosen), which
+
+    def rest(self) -> list[Whole]:
+        """Return what they remember besides the columns."""
+        return [*self.taken.first, *self.taken.last, *self.owed]
 
 
 def distinct(keys: list[Whole], many: int) -> tuple[Whole, Whole]:
     """Return the places of different columns, and for each column which of those it is."""
-    keys = [key for key in keys if many and (key != key[0]).any()]
+    keys = telling(keys)
     if not keys:
         return np.arange(min(many, 1)), np.zeros(many, np.int64)
     order = in_order(tuple(keys))
@@ -71,6 +86,15 @@ def distinct(keys: list[Whole], many: int) -> tuple[Whole, Whole]:
     which = np.empty(many, np.int64)
     which[order] = np.cumsum(new) - 1
     return order[new], which
+
+
+def telling(keys: list[Whole]) -> list[Whole]:
+    """Return the columns, of some rows, that tell rows apart, with small numbers for `FAR`."""
+    found: list[Whole] = []
+    for key in keys:
+        if (key != key[:1]).any() and not any(np.array_equal(key, it) for it in found):
+            found.append(key)
+    return [np.where(it < FAR, it, 1 + (it * (it < FAR)).max()) for it in found]
 
 
 def beginning(columns: Whole) -> Memory:

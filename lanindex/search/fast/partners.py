@@ -11,10 +11,12 @@ import numpy as np
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside, taken
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches
+from lanindex.search.fast.forgiven import by_line, paired, unforgiven
 from lanindex.search.fast.memory import Nodes, distinct
-from lanindex.search.fast.ragged import FAR, Numbers, TooMuch, Whole, starts_of
+from lanindex.search.fast.ragged import FAR, Numbers, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
+from lanindex.search.fast.tails import enough_beside
 from lanindex.search.fast.taken import Taken, filled, sets_together
 from lanindex.search.fast.ways import smallest
 
@@ -118,7 +120,7 @@ class Partners:
         clocks, own = self._block.clocks()
         slack = [floor(self._block.tolerance * clock.rate) for clock in clocks]
         self._slack = np.array(slack, np.int64)[own]
-        self._found: dict[Program, Others] = {}
+        self._found: dict[tuple[Program, str | None], Others] = {}
         self._last: dict[Program, Others] = {}
         self._alone: dict[tuple[Program, ...], tuple[Others, int]] = {}
         self._matches = taken.nothing(0)
@@ -137,12 +139,16 @@ class Partners:
         whole : bool
             Whether it is all of a leading line.
         """
-        for companion in group.companions:
-            if companion.relation not in FORBIDDEN:
+        needed = [it for it in group.companions if it.relation not in FORBIDDEN]
+        for companion in needed if len(needed) > 1 else ():
+            if len(hulls.line):
+                hulls = self._accompanied(companion, lines, hulls)
+        for companion in needed:
+            if len(hulls.line):
                 self._setting.tick()
                 hulls = self._with(companion, lines, hulls, whole=whole)
         for companion in group.companions:
-            if companion.relation in FORBIDDEN:
+            if companion.relation in FORBIDDEN and len(hulls.line):
                 self._setting.tick()
                 hulls = self._without(companion, lines, hulls, whole=whole)
         return hulls
@@ -158,24 +164,25 @@ class Partners:
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
 
-    def others(self, program: Program) -> Others:
-        """Return all ways of a line that stands beside another."""
-        if program not in self._found:
-            recall = Recall(self._setting, program, tracked=program.open_ended)
+    def others(self, program: Program, companion: Companion) -> Others:
+        """Return the ways of a line that stands beside another, as far as they matter."""
+        end = enough_beside(program, companion)
+        if (program, end) not in self._found:
+            recall = Recall(self._setting, program, tracked=program.open_ended, enough=end)
             found = self._from_outside(program, recall)
             if not program.open_ended:
                 found = found.at(distinct(found.keys(), len(found))[0])
-            self._found[program] = found
-        return self._found[program]
+            self._found[program, end] = found
+        return self._found[program, end]
 
-    def _beside(self, program: Program, relation: str) -> Others:
+    def _beside(self, program: Program, companion: Companion) -> Others:
         """Return the ways of a line that may stand beside another.
 
         Of one that runs on as long as it can the longest will do, if those that are shorter stand
         only where it does, too.
         """
-        others = self.others(program)
-        if others.nodes and others.free and relation in _LONGER_TOO:
+        others = self.others(program, companion)
+        if others.nodes and others.free and companion.relation in _LONGER_TOO:
             if program not in self._last:
                 self._last[program] = others.last()
             return self._last[program]
@@ -226,18 +233,32 @@ class Partners:
             here.low = here.start if "start" in compared else here.high + FAR - 1
             line = Standing(here, stands[hulls.line], self._margins(companion))
             for program in companion.programs:
-                others = self._beside(program, relation)
+                others = self._beside(program, companion)
                 if not alone:
                     others = others.at(np.flatnonzero(~others.lines.alone))
                 join = self._with_free if others.free else self._with_each
                 pieces.append(join(relation, line, hulls, others, whole=whole))
         return self._reduced(_all_hulls(pieces))
 
+    def _accompanied(self, companion: Companion, lines: Stretches, hulls: Hulls) -> Hulls:
+        """Return the ways that have a line beside them at all, whatever it takes."""
+        found = np.zeros(len(lines), bool)
+        for program in companion.programs:
+            others = self._beside(program, companion).lines
+            for alone in (False, True):
+                own = np.flatnonzero(lines.alone == alone)
+                some = others if alone else others.at(~others.alone)
+                margins = self._margins(companion)
+                found[own] |= beside.holds(
+                    companion.relation, lines.at(own), beside.Others(some), margins
+                )
+        return hulls.at(np.flatnonzero(found[hulls.line]))
+
     def _with_each(
         self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
     ) -> Hulls:
         """Return ways with each of the others that can stand beside them."""
-        place, other = _pairs(relation, line.here, others.lines, line.margins)
+        place, other = paired(relation, line.here, others.lines, line.margins)
         way, place = beside.matched(line.place, place)
         other = other[place]
         fits = hulls.taken.at(way).apart(others.taken.at(other))
@@ -273,7 +294,7 @@ class Partners:
                 relation, line.here, beside.Others(others.lines), line.margins
             )
         else:
-            place, other = _pairs(relation, line.here, others.lines, line.margins)
+            place, other = paired(relation, line.here, others.lines, line.margins)
             if others.nodes:
                 kept = ~others.nodes.behind(place, others.node[other], MOST_MARKS)
                 place, other = place[kept], other[kept]
@@ -327,7 +348,12 @@ class Partners:
                     "without", here.at(own), beside.Others(some), margins
                 )
             owed = np.flatnonzero(fits & ~free)
-            hull, other = _pairs(companion.relation, here.at(own), others.lines.at(owed), margins)
+            matches = others.lines.at(owed)
+            if whole and not still:
+                told = here.at(own), forgiven.at(own), matches, others.taken.at(owed), margins
+                disturbed[own] |= unforgiven(companion.relation, *told)
+                continue
+            hull, other = paired(companion.relation, here.at(own), matches, margins)
             hull, other = own[hull], owed[other]
             apart = forgiven.at(hull).apart(others.taken.at(other))
             if whole:
@@ -336,14 +362,14 @@ class Partners:
                 owing.append(np.stack((hull[apart], other[apart] + base)))
         if owing:
             pairs = np.concatenate(owing, axis=1)
-            hulls.owed = sets_together(hulls.owed, _by_line(pairs, len(here)))
+            hulls.owed = sets_together(hulls.owed, by_line(pairs, len(here)))
         return hulls.at(np.flatnonzero(~disturbed))
 
     def _forbidden(self, companion: Companion) -> tuple[Others, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
         programs = companion.programs
         if programs not in self._alone:
-            others = _gathered([self.others(program) for program in programs])
+            others = _gathered([self.others(program, companion) for program in programs])
             others = others.at(np.flatnonzero((others.owed >= FAR).all(axis=0)))
             lines = others.lines
             keys = [lines.capture, lines.start, lines.until, lines.alone.astype(np.int64)]
@@ -352,28 +378,6 @@ class Partners:
             self._alone[programs] = others, len(self._matches)
             self._matches = taken.beside_each_other([self._matches, others.taken])
         return self._alone[programs]
-
-
-def _pairs(
-    relation: str, lines: Stretches, others: Stretches, margins: Margins
-) -> tuple[Whole, Whole]:
-    """Return all pairs of a line and another one that stands beside it, by place."""
-    ordered = beside.Others(others)
-    line, place = beside.pairs(relation, lines, ordered, margins)
-    return line, ordered.order[place]
-
-
-def _by_line(pairs: Whole, lines: int) -> Whole:
-    """Return what each line is paired with as columns, filled up with `FAR`."""
-    pairs = pairs[:, np.lexsort(pairs[::-1])]
-    counts = np.bincount(pairs[0], minlength=lines)
-    most = int(counts.max(initial=0))
-    if most * lines > MOST_MARKS:
-        raise TooMuch
-    found = np.full((most, lines), FAR)
-    begin = np.cumsum(counts) - counts
-    found[np.arange(pairs.shape[1]) - begin[pairs[0]], pairs[0]] = pairs[1]
-    return found
 
 
 def _gathered(tables: list[Others]) -> Others:

@@ -18,7 +18,7 @@ from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.asked import MET
 from lanindex.search.fast.beside import Stretches
-from lanindex.search.fast.ends import Found, ends_of
+from lanindex.search.fast.ends import Found, captures_of, ends_of
 from lanindex.search.fast.lines import components, may_leave
 from lanindex.search.fast.memory import (
     BEYOND,
@@ -30,10 +30,12 @@ from lanindex.search.fast.memory import (
     Memory,
     Nodes,
     beginning,
+    telling,
     together,
 )
-from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, spread, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread, starts_of
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
+from lanindex.search.fast.tails import FIRST, Tails
 from lanindex.search.fast.walk import NotCovered
 
 MOST_WAYS = 1 << 21
@@ -53,10 +55,18 @@ class Recall:
         Whether the frames of its steps have to be in a rhythm.
     tracked : bool
         Whether it matters which way goes on in which.
+    enough : str, optional
+        Which of its ends will do, as in `tails`.
     """
 
     def __init__(
-        self, setting: Setting, program: Program, *, timed: bool = False, tracked: bool = False
+        self,
+        setting: Setting,
+        program: Program,
+        *,
+        timed: bool = False,
+        tracked: bool = False,
+        enough: str | None = None,
     ) -> None:
         self._setting, self._program, self._block = setting, program, setting.block
         self._timed, self._tracked, self.nodes = timed, tracked, Nodes()
@@ -66,11 +76,16 @@ class Recall:
         self._seen = self._beats + (len(setting.asked.rhythm) if timed else 0)
         self._due = setting.due(program)
         self._alive = setting.alive(program)
+        self._enough, self._tails = enough, None
+        if enough and not (setting.asked or program.open_ended):
+            self._tails = Tails(setting, program, enough)
         self._reaches: dict[int, tuple[Reach, Whole | None]] = {}
 
     @property
     def wanders(self) -> bool:
         """Whether the line may go on for long before it ends."""
+        if self._tails and self._tails.settles(self._program):
+            return False
         edges = [edge for edges in self._program.edges for edge in edges]
         return any(edge.arrow.later or edge.entry.state <= edge.exit.state for edge in edges)
 
@@ -97,6 +112,7 @@ class Recall:
             Where there are too many.
         """
         self._followed, self._within = 0, within
+        self._settling: list[Memory] = []
         program, ends = self._program, []
         at: dict[int, list[Memory]] = {state: [] for state in range(len(program.states))}
         for number, rows in enumerate(self._begun(begun or self.roots())):
@@ -111,6 +127,8 @@ class Recall:
                 ends += self._leave(state, rows, at)
         none = np.empty((self._seen + len(self._setting.asked.columns), 0), np.int64)
         ends = [(0, beginning(none)), *ends]
+        if self._settling:
+            ends.append((-1, self._with_best_ends()))
         return ends_of(self._setting, program, self._firsts, ends)
 
     def _begun(self, begun: list[Mask]) -> Iterator[Memory]:
@@ -226,32 +244,66 @@ class Recall:
     ) -> list[tuple[int, Memory]]:
         """Let ways go on from a state, and return those that end there."""
         left: dict[tuple[object, ...], Memory] = {}
+        ending = rows
+        if self._tails and self._tails.free[state]:
+            ending, rows = self._settled_best(state, rows)
 
-        def leaving(way: Exit) -> Memory:
-            key = (way.closes, way.to_end)
+        def leaving(way: Exit, rows: Memory) -> Memory:
+            key = (way.closes, way.to_end, id(rows))
             if key not in left:
                 fits = may_leave(self._block, self._program, way)[rows.columns[EVENT]]
                 left[key] = self._closed(rows.at(np.flatnonzero(fits)), state, way.closes)
             return left[key]
 
         for edge in self._program.edges[state]:
-            gone = self._over(edge, leaving(edge.exit))
+            gone = self._over(edge, leaving(edge.exit, rows))
             if len(gone):
                 at[edge.entry.state].append(gone)
         ends = []
         told = self._program.states[state]
         passing = self._block.events(told).passing
         for way in self._program.exits[state]:
-            ending = leaving(way)
+            ended = leaving(way, ending)
             if told.manner != "via":
-                ending = ending.at(np.flatnonzero(~passing[ending.columns[EVENT]]))
+                ended = ended.at(np.flatnonzero(~passing[ended.columns[EVENT]]))
             late = self._due.late(state)
             if late:
-                capture = self._block.events(told).capture[ending.columns[EVENT]]
-                fits = self._setting.met(late, capture, ending.columns[self._seen :])
-                ending = ending.at(fits)
-            ends.append((state, ending))
+                capture = self._block.events(told).capture[ended.columns[EVENT]]
+                fits = self._setting.met(late, capture, ended.columns[self._seen :])
+                ended = ended.at(fits)
+            ends.append((state, ended))
         return ends
+
+    def _settled_best(self, state: int, rows: Memory) -> tuple[Memory, Memory]:
+        """Let ways end as they best do, and return those that still end here, or go on.
+
+        These are starting positions alone, and what leads to something that others could want.
+        """
+        assert self._tails
+        event = rows.columns[EVENT]
+        best = self._tails.best[state][event]
+        settled = rows.at(np.flatnonzero(best >= 0))
+        settled.columns[EVENT] = best[best >= 0]
+        self._settling.append(settled)
+        alone = self._block.events(self._program.states[state]).starting[event]
+        on = self._tails.on[state][event]
+        return rows.at(np.flatnonzero(alone)), rows.at(np.flatnonzero(on))
+
+    def _with_best_ends(self) -> Memory:
+        """Return the ways that are settled with what stands beside them, and ends for events."""
+        rows, program = together(self._settling), self._program
+        keys = [*rows.columns[EVENT + 1 :], *rows.rest()]
+        sign = 1 if self._enough == FIRST else -1
+        chosen = best_of_each((rows.columns[ROOT], *telling(keys)), (sign * rows.columns[EVENT],))
+        rows = rows.at(chosen)
+        if not program.whole.companions:
+            return rows
+        end = rows.columns[EVENT]
+        capture = captures_of(self._setting, program, self._firsts)[rows.columns[ROOT]]
+        own = GROUPS + 3
+        rows = self._beside(rows, program.whole, own, (capture, end, end, end < 0))
+        _carry_out(rows.columns, own, rows.columns[EVENT])
+        return rows
 
     def _closed(self, rows: Memory, state: int, closes: tuple[Group, ...]) -> Memory:
         """Return ways with some groups closed, inner ones first."""
@@ -266,33 +318,29 @@ class Recall:
                 fits = self._block.meets(capture, frames, group.length) & ~alone
                 rows = rows.at(np.flatnonzero(fits))
                 event = rows.columns[EVENT]
-                end, capture = events.end[event], events.capture[event]
+                end, alone = events.end[event], events.starting[event]
+                capture = events.capture[event]
             if group.companions:
-                rows = self._beside(rows, state, group, own)
+                until = np.where(alone, events.until[event], end)
+                rows = self._beside(rows, group, own, (capture, until, end, alone))
                 end = events.end[rows.columns[EVENT]]
             else:
                 rows = rows.at(np.arange(len(rows)))
-            low, beyond = rows.columns[own + LOW], rows.columns[own + BEYOND]
-            for outer in range(GROUPS, own, 3):
-                lows, beyonds = rows.columns[outer + LOW], rows.columns[outer + BEYOND]
-                np.minimum(lows, low, out=lows)
-                np.maximum(beyonds, np.where(beyond > end, beyond, 0), out=beyonds)
-            rows.columns[own : own + 3] = -1
+            _carry_out(rows.columns, own, end)
             depth -= 1
         return rows
 
-    def _beside(self, rows: Memory, state: int, group: Group, own: int) -> Memory:
-        """Return ways with what stands beside a group that closes."""
-        events = self._block.events(self._program.states[state]).at(rows.columns[EVENT])
-        until = np.where(events.starting, events.until, events.end)
-        lines = Stretches(
-            events.capture,
-            rows.columns[own + START],
-            until,
-            rows.columns[own + LOW],
-            np.maximum(rows.columns[own + BEYOND], events.end),
-            events.starting,
-        )
+    def _beside(
+        self, rows: Memory, group: Group, own: int, frames: tuple[Whole, Whole, Whole, Mask]
+    ) -> Memory:
+        """Return ways with what stands beside a group that closes in some frames.
+
+        These are capture, how far others are compared, the end, and whether it merely starts.
+        """
+        capture, until, end, alone = frames
+        start, low = rows.columns[own + START], rows.columns[own + LOW]
+        high = np.maximum(rows.columns[own + BEYOND], end)
+        lines = Stretches(capture, start, until, low, high, alone)
         seen = rows.columns[self._seen :]
         hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, rows.taken, rows.owed, seen)
         whole = group is self._program.whole
@@ -308,6 +356,8 @@ class Recall:
         state = edge.entry.state
         events = self._block.events(self._program.states[state])
         fits = self._alive[state].copy()
+        if self._tails and self._tails.free[edge.exit.state]:
+            fits &= self._tails.wanted[state] | self._tails.on[state]
         for arrow in edge.entry.from_start:
             fits &= begins(self._block, self._program.states[state], events, arrow)
         sources, targets = self._led(edge, rows)
@@ -361,6 +411,16 @@ class Recall:
                 frames = np.minimum(frames, begun + self._block.bounds(group.length)[1][capture])
         latest: Whole = capture * FAR + np.maximum(frames, 0)
         return latest
+
+
+def _carry_out(columns: Whole, own: int, end: Whole) -> None:
+    """Add the hull of a group that closes to those around it."""
+    low, beyond = columns[own + LOW], columns[own + BEYOND]
+    for outer in range(GROUPS, own, 3):
+        lows, beyonds = columns[outer + LOW], columns[outer + BEYOND]
+        np.minimum(lows, low, out=lows)
+        np.maximum(beyonds, np.where(beyond > end, beyond, 0), out=beyonds)
+    columns[own : own + 3] = -1
 
 
 def _by(ranks: Whole, rows: Memory) -> Iterator[tuple[int, Memory]]:

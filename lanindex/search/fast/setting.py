@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 from typing import NamedTuple, Protocol
@@ -48,6 +48,10 @@ class Hulls:
             *(self.line[chosen], self.low[chosen], self.high[chosen]),
             *(self.taken.at(chosen), self.owed[:, chosen], self.seen[:, chosen]),
         )
+
+
+Alive = Callable[[Program], list[Mask]]
+"""Gives by state of a line at which events it may stand."""
 
 
 class Closing(Protocol):
@@ -142,7 +146,7 @@ class Setting:
         self, block: Block, asked: Asked, source: Source, tick: Callable[[], None]
     ) -> None:
         self.block, self.asked, self.tick = block, asked, tick
-        self.clauses = Clauses(asked, block, source)
+        self.clauses, self._source = Clauses(asked, block, source), source
         self.contested: dict[Program, set[int]] = {}
         self.outside: set[Program] = set()
         self._rivals: dict[Program, set[Program]] = {}
@@ -152,6 +156,10 @@ class Setting:
         self._widths: list[int] = []
         self._begins = [0]
         self._due: dict[Program, Due] = {}
+
+    def inside(self, block: Block) -> Setting:
+        """Return the same in another block."""
+        return Setting(block, self.asked, self._source, self.tick)
 
     def due(self, program: Program) -> Due:
         """Return when the conditions on the labels of a line can be told."""
@@ -182,17 +190,9 @@ class Setting:
         return found
 
     def alive(self, program: Program) -> list[Mask]:
-        """Tell by state at which events a line may stand: whence an end can be reached."""
+        """Tell the same as `alive_in`."""
         if program not in self._alive:
-            values, found = Backwards(self.block, program).values, []
-            entered = {edge.entry.state for edges in program.edges for edge in edges}
-            for state, exits, value in zip(program.states, program.exits, values, strict=True):
-                fits = (value < NONE) | (self.block.events(state).starting & bool(exits))
-                if state.number not in entered:
-                    entries = [it for it in program.entries if it.state == state.number]
-                    fits &= np.any([roots(self.block, program, it) for it in entries], axis=0)
-                found.append(fits)
-            self._alive[program] = found
+            self._alive[program] = alive_in(self.block, program)
         return self._alive[program]
 
     def _wanting(self, program: Program, part: str) -> Whole:
@@ -212,6 +212,17 @@ class Setting:
             before = np.cumsum(np.cumsum(opened)[:-1] > 0)
             self._wanted[program, part] = np.append(0, before)
         return self._wanted[program, part]
+
+    def wanted(self, program: Program, state: int) -> Mask:
+        """Tell which events of a state of a line another one could want, (N,) bool."""
+        told = program.states[state]
+        events = self.block.events(told)
+        found = np.zeros(len(events), bool)
+        for part, first, last in zip(told.members, events.first, events.last, strict=True):
+            if state in self.contested.get(program, ()):
+                before = self._wanting(program, part)
+                found |= before[last + 1] > before[first]
+        return found
 
     def claims(self, program: Program, state: State, events: Whole) -> Taken:
         """Return what events take at a state of a line, as far as another one could want it."""
@@ -274,6 +285,22 @@ class Setting:
         return np.flatnonzero(fits)
 
 
+def alive_in(block: Block, program: Program) -> list[Mask]:
+    """Tell by state at which of its events a line may stand, with what it remembers left out.
+
+    An end can be reached from there; where no other state leads there, the line may begin there.
+    """
+    values, found = Backwards(block, program).values, []
+    entered = {edge.entry.state for edges in program.edges for edge in edges}
+    for state, exits, value in zip(program.states, program.exits, values, strict=True):
+        fits = (value < NONE) | (block.events(state).starting & bool(exits))
+        if state.number not in entered:
+            entries = [it for it in program.entries if it.state == state.number]
+            fits &= np.any([roots(block, program, it) for it in entries], axis=0)
+        found.append(fits)
+    return found
+
+
 def open_groups(program: Program) -> list[tuple[Group, ...]]:
     """Return the brackets that are open at each state, the inner ones last."""
     found: list[tuple[Group, ...]] = [()] * len(program.states)
@@ -305,6 +332,13 @@ class _Line:
     def holds(self, place: int) -> bool:
         """Return whether a line is this one, or stands beside it."""
         return self.first <= place < self.last
+
+
+def lines_of(program: Program) -> Iterator[Program]:
+    """Yield a line and all beside it, wherever they stand."""
+    lines: list[_Line] = []
+    _list_lines(program, lines)
+    return (it.program for it in lines)
 
 
 def _list_lines(program: Program, lines: list[_Line], *, again: bool = False) -> None:

@@ -18,6 +18,7 @@ from lanindex.search.plain import find
 
 def test_what_is_too_much_at_once_is_tried_in_parts(monkeypatch):
     monkeypatch.setattr(ragged, "MOST_PAIRS", 6)
+    monkeypatch.setattr(recall, "MOST_WAYS", 12)
     monkeypatch.setattr(walk, "MOST_PLACES", 20)
     left = 0
     for seed in range(100):

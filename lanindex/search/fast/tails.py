@@ -1,0 +1,147 @@
+"""What is left of a line once it has nothing more to remember: its best end will do.
+
+Of two ways that remember the same the one that ends first is better, wherever what stands beside
+the line is there all the same; of what must not happen that is enough which ends last. So from a
+state behind which no bracket opens or closes, and for all that no other line could want, only the
+best end is looked up; ways that take what another line could want go on one by one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lanindex.search.automaton import Companion, Edge, Program
+from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.lines import Backwards, end_of, reached, value_of
+from lanindex.search.fast.ragged import Mask, Whole
+from lanindex.search.fast.setting import Setting, open_groups
+
+FIRST, LAST = "first", "last"
+"""Which end of a line is enough."""
+
+_LATEST = 1 << 31
+"""More than any frame."""
+
+_OTHERS = {
+    **dict.fromkeys(("starting with", "after", "before"), FIRST),
+    **dict.fromkeys(("during", "without", "never"), LAST),
+}
+"""Which end of a line beside another is enough."""
+
+_SHORTER_TOO = ("starting with", "after", "before", "during", "without", "never")
+"""Relations to which a line stands if one stands to it that goes on where it could have ended."""
+
+
+def enough(program: Program) -> str | None:
+    """Return which end of a leading line is enough, None: it takes all of them."""
+    shorter = all(
+        it.relation in _SHORTER_TOO and not (it.relation == "before" and it.within)
+        for it in program.whole.companions
+    )
+    return FIRST if shorter else None
+
+
+def enough_beside(program: Program, companion: Companion) -> str | None:
+    """Return which end of a line beside another is enough, None: it takes all of them."""
+    if companion.relation == "after" and companion.within:
+        return None
+    end = _OTHERS.get(companion.relation)
+    if end == FIRST:
+        return enough(program)
+    return None if any(it.relation != "with" for it in program.whole.companions) else end
+
+
+class Tails:
+    """From which states of a line its best end is enough, and where that is.
+
+    Parameters
+    ----------
+    setting : Setting
+        Where; nothing is asked of labels.
+    program : Program
+        Not one that runs on.
+    end : str
+        `FIRST` or `LAST`.
+
+    Attributes
+    ----------
+    free : list of bool
+        By state.
+    best : list of ndarray
+        By state, of each event: the frame in which the best way ends that takes nothing more that
+        another line could want, -1: there is none.
+    on : list of ndarray
+        By state, from which events a way leads to what another line could want, (N,) bool.
+    """
+
+    def __init__(self, setting: Setting, program: Program, end: str) -> None:
+        self.free = _free(program)
+        for state in {it.state for it in program.entries if program.edges[it.state]}:
+            # what goes on from a passing symbol may reach back before it
+            begins = setting.block.events(program.states[state]).passing
+            self.free[state] &= not (begins & setting.alive(program)[state]).any()
+        self.wanted = [setting.wanted(program, it.number) for it in program.states]
+        ahead = _Ahead(setting, program, self.wanted, end)
+        self.best = [_frames(values, end) for values in ahead.values]
+        self.on: list[Mask] = [np.zeros(len(it), bool) for it in self.wanted]
+        if any(it.any() for it in self.wanted):
+            leading = _Leading(setting, program, self.wanted)
+            self.on = [values < NONE for values in leading.beyond]
+
+    def settles(self, program: Program) -> bool:
+        """Return whether all ways are settled where they begin."""
+        return not any(it.any() for it in self.on) and all(
+            self.free[entry.state] for entry in program.entries
+        )
+
+
+def _frames(values: Whole, end: str) -> Whole:
+    frames = end_of(values)
+    return np.where(values < NONE, frames if end == FIRST else _LATEST - frames, -1)
+
+
+def _free(program: Program) -> list[bool]:
+    """Tell from which states on no bracket is open, and none opens any more."""
+    following = [sorted({edge.entry.state for edge in edges}) for edges in program.edges]
+    most = 1 if program.whole.companions else 0
+    inside = [len(groups) > most for groups in open_groups(program)]
+    inside = [
+        within or any(edge.entry.opens or edge.exit.closes for edge in edges)
+        for within, edges in zip(inside, program.edges, strict=True)
+    ]
+    return [
+        not any(inside[it] for it in {state, *reached(following, state)})
+        for state in range(len(program.states))
+    ]
+
+
+class _Ahead(Backwards):
+    """The best ends of ways that take nothing more that another line could want."""
+
+    def __init__(self, setting: Setting, program: Program, wanted: list[Mask], end: str) -> None:
+        self._wanted, self._end = wanted, end
+        super().__init__(setting.block, program)
+
+    def own(self, state: int) -> Whole:
+        """Return the values of the events at which the line ends: the furthest least, if asked."""
+        values = super().own(state)
+        if self._end == FIRST:
+            return values
+        return np.where(values < NONE, value_of(_LATEST - end_of(values), values * 0), NONE)
+
+    def _entered(self, edge: Edge, values: Whole) -> Whole:
+        values = super()._entered(edge, values)
+        return np.where(self._wanted[edge.entry.state], NONE, values)
+
+
+class _Leading(Backwards):
+    """Where ways lead to what another line could want."""
+
+    def __init__(self, setting: Setting, program: Program, wanted: list[Mask]) -> None:
+        alive = setting.alive(program)
+        self._wanted = [one & other for one, other in zip(wanted, alive, strict=True)]
+        super().__init__(setting.block, program, runs_on=False)
+
+    def own(self, state: int) -> Whole:
+        """Return the values of the events that another line could want."""
+        return np.where(self._wanted[state], 0, NONE)
