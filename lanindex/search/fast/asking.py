@@ -151,7 +151,7 @@ def remembering(
         Where there are too many ways.
     """
     setting.enter(program)
-    partners = setting.company = Partners(setting)
+    partners = setting.company = Partners(setting, program)
     timed, tracked = bool(setting.asked.rhythm), program.open_ended
     recall = Recall(setting, program, timed=timed, tracked=tracked, enough=enough(program))
     begun = recall.roots()

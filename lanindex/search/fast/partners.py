@@ -10,6 +10,7 @@ import numpy as np
 
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside, taken
+from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches
 from lanindex.search.fast.forgiven import by_line, paired, unforgiven
 from lanindex.search.fast.memory import Nodes, distinct
@@ -113,9 +114,13 @@ class Partners:
     ----------
     setting : Setting
         Where, and what is asked.
+    program : Program
+        The leading line.
     """
 
-    def __init__(self, setting: Setting) -> None:
+    def __init__(self, setting: Setting, program: Program) -> None:
+        beside_it = program.whole.companions
+        self._standing = {companion: standing(program, companion) for companion in beside_it}
         self._setting, self._block = setting, setting.block
         clocks, own = self._block.clocks()
         slack = [floor(self._block.tolerance * clock.rate) for clock in clocks]
@@ -148,7 +153,7 @@ class Partners:
                 self._setting.tick()
                 hulls = self._with(companion, lines, hulls, whole=whole)
         for companion in group.companions:
-            if companion.relation in FORBIDDEN and len(hulls.line):
+            if companion.relation in FORBIDDEN and self._programs(companion) and len(hulls.line):
                 self._setting.tick()
                 hulls = self._without(companion, lines, hulls, whole=whole)
         return hulls
@@ -174,6 +179,10 @@ class Partners:
                 found = found.at(distinct(found.keys(), len(found))[0])
             self._found[program, end] = found
         return self._found[program, end]
+
+    def _programs(self, companion: Companion) -> tuple[Program, ...]:
+        """Return the lines, one a side, that can be what is asked for beside another."""
+        return self._standing.get(companion, companion.programs)
 
     def _beside(self, program: Program, companion: Companion) -> Others:
         """Return the ways of a line that may stand beside another.
@@ -232,7 +241,7 @@ class Partners:
             here.high = np.zeros(len(here), np.int64)
             here.low = here.start if "start" in compared else here.high + FAR - 1
             line = Standing(here, stands[hulls.line], self._margins(companion))
-            for program in companion.programs:
+            for program in self._programs(companion):
                 others = self._beside(program, companion)
                 if not alone:
                     others = others.at(np.flatnonzero(~others.lines.alone))
@@ -243,7 +252,7 @@ class Partners:
     def _accompanied(self, companion: Companion, lines: Stretches, hulls: Hulls) -> Hulls:
         """Return the ways that have a line beside them at all, whatever it takes."""
         found = np.zeros(len(lines), bool)
-        for program in companion.programs:
+        for program in self._programs(companion):
             others = self._beside(program, companion).lines
             for alone in (False, True):
                 own = np.flatnonzero(lines.alone == alone)
@@ -367,7 +376,7 @@ class Partners:
 
     def _forbidden(self, companion: Companion) -> tuple[Others, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
-        programs = companion.programs
+        programs = self._programs(companion)
         if programs not in self._alone:
             others = _gathered([self.others(program, companion) for program in programs])
             others = others.at(np.flatnonzero((others.owed >= FAR).all(axis=0)))

@@ -35,7 +35,7 @@ from lanindex.search.fast.memory import (
 )
 from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread, starts_of
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
-from lanindex.search.fast.tails import FIRST, Tails
+from lanindex.search.fast.tails import FIRST, LAST, Tails
 from lanindex.search.fast.walk import NotCovered
 
 MOST_WAYS = 1 << 21
@@ -77,7 +77,7 @@ class Recall:
         self._due = setting.due(program)
         self._alive = setting.alive(program)
         self._enough, self._tails = enough, None
-        if enough and not (setting.asked or program.open_ended):
+        if enough and not setting.asked:
             self._tails = Tails(setting, program, enough)
         self._reaches: dict[int, tuple[Reach, Whole | None]] = {}
 
@@ -285,16 +285,17 @@ class Recall:
         settled = rows.at(np.flatnonzero(best >= 0))
         settled.columns[EVENT] = best[best >= 0]
         self._settling.append(settled)
-        alone = self._block.events(self._program.states[state]).starting[event]
-        on = self._tails.on[state][event]
-        return rows.at(np.flatnonzero(alone)), rows.at(np.flatnonzero(on))
+        ending, on = self._tails.ending[state][event], self._tails.on[state][event]
+        return rows.at(np.flatnonzero(ending)), rows.at(np.flatnonzero(on))
 
     def _with_best_ends(self) -> Memory:
         """Return the ways that are settled with what stands beside them, and ends for events."""
         rows, program = together(self._settling), self._program
         keys = [*rows.columns[EVENT + 1 :], *rows.rest()]
-        sign = 1 if self._enough == FIRST else -1
-        chosen = best_of_each((rows.columns[ROOT], *telling(keys)), (sign * rows.columns[EVENT],))
+        ranks = {FIRST: rows.columns[EVENT], LAST: -rows.columns[EVENT]}.get(self._enough or "")
+        if ranks is None:
+            keys, ranks = [rows.columns[EVENT], *keys], rows.columns[ROOT]
+        chosen = best_of_each((rows.columns[ROOT], *telling(keys)), (ranks,))
         rows = rows.at(chosen)
         if not program.whole.companions:
             return rows
@@ -357,7 +358,7 @@ class Recall:
         events = self._block.events(self._program.states[state])
         fits = self._alive[state].copy()
         if self._tails and self._tails.free[edge.exit.state]:
-            fits &= self._tails.wanted[state] | self._tails.on[state]
+            fits &= self._tails.entered[state]
         for arrow in edge.entry.from_start:
             fits &= begins(self._block, self._program.states[state], events, arrow)
         sources, targets = self._led(edge, rows)

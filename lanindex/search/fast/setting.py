@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from lanindex.search.automaton import Group, Program, State
+from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.asked import Asked
@@ -355,7 +356,8 @@ def _list_lines(program: Program, lines: list[_Line], *, again: bool = False) ->
     }
     for group in (program.whole, *program.brackets):
         for companion in group.companions:
-            for inner in companion.programs:
+            whole = group is program.whole
+            for inner in standing(program, companion) if whole else companion.programs:
                 _list_lines(inner, lines, again=group in repeated)
     own.last = len(lines)
 

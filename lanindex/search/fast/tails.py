@@ -12,12 +12,13 @@ import numpy as np
 
 from lanindex.search.automaton import Companion, Edge, Program
 from lanindex.search.fast.arrows import NONE
+from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.lines import Backwards, end_of, reached, value_of
 from lanindex.search.fast.ragged import Mask, Whole
 from lanindex.search.fast.setting import Setting, open_groups
 
-FIRST, LAST = "first", "last"
-"""Which end of a line is enough."""
+FIRST, LAST, ONLY = "first", "last", "only"
+"""Which end of a line is enough; of one that runs on, the end of the only way that it can take."""
 
 _LATEST = 1 << 31
 """More than any frame."""
@@ -32,8 +33,18 @@ _SHORTER_TOO = ("starting with", "after", "before", "during", "without", "never"
 """Relations to which a line stands if one stands to it that goes on where it could have ended."""
 
 
+_LONGER_TOO = ("with", "starting with", "after", "never")
+"""Relations to which a line stands if one stands to it that it goes on."""
+
+_LONGER_BESIDE = ("with", "during", "starting with", "before")
+"""The same of a line beside another."""
+
+
 def enough(program: Program) -> str | None:
     """Return which end of a leading line is enough, None: it takes all of them."""
+    if program.open_ended:
+        longer = all(it.relation in _LONGER_TOO for it in program.whole.companions)
+        return ONLY if longer else None
     shorter = all(
         it.relation in _SHORTER_TOO and not (it.relation == "before" and it.within)
         for it in program.whole.companions
@@ -43,12 +54,11 @@ def enough(program: Program) -> str | None:
 
 def enough_beside(program: Program, companion: Companion) -> str | None:
     """Return which end of a line beside another is enough, None: it takes all of them."""
+    if program.open_ended and companion.relation not in FORBIDDEN:
+        return ONLY if companion.relation in _LONGER_BESIDE else None
     if companion.relation == "after" and companion.within:
         return None
-    end = _OTHERS.get(companion.relation)
-    if end == FIRST:
-        return enough(program)
-    return None if any(it.relation != "with" for it in program.whole.companions) else end
+    return _OTHERS.get(companion.relation)
 
 
 class Tails:
@@ -59,19 +69,20 @@ class Tails:
     setting : Setting
         Where; nothing is asked of labels.
     program : Program
-        Not one that runs on.
+        The line.
     end : str
-        `FIRST` or `LAST`.
+        `FIRST`, `LAST` or `ONLY`.
 
     Attributes
     ----------
     free : list of bool
-        By state.
+        By state, whether there may be best ends.
     best : list of ndarray
         By state, of each event: the frame in which the best way ends that takes nothing more that
         another line could want, -1: there is none.
-    on : list of ndarray
-        By state, from which events a way leads to what another line could want, (N,) bool.
+    on, ending, entered : list of ndarray
+        By state, (N,) bool: from which events ways go on nevertheless, at which they may end, and
+        which they may enter from a free state.
     """
 
     def __init__(self, setting: Setting, program: Program, end: str) -> None:
@@ -80,13 +91,22 @@ class Tails:
             # what goes on from a passing symbol may reach back before it
             begins = setting.block.events(program.states[state]).passing
             self.free[state] &= not (begins & setting.alive(program)[state]).any()
-        self.wanted = [setting.wanted(program, it.number) for it in program.states]
-        ahead = _Ahead(setting, program, self.wanted, end)
-        self.best = [_frames(values, end) for values in ahead.values]
-        self.on: list[Mask] = [np.zeros(len(it), bool) for it in self.wanted]
-        if any(it.any() for it in self.wanted):
-            leading = _Leading(setting, program, self.wanted)
-            self.on = [values < NONE for values in leading.beyond]
+        wanted = [setting.wanted(program, it.number) for it in program.states]
+        starting = [setting.block.events(state).starting for state in program.states]
+        if end == ONLY:
+            if any(it.any() for it in wanted):
+                self.free = [False] * len(self.free)
+            first, last = (_best(setting, program, wanted, it) for it in (FIRST, LAST))
+            both = zip(first, last, strict=True)
+            self.best = [np.where(one == other, one, -1) for one, other in both]
+            self.on = self.ending = [it < 0 for it in self.best]
+            self.entered = [np.ones(len(it), bool) for it in self.best]
+            return
+        self.best, self.ending = _best(setting, program, wanted, end), starting
+        self.on = [np.zeros(len(it), bool) for it in wanted]
+        if any(it.any() for it in wanted):
+            self.on = [it < NONE for it in _Leading(setting, program, wanted).beyond]
+        self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
 
     def settles(self, program: Program) -> bool:
         """Return whether all ways are settled where they begin."""
@@ -95,9 +115,13 @@ class Tails:
         )
 
 
-def _frames(values: Whole, end: str) -> Whole:
-    frames = end_of(values)
-    return np.where(values < NONE, frames if end == FIRST else _LATEST - frames, -1)
+def _best(setting: Setting, program: Program, wanted: list[Mask], end: str) -> list[Whole]:
+    """Return by state and event where ways end first, or last, -1: nowhere."""
+    found = []
+    for values in _Ahead(setting, program, wanted, end).values:
+        frames = end_of(values)
+        found.append(np.where(values < NONE, frames if end == FIRST else _LATEST - frames, -1))
+    return found
 
 
 def _free(program: Program) -> list[bool]:
