@@ -263,8 +263,9 @@ class Finder:
             except NotCovered:
                 doubtful |= possible(block, program)
         every = joined(found)
-        every = best(every.at(~doubtful[every.capture]))
-        return own_rows(every, self._parts, lambda part: block.rows(part).bounds), doubtful
+        if doubtful.any():
+            every = every.at(~doubtful[every.capture])
+        return own_rows(best(every), self._parts, lambda part: block.rows(part).bounds), doubtful
 
     def _in_those_asked_for(self, answers: Answers) -> Answers:
         """Return the answers in captures that are as conditions on the capture alone ask."""
@@ -281,13 +282,12 @@ class Finder:
 
     def _kept(self, answers: Answers, overlaps: str) -> Whole:
         """Return which answers are hits."""
-        kept = np.arange(len(answers))
+        kept, where = np.arange(len(answers)), (answers.capture, answers.low, answers.high)
         if overlaps == "all":
             return kept
         if not counts(self._query.pattern):
-            kept = np.flatnonzero(staying.nearest(answers.capture, answers.low, answers.high))
-        own = answers.at(kept)
-        return kept[staying.from_left(own.capture, own.low, own.high)]
+            kept = np.flatnonzero(staying.nearest(*where))
+        return kept[staying.from_left(*(column[kept] for column in where))]
 
     def _told_plainly(self, places: Whole, watch: Watch | None) -> dict[int, list[Hit]]:
         """Return what the plain matcher finds in some captures, overlapping or not."""

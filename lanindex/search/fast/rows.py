@@ -123,13 +123,12 @@ class Rows:
         joined: Mask = stretch[1:] == stretch[:-1]
         return joined
 
-    @cached_property
-    def until(self) -> Whole:
-        """Until when a shown row is the last, (S,)."""
-        shown, until = self.shown, np.zeros(len(self), np.int64)
-        until[shown] = self.stretch_end[self.stretch[shown]]
-        until[shown[:-1][self._joined]] = self.start[shown[1:][self._joined]]
-        return until
+    def until(self, rows: Whole) -> Whole:
+        """Return until when each of some shown rows is the last."""
+        after = self.row_of(self.rank[rows + 1] + 1) - 1
+        stretch = self.stretch[rows]
+        follows = (after > rows) & (self.stretch[after] == stretch)
+        return np.where(follows, self.start[after], self.stretch_end[stretch])
 
     @cached_property
     def change(self) -> Numbers:
@@ -152,14 +151,19 @@ class Rows:
     @cached_property
     def left_at_once(self) -> Mask:
         """Which rows are starting positions that alone are no stay, (S,) bool."""
-        return self.starting & (self.until <= self.start)
+        left, rows = np.zeros(len(self), bool), np.flatnonzero(self.starting)
+        left[rows] = self.until(rows) <= self.start[rows]
+        return left
 
     def row_of(self, rank: Whole) -> Whole:
         """Return the first row before which at least so many rows are shown."""
-        behind = np.append(self.shown + 1, len(self))
-        found = behind[np.clip(rank - 1, 0, len(behind) - 1)]
-        row: Whole = np.where(rank > 0, found, 0)
+        row: Whole = self._behind[np.clip(rank, 0, len(self._behind) - 1)]
         return row
+
+    @cached_property
+    def _behind(self) -> Whole:
+        """The rows behind so many shown ones: the first, and that behind each shown one, the end."""
+        return np.concatenate(([0], self.shown + 1, [len(self)]))
 
     def beginnings(self, manner: str) -> tuple[Whole, Whole]:
         """Return the shown rows that begin something, and when: a movement, stay or rest."""
@@ -167,7 +171,7 @@ class Rows:
         if manner == "at":
             return rows, self.arrival[rows]
         if manner == "hold":
-            rows = rows[self.stop[rows] < self.until[rows]]
+            rows = rows[self.stop[rows] < self.until(rows)]
             return rows, self.stop[rows]
         rows = rows[~self.starting[rows]]
         return rows, self.start[rows]
