@@ -162,7 +162,7 @@ class Rows:
 
     @cached_property
     def _behind(self) -> Whole:
-        """The rows behind so many shown ones: the first, and that behind each shown one, the end."""
+        """The first row, those behind each shown one, and that behind the last."""
         return np.concatenate(([0], self.shown + 1, [len(self)]))
 
     def beginnings(self, manner: str) -> tuple[Whole, Whole]:
