@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
@@ -136,10 +137,15 @@ def slabs(columns: Collection[Columns], places: Whole, rows: int) -> list[Whole]
 
 def frames_of(length: Length, clocks: list[Clock]) -> tuple[Whole, Whole]:
     """Return by clock the fewest and the most frames that meet a condition on length."""
-    told = [length.bounds(clock) for clock in clocks]
+    told = [_bounds(length, clock) for clock in clocks]
     least = np.array([min(it, FAR >> 1) for it, _ in told], np.int64)
     most = np.array([FAR >> 1 if it is None else min(it, FAR >> 1) for _, it in told], np.int64)
     return least, most
+
+
+@lru_cache(1024)
+def _bounds(length: Length, clock: Clock) -> tuple[int, int | None]:
+    return length.bounds(clock)
 
 
 def _different(told: Whole) -> tuple[Whole, Whole]:
