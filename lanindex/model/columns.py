@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,12 +57,15 @@ class Roster:
         (C, 2) int64: frames a second, as a fraction.
     speed : ndarray
         (C, 2) int64: beats a minute, as a fraction.
+    kept : dict
+        What searches have worked out about these captures: it goes with them.
     """
 
     number: NDArray[np.int64]
     frames: NDArray[np.int32]
     rate: NDArray[np.int64]
     speed: NDArray[np.int64]
+    kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
         """Return how many captures there are."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import State
 from lanindex.search.fast.events import Events, events_of, paired
-from lanindex.search.fast.ragged import FAR, Mask, Whole
+from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
 from lanindex.search.fast.rows import Rows
 from lanindex.search.language.times import Clock, Length
 
@@ -19,7 +20,7 @@ MOST_CLOCKS = 16
 
 
 class Block:
-    """The captures from `first` up to, not including, `last`; here they are counted from 0.
+    """Some captures of a roster; here they are counted from 0.
 
     Parameters
     ----------
@@ -27,23 +28,18 @@ class Block:
         All captures.
     columns : Mapping of str to Columns
         By part; a part that is not there never moves.
-    first, last : int
-        Which captures.
+    places : ndarray
+        (N,) int64, growing: which captures.
     tolerance : Fraction
         Seconds by which edges may differ that should agree.
     """
 
     def __init__(
-        self,
-        roster: Roster,
-        columns: Mapping[str, Columns],
-        first: int,
-        last: int,
-        tolerance: Fraction,
+        self, roster: Roster, columns: Mapping[str, Columns], places: Whole, tolerance: Fraction
     ) -> None:
-        self.first, self.last, self.tolerance = first, last, tolerance
+        self.places, self.tolerance = places, tolerance
         self.roster, self._columns = roster, columns
-        self.frames = roster.frames[first:last].astype(np.int64)
+        self.frames = roster.frames[places].astype(np.int64)
         self._clocks: tuple[list[Clock], Whole] | None = None
         self._rows: dict[str, Rows] = {}
         self._events: dict[tuple[object, ...], Events] = {}
@@ -51,14 +47,11 @@ class Block:
 
     def __len__(self) -> int:
         """Return how many captures there are."""
-        return self.last - self.first
+        return len(self.places)
 
-    def taken(self, places: Whole, parts: Collection[str]) -> Block:
-        """Return some of the captures as a block of their own, with some of the parts."""
-        roster = self.roster.taken(self.first + places)
-        held = {part: self._columns[part] for part in parts if part in self._columns}
-        own = {part: it.taken(self.first + places) for part, it in held.items()}
-        return Block(roster, own, 0, len(places), self.tolerance)
+    def taken(self, places: Whole) -> Block:
+        """Return some of the captures as a block of their own."""
+        return Block(self.roster, self._columns, self.places[places], self.tolerance)
 
     def rows(self, part: str) -> Rows:
         """Return the rows of a part; none, where there is no such part."""
@@ -66,7 +59,7 @@ class Block:
             columns = self._columns.get(part)
             if columns is None:
                 columns = _nothing(part, len(self.roster))
-            self._rows[part] = Rows(columns, self.first, self.last, self.frames)
+            self._rows[part] = Rows(columns, self.places, self.frames)
         return self._rows[part]
 
     def events(self, state: State) -> Events:
@@ -87,7 +80,7 @@ class Block:
     def clocks(self) -> tuple[list[Clock], Whole]:
         """Return the clocks that captures have, and each capture's among them."""
         if self._clocks is None:
-            self._clocks = clocks_of(self.roster, slice(self.first, self.last))
+            self._clocks = clocks_of(self.roster, self.places)
         return self._clocks
 
     def bounds(self, length: Length) -> tuple[Whole, Whole]:
@@ -105,20 +98,54 @@ class Block:
         return meets
 
 
-def clocks_of(roster: Roster, some: slice = slice(None)) -> tuple[list[Clock], Whole]:
+def clocks_of(roster: Roster, places: Whole | slice = slice(None)) -> tuple[list[Clock], Whole]:
     """Return the clocks that captures have, and each capture's among them."""
-    told = np.concatenate((roster.rate[some], roster.speed[some]), axis=1)
-    different, own = _different(told)
+    if _KEPT not in roster.kept:
+        told, number = _different(np.concatenate((roster.rate, roster.speed), axis=1))
+        roster.kept[_KEPT] = told, number.astype(np.int32)
+    different, number = roster.kept[_KEPT]
+    own = number[places].astype(np.int64)
+    if len(different) > MOST_CLOCKS:
+        used, own = np.unique(own, return_inverse=True)
+        different = different[used]
     clocks = [Clock(Fraction(a, b), Fraction(c, d) / 60) for a, b, c, d in different.tolist()]
     return clocks, own
 
 
+_KEPT = "lanindex.search.fast.block"
+"""Where it is kept with a roster which different clocks there are, and each capture's: 4 bytes."""
+
+
+def slabs(columns: Collection[Columns], places: Whole, rows: int) -> list[Whole]:
+    """Return captures, some at once: those in which no part has more rows than so many.
+
+    Parameters
+    ----------
+    columns : collection of Columns
+        Of the parts.
+    places : ndarray
+        (N,) int64, growing: which captures.
+    rows : int
+        How many at once, captures too; one capture may have more.
+    """
+    most = np.ones(len(places), np.int64)
+    for own in columns:
+        most = np.maximum(most, own.bounds[places + 1] - own.bounds[places])
+    slab = np.cumsum(most) // rows
+    return np.split(places, np.flatnonzero(starts_of(slab))[1:]) if len(places) else []
+
+
 def frames_of(length: Length, clocks: list[Clock]) -> tuple[Whole, Whole]:
     """Return by clock the fewest and the most frames that meet a condition on length."""
-    told = [length.bounds(clock) for clock in clocks]
+    told = [_bounds(length, clock) for clock in clocks]
     least = np.array([min(it, FAR >> 1) for it, _ in told], np.int64)
     most = np.array([FAR >> 1 if it is None else min(it, FAR >> 1) for _, it in told], np.int64)
     return least, most
+
+
+@lru_cache(1024)
+def _bounds(length: Length, clock: Clock) -> tuple[int, int | None]:
+    return length.bounds(clock)
 
 
 def _different(told: Whole) -> tuple[Whole, Whole]:

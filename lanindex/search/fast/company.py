@@ -277,9 +277,7 @@ class Company:
         there[captures] = True
         if 2 * there.sum() < len(self._places) and not self._contested.states:
             self._places = np.flatnonzero(there)
-            lines = [line for line in all_lines(program) if line is not program]
-            parts = {part for line in lines for state in line.states for part in state.members}
-            self._inner = Company(self._block.taken(self._places, parts), self._contested)
+            self._inner = Company(self._block.taken(self._places), self._contested)
 
     def _accompanied(self, companions: list[Companion], lines: Stretches) -> Mask:
         """Tell which lines have all that must stand beside them, whatever it takes."""

@@ -7,20 +7,24 @@ from functools import cache
 from types import ModuleType
 
 WORTH = 4_000_000
-"""Symbols of a search from which on numba's import (half a second) is risked."""
+"""Symbols that a process has looked at from which on numba's import (half a second) is risked."""
 
 _FAST = "lanindex.search.fast.joins_fast"
 
+_gone = 0
+
 
 def chosen(symbols: int) -> ModuleType | None:
-    """Return the compiled loops for much work, or once they have been loaded; None: the plain ones.
+    """Return the compiled loops once they have been loaded, or much has been done without them.
 
     Parameters
     ----------
     symbols : int
-        How many the search looks at.
+        How many are to be looked at.
     """
-    return compiled() if symbols >= WORTH or _FAST in sys.modules else None
+    global _gone
+    _gone += symbols
+    return compiled() if _gone >= WORTH or _FAST in sys.modules else None
 
 
 @cache

@@ -8,9 +8,11 @@ each pair that shares a frame is one event.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
+from lanindex.model.arrays import frozen
 from lanindex.model.columns import CELL, THOUSANDTHS
 from lanindex.search import nearly
 from lanindex.search.automaton import State
@@ -65,13 +67,18 @@ _FRAMES = ("start", "end", "until", "cost", "passing", "starting")
 
 def cells_of(state: State, member: int) -> Mask:
     """Return which cells a state asks for, (256,) bool, whatever their flags."""
+    return _cells(frozenset(state.fits[member].items()))
+
+
+@lru_cache(256)
+def _cells(fits: frozenset[tuple[str, frozenset[int]]]) -> Mask:
     cells = np.arange(256)
     table = np.ones(256, bool)
     said = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
-    for kind, codes in state.fits[member].items():
+    for kind, codes in fits:
         if kind in said:
             table &= np.isin(said[kind], sorted(codes))
-    return table
+    return frozen(table)
 
 
 def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
@@ -104,7 +111,8 @@ def events_of(rows: Rows, state: State, member: int) -> Events:
 def _movements(rows: Rows, fits: Mask, cost: Whole) -> Events:
     row = np.flatnonzero(fits)
     start, end, starting = rows.start[row], rows.stop[row], rows.starting[row]
-    until = np.where(starting, np.maximum(rows.until[row], start + 1), end)
+    until, waiting = end.copy(), np.flatnonzero(starting)
+    until[waiting] = np.maximum(rows.until(row[waiting]), start[waiting] + 1)
     own = ((row,), (row,), start, end, until, cost[row], rows.passing[row], starting)
     return Events(rows.capture[row], *own)
 
@@ -117,7 +125,7 @@ def _stays(rows: Rows, fits: Mask, costs: Whole) -> Events:
     places = np.flatnonzero(begins)
     first, last = row[places], row[np.append(places[1:], len(row)) - 1] if len(row) else row
     cost = np.maximum.reduceat(costs[row], places) if len(row) else row
-    start, end = rows.arrival[first], rows.until[last]
+    start, end = rows.arrival[first], rows.until(last)
     kept = start < end
     nothing = np.zeros(len(first), bool)
     own = ((first,), (last,), start, end, end, cost, nothing, nothing)
@@ -126,8 +134,10 @@ def _stays(rows: Rows, fits: Mask, costs: Whole) -> Events:
 
 def _rests(rows: Rows, fits: Mask, cost: Whole) -> Events:
     row = rows.shown[fits[rows.shown]]
-    row = row[rows.stop[row] < rows.until[row]]
-    nothing, end = np.zeros(len(row), bool), rows.until[row]
+    end = rows.until(row)
+    waits = rows.stop[row] < end
+    row, end = row[waits], end[waits]
+    nothing = np.zeros(len(row), bool)
     own = ((row,), (row,), rows.stop[row], end, end, cost[row], nothing, nothing)
     return Events(rows.capture[row], *own)
 

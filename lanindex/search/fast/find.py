@@ -26,7 +26,7 @@ from lanindex.search.fast.answers import (
 )
 from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.asking import answers_of, possible
-from lanindex.search.fast.block import Block
+from lanindex.search.fast.block import Block, slabs
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.found import Found
@@ -80,8 +80,6 @@ class Finder:
         self._query, self._roster, self._columns = query, roster, columns
         self._tolerance = tolerance
         self._programs = plan(query)
-        self._places: Whole = np.arange(len(roster))
-        self._some = columns
         self._parts: list[tuple[str, ...]] = []
         self._recordings = recordings
         self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
@@ -104,12 +102,11 @@ class Finder:
         pieces = self._chained(watch)
         if pieces is None:
             pieces = self._linked(watch)
+        blocks: list[Whole] = []
         if pieces is None:
-            self._narrow()
-        blocks = self._blocks() if pieces is None else []
-        pieces = pieces or []
-        for first, last in blocks:
-            answers, doubtful = self._between(first, last, watch)
+            pieces, blocks = [], slabs(self._columns.values(), self._possible(), MOST_ROWS)
+        for places in blocks:
+            answers, doubtful = self._among(places, watch)
             pieces.append(answers)
             told = self._told_plainly(doubtful, watch)
             self._told.update(told)
@@ -176,7 +173,7 @@ class Finder:
         if answer.cost[0] < 0 or self._labelled:
             return self._teller(place, answer)
         taken = trace(
-            self._block(place),
+            self._block(np.array([place])),
             self._programs[int(answer.program[0])],
             self._parts[int(answer.parts[0])],
             tuple(answer.rows[0].tolist()),
@@ -227,51 +224,31 @@ class Finder:
                     remedy="Search again.",
                 )
 
-    def _narrow(self) -> None:
-        """Leave out the captures that cannot have a hit, if these are most of many."""
-        many = len(self._roster)
-        if many < MANY:
-            return
-        every = Block(self._roster, self._columns, 0, many, self._tolerance)
-        possible = Narrowing(self._columns, every).possible(self._programs)
-        if 2 * possible.sum() < many:
-            self._places = np.flatnonzero(possible)
-            self._some = {part: it.taken(self._places) for part, it in self._columns.items()}
+    def _possible(self) -> Whole:
+        """Return the captures that can have a hit, as far as it is asked."""
+        every = np.arange(len(self._roster))
+        if len(every) < MANY:
+            return every
+        narrowing = Narrowing(self._columns, self._block(every))
+        return np.flatnonzero(narrowing.possible(self._programs))
 
-    def _block(self, place: int) -> Block:
-        """Return one capture as a block."""
-        return Block(self._roster, self._columns, place, place + 1, self._tolerance)
+    def _block(self, places: Whole) -> Block:
+        """Return some captures as a block."""
+        return Block(self._roster, self._columns, places, self._tolerance)
 
-    def _blocks(self) -> list[tuple[int, int]]:
-        """Return how the captures are gone through: a block holds few enough rows."""
-        parts = [self._some[part] for part in self._query.parts if part in self._some]
-        ends, first, many = [], 0, len(self._places)
-        while first < many:
-            last = min(first + MOST_ROWS, many)
-            for columns in parts:
-                limit = columns.bounds[first] + MOST_ROWS
-                last = min(last, int(np.searchsorted(columns.bounds, limit, "right")) - 1)
-            ends.append((first, max(last, first + 1)))
-            first = ends[-1][1]
-        return ends
-
-    def _between(self, first: int, last: int, watch: Watch | None) -> tuple[Answers, Whole]:
+    def _among(self, places: Whole, watch: Watch | None) -> tuple[Answers, Whole]:
         """Return all answers in some captures, and those captures of which nothing is known."""
         if watch:
-            watch(int(self._places[first]), len(self._roster))
-        roster = self._roster.taken(self._places[first:last])
-        own = {part: it.between(first, last) for part, it in self._some.items()}
+            watch(int(places[0]), len(self._roster))
         try:
-            block = Block(roster, own, 0, last - first, self._tolerance)
-            answers, doubtful = self._in_block(block, self._places[first:last], watch)
+            answers, doubtful = self._in_block(self._block(places), places, watch)
         except TooMuch:  # at once: fewer captures are tried, and one alone plainly
-            if last - first == 1:
-                return joined([]), self._places[first:last]
-            middle = (first + last) // 2
-            halves = [self._between(*half, watch) for half in ((first, middle), (middle, last))]
+            if len(places) == 1:
+                return joined([]), places
+            halves = [self._among(half, watch) for half in np.array_split(places, 2)]
             return joined([it for it, _ in halves]), np.concatenate([it for _, it in halves])
-        answers.capture = self._places[answers.capture + first]
-        return answers, self._places[np.flatnonzero(doubtful) + first]
+        answers.capture = places[answers.capture]
+        return answers, places[doubtful]
 
     def _in_block(self, block: Block, here: Whole, watch: Watch | None) -> tuple[Answers, Mask]:
         """Return all answers in a block, and the captures of which nothing is known yet."""
@@ -286,8 +263,9 @@ class Finder:
             except NotCovered:
                 doubtful |= possible(block, program)
         every = joined(found)
-        every = best(every.at(~doubtful[every.capture]))
-        return own_rows(every, self._parts, lambda part: block.rows(part).bounds), doubtful
+        if doubtful.any():
+            every = every.at(~doubtful[every.capture])
+        return own_rows(best(every), self._parts, lambda part: block.rows(part).bounds), doubtful
 
     def _in_those_asked_for(self, answers: Answers) -> Answers:
         """Return the answers in captures that are as conditions on the capture alone ask."""
@@ -304,13 +282,12 @@ class Finder:
 
     def _kept(self, answers: Answers, overlaps: str) -> Whole:
         """Return which answers are hits."""
-        kept = np.arange(len(answers))
+        kept, where = np.arange(len(answers)), (answers.capture, answers.low, answers.high)
         if overlaps == "all":
             return kept
         if not counts(self._query.pattern):
-            kept = np.flatnonzero(staying.nearest(answers.capture, answers.low, answers.high))
-        own = answers.at(kept)
-        return kept[staying.from_left(own.capture, own.low, own.high)]
+            kept = np.flatnonzero(staying.nearest(*where))
+        return kept[staying.from_left(*(column[kept] for column in where))]
 
     def _told_plainly(self, places: Whole, watch: Watch | None) -> dict[int, list[Hit]]:
         """Return what the plain matcher finds in some captures, overlapping or not."""

@@ -21,18 +21,21 @@ def in_order(
 ):
     """Note in which captures an order occurs, as `order.plainly` tells."""
     for place in range(len(captures)):
+        capture = captures[place]
         pending, later, ever, closing, seen = _NONE, _NONE, _NONE, _NONE, 0
-        for row in range(bounds[captures[place]], bounds[captures[place] + 1]):
+        for row in range(bounds[capture], bounds[capture + 1]):
             here = cell[row]
             shown = 0 if here & PASSING else 1
             if here & STARTING:
                 pending, later = _NONE, _NONE
             accepted = accepts[here]
-            for number in range(len(timed) if accepted else 0):
-                lasts, limit = stop[row] - start[row], limits[number, :, captures[place]]
-                if lasts < limit[0] or lasts > limit[1]:
-                    accepted &= ~timed[number]
             opening = first[1, shown] if seen <= 1 else _NONE
+            if accepted:
+                lasts = np.int64(stop[row]) - start[row]
+                for number in range(len(timed)):
+                    least, most = limits[number, 0, capture], limits[number, 1, capture]
+                    if lasts < least or lasts > most:
+                        accepted &= ~timed[number]
             active = accepted & (first[0, shown] | opening | pending | later | ever)
             if shown:
                 pending, closing = _NONE, _NONE

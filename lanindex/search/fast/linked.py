@@ -17,7 +17,7 @@ from lanindex.search.automaton import Group, Program
 from lanindex.search.fast import compiled
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
 from lanindex.search.fast.beside import Stretches
-from lanindex.search.fast.block import Block
+from lanindex.search.fast.block import Block, slabs
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.claims import Contested, all_lines, contested
 from lanindex.search.fast.company import Company
@@ -25,7 +25,7 @@ from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.links import Chain, Links
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.planes import Part
-from lanindex.search.fast.ragged import Mask, Whole, starts_of
+from lanindex.search.fast.ragged import Mask, Whole
 from lanindex.search.fast.walk import Ends, NotCovered
 
 MOST_ROWS = 1 << 19
@@ -81,7 +81,7 @@ class Linked:
         tolerance: Fraction,
     ) -> None:
         self._columns, self._programs = columns, programs
-        self._block = Block(roster, columns, 0, len(roster), tolerance)
+        self._block = Block(roster, columns, np.arange(len(roster)), tolerance)
 
     def answers(self, chains: Ways, parts: list[tuple[str, ...]]) -> Iterator[tuple[int, Answers]]:
         """Yield answers, with how many captures are done before them.
@@ -94,7 +94,8 @@ class Linked:
             Of `Finder`.
         """
         narrowing = Narrowing(self._columns, self._block)
-        for captures in self._slabs(np.flatnonzero(narrowing.possible(self._programs))):
+        possible = np.flatnonzero(narrowing.possible(self._programs))
+        for captures in slabs(self._columns.values(), possible, MOST_ROWS):
             found = []
             for number, program in enumerate(self._programs):
                 part = program.states[0].members[0]
@@ -112,15 +113,6 @@ class Linked:
                 int(captures[0]),
                 own_rows(answers, parts, lambda part: self._columns[part].bounds),
             )
-
-    def _slabs(self, captures: Whole) -> Iterator[Whole]:
-        """Yield captures, a few at once."""
-        most = np.zeros(len(captures), np.int64)
-        for columns in self._columns.values():
-            most = np.maximum(most, columns.bounds[captures + 1] - columns.bounds[captures])
-        slab = np.cumsum(most) // MOST_ROWS
-        if len(captures):
-            yield from np.split(captures, np.flatnonzero(starts_of(slab))[1:])
 
 
 class _Linked(Company):

@@ -10,82 +10,80 @@ from functools import cached_property
 
 import numpy as np
 
-from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns
-from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, starts_of
+from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns, ranges
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
 from lanindex.search.language.words import WORD_KINDS
 
 
 class Rows:
-    """The rows of one part in the captures from `first` up to, not including, `last`.
+    """The rows of one part in some captures.
 
     Parameters
     ----------
     columns : Columns
         Of the part, in all captures.
-    first, last : int
-        Which captures; here they are counted from 0.
+    places : ndarray
+        (N,) int64, growing: which captures; here they are counted from 0.
     frames : ndarray
-        (last - first,) int64, how many each of them has.
+        (N,) int64, how many each of them has.
 
     Attributes
     ----------
     bounds : ndarray
         (captures + 1,): the rows of each capture.
-    cell, runner : ndarray
+    cell : ndarray
         (S,) uint8, as in `Columns`.
     capture, start, stop : ndarray
         (S,) int64.
-    cost : ndarray
-        (S,) int64: what is missing to a margin of 1, in thousandths.
     passing, starting : ndarray
         (S,) bool.
-    rank : ndarray
-        (S + 1,): how many shown rows come before.
-    shown : ndarray
-        Which rows are shown.
     stretch : ndarray
         (S,): which stretch of known frames each row lies in, counted over all captures.
     stretch_rows : ndarray
         (stretches + 1,): the first row of each.
     stretch_begin, stretch_end : ndarray
         (stretches,): its frames.
-    until : ndarray
-        (S,): until when a shown row is the last.
     """
 
-    def __init__(self, columns: Columns, first: int, last: int, frames: Whole) -> None:
-        self.frames = frames
-        here = slice(int(columns.bounds[first]), int(columns.bounds[last]))
-        self.bounds = columns.bounds[first : last + 1] - columns.bounds[first]
-        counts = np.diff(self.bounds)
-        self.capture = np.repeat(np.arange(last - first), counts)
-        self.cell, self.runner = columns.cell[here], columns.runner[here]
-        self.start = columns.start[here].astype(np.int64)
-        self.stop = columns.stop[here].astype(np.int64)
-        self.cost = THOUSANDTHS - columns.margin[here].astype(np.int64)
+    def __init__(self, columns: Columns, places: Whole, frames: Whole) -> None:
+        self.frames, self._columns = frames, columns
+        firsts, behind = columns.bounds[places], columns.bounds[places + 1]
+        self._here: Whole | slice
+        if len(places) and places[-1] - places[0] < len(places):
+            self.bounds = np.append(firsts, behind[-1]) - firsts[0]
+            self._here = slice(int(firsts[0]), int(behind[-1]))
+        else:
+            self.bounds, self._here = ranges(firsts, behind)
+        self.capture = np.repeat(np.arange(len(places)), np.diff(self.bounds))
+        self.cell = columns.cell[self._here]
+        self.start = columns.start[self._here].astype(np.int64)
+        self.stop = columns.stop[self._here].astype(np.int64)
         self.passing: Mask = (self.cell & PASSING) > 0
         self.starting: Mask = (self.cell & STARTING) > 0
-        self.shown = np.flatnonzero(~self.passing)
-        self.rank = np.concatenate(([0], np.cumsum(~self.passing)))
-        begins = self.starting | starts_of(self.capture)
+        begins = self.starting.copy()
+        begins[self.bounds[:-1][self.bounds[:-1] < self.bounds[1:]]] = True
         self.stretch = np.cumsum(begins) - 1
         self.stretch_rows = np.append(np.flatnonzero(begins), len(self.cell))
-        self._known(columns.gaps, first, last)
-        self._follow()
+        self._known(columns.gaps, places)
 
     def __len__(self) -> int:
         """Return how many rows there are."""
         return len(self.cell)
 
-    def _known(self, gaps: Numbers, first: int, last: int) -> None:
+    def _known(self, gaps: Numbers, places: Whole) -> None:
         """Work out the frames of each stretch."""
         rows = self.stretch_rows[:-1]
         capture, begin = self.capture[rows], self.start[rows]
         self.stretch_begin, self.stretch_end = np.zeros_like(begin), self.frames[capture].copy()
-        gaps = gaps[(gaps[:, 0] >= first) & (gaps[:, 0] < last)].astype(np.int64)
+        if not len(rows):
+            return
+        gaps = gaps[slice(*np.searchsorted(gaps[:, 0], places[[0, -1]] + (0, 1)))]
+        gaps = gaps.astype(np.int64)
+        which = np.searchsorted(places, gaps[:, 0])
+        gaps[:, 0], own = which, places[which] == gaps[:, 0]
+        gaps = gaps[own]
         if not len(gaps):
             return
-        gaps[:, 0] -= first
         gappy = np.isin(capture, gaps[:, 0])
         gaps = gaps[gaps[:, 1] < gaps[:, 2]]  # a part that was never seen has one without frames
         places = np.searchsorted(gaps[:, 0] * FAR + gaps[:, 1], capture * FAR + begin, "right") - 1
@@ -95,13 +93,42 @@ class Rows:
         self.stretch_begin[inside] = found[inside, 1]
         self.stretch_end[inside] = found[inside, 2]
 
-    def _follow(self) -> None:
-        shown, stretch = self.shown, self.stretch[self.shown]
-        self._joined = stretch[1:] == stretch[:-1]
-        until = self.stretch_end[stretch]
-        until[:-1][self._joined] = self.start[shown[1:]][self._joined]
-        self.until = np.zeros(len(self), np.int64)
-        self.until[shown] = until
+    @cached_property
+    def runner(self) -> Numbers:
+        """The cell across the nearest border of each row, (S,) uint8."""
+        return self._columns.runner[self._here]
+
+    @cached_property
+    def cost(self) -> Whole:
+        """What is missing to a margin of 1, in thousandths, (S,)."""
+        cost: Whole = THOUSANDTHS - self._columns.margin[self._here].astype(np.int64)
+        return cost
+
+    @cached_property
+    def shown(self) -> Whole:
+        """Which rows are shown."""
+        return np.flatnonzero(~self.passing)
+
+    @cached_property
+    def rank(self) -> Whole:
+        """How many shown rows come before each, (S + 1,)."""
+        rank = np.zeros(len(self) + 1, np.int64)
+        np.cumsum(~self.passing, out=rank[1:])
+        return rank
+
+    @cached_property
+    def _joined(self) -> Mask:
+        """Which shown rows another one of their stretch follows; of the last one it is not told."""
+        stretch = self.stretch[self.shown]
+        joined: Mask = stretch[1:] == stretch[:-1]
+        return joined
+
+    def until(self, rows: Whole) -> Whole:
+        """Return until when each of some shown rows is the last."""
+        after = self.row_of(self.rank[rows + 1] + 1) - 1
+        stretch = self.stretch[rows]
+        follows = (after > rows) & (self.stretch[after] == stretch)
+        return np.where(follows, self.start[after], self.stretch_end[stretch])
 
     @cached_property
     def change(self) -> Numbers:
@@ -124,14 +151,19 @@ class Rows:
     @cached_property
     def left_at_once(self) -> Mask:
         """Which rows are starting positions that alone are no stay, (S,) bool."""
-        return self.starting & (self.until <= self.start)
+        left, rows = np.zeros(len(self), bool), np.flatnonzero(self.starting)
+        left[rows] = self.until(rows) <= self.start[rows]
+        return left
 
     def row_of(self, rank: Whole) -> Whole:
         """Return the first row before which at least so many rows are shown."""
-        behind = np.append(self.shown + 1, len(self))
-        found = behind[np.clip(rank - 1, 0, len(behind) - 1)]
-        row: Whole = np.where(rank > 0, found, 0)
+        row: Whole = self._behind[np.clip(rank, 0, len(self._behind) - 1)]
         return row
+
+    @cached_property
+    def _behind(self) -> Whole:
+        """The first row, those behind each shown one, and that behind the last."""
+        return np.concatenate(([0], self.shown + 1, [len(self)]))
 
     def beginnings(self, manner: str) -> tuple[Whole, Whole]:
         """Return the shown rows that begin something, and when: a movement, stay or rest."""
@@ -139,7 +171,7 @@ class Rows:
         if manner == "at":
             return rows, self.arrival[rows]
         if manner == "hold":
-            rows = rows[self.stop[rows] < self.until[rows]]
+            rows = rows[self.stop[rows] < self.until(rows)]
             return rows, self.stop[rows]
         rows = rows[~self.starting[rows]]
         return rows, self.start[rows]

@@ -5,11 +5,13 @@ import builtins
 from lanindex.search.fast import compiled
 
 
-def test_they_are_loaded_for_much_work_alone(monkeypatch):
+def test_they_are_loaded_once_much_was_done_without_them(monkeypatch):
     assert compiled.chosen(compiled.WORTH) is not None
     assert compiled.chosen(0) is compiled.compiled()
     monkeypatch.delitem(compiled.sys.modules, compiled._FAST)
+    monkeypatch.setattr(compiled, "_gone", 0)
     assert compiled.chosen(compiled.WORTH - 1) is None
+    assert compiled.chosen(1) is compiled.compiled()
 
 
 def test_without_numba_there_are_none(monkeypatch):

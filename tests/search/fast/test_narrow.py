@@ -27,7 +27,7 @@ def possible(text: str) -> list[bool]:
         part: columns_of(part, captures, [it.tracks.get(part) for it in recordings])
         for part in ("r_arm", "l_arm")
     }
-    block = Block(roster_of(captures), columns, 0, len(captures), Fraction(1, 10))
+    block = Block(roster_of(captures), columns, np.arange(len(captures)), Fraction(1, 10))
     return Narrowing(columns, block).possible(plan(parse(text))).tolist()
 
 

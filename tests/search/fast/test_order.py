@@ -38,7 +38,7 @@ def found(text: str, recordings, part: str = "r_arm") -> list[bool]:
     (program,) = plan(parse(text))
     asked = order.order_of(program, part)
     assert asked is not None
-    block = Block(roster_of(captures), {}, 0, len(captures), Fraction(1, 10))
+    block = Block(roster_of(captures), {}, np.arange(len(captures)), Fraction(1, 10))
     return order.in_order(asked, columns, np.arange(len(captures)), block).tolist()
 
 
@@ -99,7 +99,7 @@ def test_the_compiled_way_is_the_plain_one_and_leaves_out_no_hit(monkeypatch):
 
 def possible(program, recordings, captures) -> list[int]:
     fits = np.ones(len(captures), bool)
-    block = Block(roster_of(captures), {}, 0, len(captures), Fraction(1, 10))
+    block = Block(roster_of(captures), {}, np.arange(len(captures)), Fraction(1, 10))
     for part in {part for state in program.states for part in state.members}:
         columns = columns_of(part, captures, [tracks.get(part) for _, tracks in recordings])
         asked = order.order_of(program, part)
