@@ -113,8 +113,10 @@ def table(columns: Columns, chains: list[Chain], program: int, place: int) -> An
     rows, values = answers(part, chains)
     same = np.broadcast_to(np.array([[program], [place]]), (2, len(rows)))
     if fast := compiled(0):
-        captures, firsts = part.filled
-        where, *times, symbols = fast.told(rows, values, part.near, firsts, captures, part.start)
+        captures = part.filled[0]
+        filled = captures if len(captures) < len(columns.bounds) - 1 else captures[:0]
+        entered = part.entered.plane
+        where, *times, symbols = fast.told(rows, values, part.near, entered, filled, part.start)
         low, high, cost = times
     else:
         where, low = part.captures(rows), part.start[rows].astype(np.int64)

@@ -189,14 +189,15 @@ class Part:
         return (np.searchsorted(self.filled[1], first, "right") - 1).astype(np.int32)
 
     @cached_property
-    def _entered(self) -> Counted:
+    def entered(self) -> Counted:
+        """The rows that are the first of a capture, and the one behind the last, to be counted."""
         mask = np.zeros(len(self) + 1, bool)
         mask[self.filled[1]] = True
         return Counted(packed(mask))
 
     def captures(self, rows: Whole) -> Whole:
         """Return in which captures rows are."""
-        found: Whole = self.filled[0][self._entered.before(rows + 1) - 1]
+        found: Whole = self.filled[0][self.entered.before(rows + 1) - 1]
         return found
 
     @cached_property
