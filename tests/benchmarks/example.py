@@ -67,7 +67,8 @@ from lanindex.alphabet import PARTS
 from lanindex.encode import encode
 from lanindex.formats import read
 from lanindex.pipeline.labels import read_labels
-from lanindex.search.example import align, compiled, moves, nearest
+from lanindex.search import compiled
+from lanindex.search.example import align, moves, nearest
 from lanindex.search.example.candidates import promises
 from lanindex.search.example.moves import Clips, clips_of
 from lanindex.search.example.positions import normalised, warped
@@ -319,10 +320,9 @@ def timed(own: Set, ways: dict[str, Ranking]) -> None:
 
 def compiled_time(own: Set, chosen: np.ndarray) -> float:
     """Return the milliseconds of a ranking by the compiled alignment, not a number without it."""
-    way = compiled.compiled()
-    if way is None:
+    if compiled.loaded("example") is None:
         return float("nan")
-    kept, compiled.chosen = compiled.chosen, lambda cells: way
+    kept, compiled.chosen = compiled.chosen, lambda name, cells: compiled.loaded(name)
     far, times = aligned(own), []
     far(0)  # compiles
     for one in chosen:

@@ -28,7 +28,7 @@ from lanindex.formats import read
 from lanindex.model import Capture
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search import fuzzy, plain
-from lanindex.search.fuzzy.compiled import compiled
+from lanindex.search.compiled import loaded
 from lanindex.search.language import parse
 
 ALLOWED = ("0", "0.5", "1", "5%", "10%", "15%", "20%", "25%", "30%")
@@ -81,7 +81,7 @@ def speed(captures: int = 400_000) -> None:
     """Print how long the best fifty hits take, and all."""
     roster, columns = synthetic.columns(captures, parts=["r_arm"])
     print(f"{len(columns['r_arm'])} symbols of one part")
-    compiled()
+    loaded("fuzzy")
     for text in TIMED:
         query, said = parse(text), []
         for best, times in ((50, 6), (None, 1)):

@@ -27,9 +27,11 @@ from statistics import median
 
 import numpy as np
 import synthetic
+from both_ways import fast, plain
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import CELL, PASSING, Columns, Roster, cell_of
+from lanindex.search import compiled as loops
 from lanindex.search.automaton import plan
 from lanindex.search.fast import Finder, chains, planes
 from lanindex.search.language import parse
@@ -80,9 +82,8 @@ class Ours:
         self.roster, self.columns, self.compiled = roster, columns, compiled
 
     def _chosen(self) -> None:
-        planes.WORTH = 0 if self.compiled else 1 << 62
-        sys.modules.pop(planes._FAST, None)
-        if self.compiled and not planes.compiled(0):
+        loops.chosen = fast if self.compiled else plain
+        if self.compiled and not loops.loaded("chains"):
             raise SystemExit("numba is missing: pip install lanindex[fast]")
 
     def frames(self, name: str) -> tuple:

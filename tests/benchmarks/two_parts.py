@@ -12,11 +12,13 @@ import time
 
 import numpy as np
 import synthetic
+from both_ways import fast, plain
 from peers import in_turn, nothing
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model.columns import CELL, PASSING, STARTING, Columns, Roster
-from lanindex.search.fast import Finder, compiled
+from lanindex.search import compiled as loops
+from lanindex.search.fast import Finder
 from lanindex.search.language import parse
 
 CAPTURES = 300_000
@@ -45,12 +47,12 @@ def two_parts(captures: int) -> tuple[Roster, dict[str, Columns]]:
 class Ours:
     """The engine, with the compiled loops or without."""
 
-    def __init__(self, roster: Roster, columns: dict[str, Columns], fast: bool) -> None:
+    def __init__(self, roster: Roster, columns: dict[str, Columns], compiled: bool) -> None:
         self.roster, self.columns = roster, columns
-        self.way = compiled.compiled() if fast else None
+        self.way = fast if compiled else plain
 
     def ask(self, name: str) -> tuple:
-        compiled.chosen = lambda symbols: self.way
+        loops.chosen = self.way
         first, second, beside = PATTERNS[name]
         query = parse(f"r_arm {first} -> {second} with l_arm {beside}")
         begun = time.process_time()

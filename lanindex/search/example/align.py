@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.example import compiled
+from lanindex.search import compiled
 from lanindex.search.example.moves import Clips, Floats, Moves, Numbers, Windows
 
 REPLACED = 0.8
@@ -94,12 +94,12 @@ def differences(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> Float
     for lane in np.argwhere(mine * others * both > SQUARE):
         both[tuple(lane)] = False
         found[tuple(lane)] = _by_pieces(one, _cell(ours, lane), two, _cell(theirs, lane))
-    fast = compiled.chosen(int((mine * others)[both].sum()))
+    fast = compiled.chosen("example", int((mine * others)[both].sum()))
     if fast:
         own = (one.points, one.sizes, one.paces, one.swings, ours.low[both], ours.high[both])
         other = (two.points, two.sizes, two.paces, two.swings, theirs.low[both], theirs.high[both])
         values = np.empty(np.count_nonzero(both), np.float32)
-        fast(*own, *other, values)
+        fast.differences(*own, *other, values)
         found[both] = values
         return found
     for parts, stretches in _lanes(np.where(both, mine, 0), others):

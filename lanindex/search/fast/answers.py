@@ -45,6 +45,14 @@ class Answers:
         """Return some of them."""
         return Answers(*(getattr(self, name)[chosen] for name in _FIELDS))
 
+    def arranged(self, order: Whole) -> Answers:
+        """Return the same ones in another order, in which most may stand where they stood."""
+        moved = np.flatnonzero(order != np.arange(len(order)))
+        found = Answers(*(getattr(self, name).copy() for name in _FIELDS))
+        for name in _FIELDS:
+            getattr(found, name)[moved] = getattr(self, name)[order[moved]]
+        return found
+
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self.capture)
@@ -133,7 +141,7 @@ def best(answers: Answers) -> Answers:
         return answers
     if _once(answers):
         columns = (answers.capture, answers.low, answers.high, answers.cost)
-        return answers.at(in_order(columns))
+        return answers.arranged(in_order(columns))
     keys = (answers.parts, answers.rows[:, 0], answers.rows[:, 1])
     chosen = best_of_each(keys, (answers.high, -answers.low, answers.cost))
     first = best_of_each(keys, (np.arange(len(answers)),))
@@ -146,14 +154,19 @@ def _settled(answers: Answers) -> bool:
     """Tell whether answers are of one part, one from each place, and in order already."""
     if not len(answers):
         return True
-    once = np.diff(answers.rows[:, 0]) > 0
-    if not once.all() or (answers.rows[:, 1] >= 0).any() or np.ptp(answers.parts) > 0:
+    row, other = answers.rows.T
+    once = (row[:-1] < row[1:]).all() and not (other >= 0).any()
+    if not once or (answers.parts != answers.parts[0]).any():
         return False
-    behind = np.ones(len(answers) - 1, bool)
-    for column in (answers.cost, answers.high, answers.low, answers.capture):
-        step = np.diff(column)
-        behind = (step > 0) | ((step == 0) & behind)
-    return bool(behind.all())
+    ordered: Mask = np.zeros(len(answers) - 1, bool)
+    same = ~ordered
+    for column in (answers.capture, answers.low, answers.high, answers.cost):
+        before, behind = column[:-1], column[1:]
+        ordered |= same & (before < behind)
+        same &= before == behind
+        if ordered.all():
+            return True
+    return bool((ordered | same).all())
 
 
 def own_rows(

@@ -110,9 +110,7 @@ def in_some(
     places = np.flatnonzero(possible(block, program, setting.alive))
     if setting.asked or 2 * len(places) > len(block):
         return remembering(setting, number, program, parts)
-    some = block.taken(
-        places, {part for it in lines_of(program) for state in it.states for part in state.members}
-    )
+    some = block.taken(places)
     found = joined(remembering(setting.inside(some), number, program, parts))
     found = own_rows(
         found, parts, lambda part: some.rows(part).bounds[:-1] - block.rows(part).bounds[places]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.fast import compiled
+from lanindex.search import compiled
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, best_of_each, spread, starts_of
 from lanindex.search.fast.ways import Used, smallest, stacked
 
@@ -252,7 +252,7 @@ def hulls(
         Which line, growing, and low and high.
     """
     if relation == "with":
-        fast = compiled.chosen(len(lines) + len(others))
+        fast = compiled.chosen("joins", len(lines) + len(others))
         if fast and others.lines.plain:
             return _compiled_hulls(fast, lines, others, limits(relation, lines, margins))
         line, other = _sharing(lines, others, limits(relation, lines, margins))

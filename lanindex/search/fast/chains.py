@@ -15,6 +15,7 @@ from types import ModuleType
 import numpy as np
 
 from lanindex.model.columns import THOUSANDTHS, Columns
+from lanindex.search import compiled
 from lanindex.search.automaton import Program
 from lanindex.search.fast.answers import Answers
 from lanindex.search.fast.arrows import NONE
@@ -25,7 +26,6 @@ from lanindex.search.fast.planes import (
     WORD,
     Counted,
     Part,
-    compiled,
     holds,
     packed,
     part_of,
@@ -112,9 +112,11 @@ def table(columns: Columns, chains: list[Chain], program: int, place: int) -> An
     part = part_of(columns)
     rows, values = answers(part, chains)
     same = np.broadcast_to(np.array([[program], [place]]), (2, len(rows)))
-    if fast := compiled(0):
-        captures, firsts = part.filled
-        where, *times, symbols = fast.told(rows, values, part.near, firsts, captures, part.start)
+    if fast := compiled.chosen("chains", 0):
+        captures = part.filled[0]
+        filled = captures if len(captures) < len(columns.bounds) - 1 else captures[:0]
+        entered = part.entered.plane
+        where, *times, symbols = fast.told(rows, values, part.near, entered, filled, part.start)
         low, high, cost = times
     else:
         where, low = part.captures(rows), part.start[rows].astype(np.int64)
@@ -154,7 +156,7 @@ def answers(part: Part, chains: list[Chain]) -> tuple[Whole, Whole]:
             found.append(_valued(part, rows, _ending(part, rows[-1])))
     if ways:
         ways.sort(key=lambda way: way.offsets[-1])
-        fast = compiled(len(part) >> CHEAP) if len(ways) <= WORD else None
+        fast = compiled.chosen("chains", len(part) >> CHEAP) if len(ways) <= WORD else None
         found.append(_compiled(fast, part, ways) if fast else _together(part, ways))
     if not found:
         return np.empty(0, np.int64), np.empty(0, np.int64)

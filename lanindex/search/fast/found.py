@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -42,9 +43,14 @@ class Found(Placed):
         super().__init__(maker, *frames)
         self.left = left
         self._maker, self._answers, self._chosen = maker, answers, chosen
-        new = starts_of(answers.capture) | starts_of(answers.low) | starts_of(answers.high)
-        self._alike = np.append(np.flatnonzero(new), len(answers))
         self._told: tuple[int, list[Hit]] = -1, []
+
+    @cached_property
+    def _alike(self) -> Whole:
+        """Where answers with the same frames begin, and how many there are."""
+        answers = self._answers
+        new = starts_of(answers.capture) | starts_of(answers.low) | starts_of(answers.high)
+        return np.append(np.flatnonzero(new), len(answers))
 
     def _some(self, chosen: Numbers | slice) -> Found:
         return Found(self._maker, self._answers, self._chosen[chosen], self.left)

@@ -13,8 +13,8 @@ from fractions import Fraction
 import numpy as np
 
 from lanindex.model.columns import PASSING, STARTING, Columns, Roster
+from lanindex.search import compiled
 from lanindex.search.automaton import Group, Program
-from lanindex.search.fast import compiled
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block, slabs
@@ -164,7 +164,7 @@ def rows_of(columns: Columns, chain: Chain, captures: Whole) -> Whole:
     """
     if not len(captures):
         return np.empty((3, 0), np.int64)
-    fast = compiled.chosen(len(columns))
+    fast = compiled.chosen("joins", len(columns))
     begin, behind = int(captures[0]), int(captures[-1]) + 1
     if fast:
         found: Whole = fast.linked(columns.cell, columns.bounds, captures, _tables(chain))

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import PASSING, STARTING, Columns
+from lanindex.search import compiled
 from lanindex.search.automaton import Edge, Program, State
-from lanindex.search.fast import compiled
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.ragged import Mask, Whole
@@ -173,7 +173,7 @@ def in_order(order: Order, columns: Columns, captures: Whole, block: Block) -> M
     block : Block
         Of all captures.
     """
-    fast = compiled.chosen(len(columns))
+    fast = compiled.chosen("joins", len(columns))
     limits = _limits(order, block)
     if fast is None:
         return plainly(order, columns, captures, limits)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lanindex.search.fast import compiled
+from lanindex.search import compiled
 from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, starts_of
 
 
@@ -26,7 +26,7 @@ def from_left(capture: Whole, low: Whole, high: Whole) -> Mask:
         (H,) in order of capture, start, end.
     """
     kept: Mask = np.zeros(len(low), bool)
-    fast = compiled.chosen(len(low))
+    fast = compiled.chosen("joins", len(low))
     if fast:
         fast.from_left(capture, low, high, kept)
         return kept

@@ -7,10 +7,8 @@ by its rank among these; passing symbols are few, and looked at one by one.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Collection, Mapping
-from functools import cache, cached_property, reduce
-from types import ModuleType
+from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,14 +187,15 @@ class Part:
         return (np.searchsorted(self.filled[1], first, "right") - 1).astype(np.int32)
 
     @cached_property
-    def _entered(self) -> Counted:
+    def entered(self) -> Counted:
+        """The rows that are the first of a capture, and the one behind the last, to be counted."""
         mask = np.zeros(len(self) + 1, bool)
         mask[self.filled[1]] = True
         return Counted(packed(mask))
 
     def captures(self, rows: Whole) -> Whole:
         """Return in which captures rows are."""
-        found: Whole = self.filled[0][self._entered.before(rows + 1) - 1]
+        found: Whole = self.filled[0][self.entered.before(rows + 1) - 1]
         return found
 
     @cached_property
@@ -348,34 +347,3 @@ def part_of(columns: Columns) -> Part:
 
 
 _KEPT = "lanindex.search.fast.planes"
-
-
-WORTH = 20_000_000
-"""Rows that a process has gone through from which on numba's import (half a second) is risked."""
-
-_FAST = "lanindex.search.fast.planes_fast"
-
-_gone = 0
-
-
-def compiled(rows: int) -> ModuleType | None:
-    """Return the compiled loops once they have been loaded, or much has been done without them.
-
-    Parameters
-    ----------
-    rows : int
-        How many are to be gone through.
-    """
-    global _gone
-    _gone += rows
-    return _loaded() if _FAST in sys.modules or _gone >= WORTH else None
-
-
-@cache
-def _loaded() -> ModuleType | None:
-    """Load the compiled loops; without numba, or a folder for its cache, there are none."""
-    try:
-        from lanindex.search.fast import planes_fast
-    except (ImportError, RuntimeError):
-        return None
-    return planes_fast

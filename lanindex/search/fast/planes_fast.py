@@ -13,7 +13,10 @@ from lanindex.search.fast.lines import COST_BITS
 
 _CHUNK = 1024  # words at once, so that what is worked out of them stays close to the processor
 _FIRST = 64 * _CHUNK
-_ONE, _NIL = np.uint64(1), np.uint64(0)
+_ONE, _TWO, _NIL = np.uint64(1), np.uint64(2), np.uint64(0)
+# every other bit, pair of bits, four of them, and the first of each eight
+_PAIRS, _FOURS = np.uint64(0x5555555555555555), np.uint64(0x3333333333333333)
+_EIGHTS, _EACH = np.uint64(0x0F0F0F0F0F0F0F0F), np.uint64(0x0101010101010101)
 # each six bits in a row of this number are others, so that they tell how far it was moved
 _SPREAD = np.uint64(0x03F79D71B4CB0A89)
 _LOWEST = np.zeros(64, np.uint64)
@@ -115,10 +118,13 @@ def _longer(numbers, many):
 
 
 @numba.njit
-def _listed(plane, first, found):
+def _listed(plane, first, some, found):
     """Write which places a plane holds, counted from a first one; return how many there are."""
-    many = 0
-    for place in range(len(plane)):
+    words = many = 0
+    for place in range(len(plane)):  # which words hold any is found out without a branch
+        some[words] = place
+        words += plane[place] != _NIL
+    for place in some[:words]:
         word = plane[place]
         while word != _NIL:
             found[many] = first + place * 64 + np.int64(_lowest(word))
@@ -193,6 +199,7 @@ def together(store, goes_on, steps, groups, codes, offsets, places, shown, margi
     on, spare = np.zeros(_CHUNK + more, np.uint64), np.empty(_CHUNK + more, np.uint64)
     held = np.zeros((len(lasts), _CHUNK), np.uint64)
     kept, every = np.empty(_CHUNK, np.uint64), np.empty(_CHUNK, np.uint64)
+    some = np.empty(_CHUNK + 1, np.int64)
     ranks, which, many = np.empty(_FIRST, np.int64), np.empty(_FIRST, np.uint64), 0
     for first in range(0, words, _CHUNK):
         count = min(_CHUNK, words - first)
@@ -204,15 +211,24 @@ def together(store, goes_on, steps, groups, codes, offsets, places, shown, margi
         _matched(said, on, offsets, places, kept[:count], held[:, :count], every[:count])
         if len(ranks) < many + 64 * count:
             ranks, which = _longer(ranks, many), _longer(which, many)
-        found = _listed(every[:count], first * 64, ranks[many:])
+        found = _listed(every[:count], first * 64, some, ranks[many:])
         _told(held, lasts, first * 64, ranks[many : many + found], which[many:])
         many += found
     ranks = ranks[:many]
     return ranks, _valued(ranks, which, offsets, shown, margin, stop)
 
 
+@numba.njit(inline="always")
+def _many(word):
+    """Return how many bits of a word are set."""
+    word -= word >> _ONE & _PAIRS
+    word = (word & _FOURS) + (word >> np.uint64(2) & _FOURS)
+    word = word + (word >> np.uint64(4)) & _EIGHTS
+    return np.int64(word * _EACH >> np.uint64(56))
+
+
 @numba.njit(cache=True, nogil=True)
-def told(rows, values, near, firsts, captures, start):
+def told(rows, values, near, entered, captures, start):
     """Return of rows and values: capture, first frame, end, cost, and the rows once more.
 
     Parameters
@@ -221,22 +237,28 @@ def told(rows, values, near, firsts, captures, start):
         (N,).
     near : ndarray
         By words of 64 rows: which of the captures that have any the first of them is in.
-    firsts, captures : ndarray
-        Of these captures the first row, and one more; and which they are.
+    entered : ndarray
+        The plane of the rows that are the first of a capture.
+    captures : ndarray
+        Which captures have rows; empty: all.
     start : ndarray
         Of all rows.
     """
     many = len(rows)
     where, low = np.empty(many, np.int64), np.empty(many, np.int64)
     high, cost = np.empty(many, np.int64), np.empty(many, np.int64)
-    symbols = np.empty((many, 2), np.int64)
+    symbols = np.full((many, 2), -1)
     for place in range(many):
-        row = rows[place]
-        capture = near[row >> 6]
-        while firsts[capture + 1] <= row:
-            capture += 1
-        where[place], low[place] = captures[capture], start[row]
+        low[place] = start[rows[place]]
+    for place in range(many):
+        word, bit = rows[place] >> 6, np.uint64(rows[place] & 63)
+        behind = entered[word] & ((_TWO << bit) - _TWO)
+        where[place] = near[word] + _many(behind)
+    if len(captures):
+        for place in range(many):
+            where[place] = captures[where[place]]
+    for place in range(many):
         high[place] = values[place] >> COST_BITS
         cost[place] = values[place] & ((1 << COST_BITS) - 1)
-        symbols[place, 0], symbols[place, 1] = row, -1
+        symbols[place, 0] = rows[place]
     return where, low, high, cost, symbols

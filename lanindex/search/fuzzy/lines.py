@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, Roster, ranges
+from lanindex.search import compiled
 from lanindex.search.fuzzy.align import (
     NOTHING,
     Ask,
@@ -23,10 +24,10 @@ from lanindex.search.fuzzy.align import (
     key_of,
 )
 from lanindex.search.fuzzy.clocks import bounds_of
-from lanindex.search.fuzzy.compiled import POSITION, chosen, scan
 from lanindex.search.fuzzy.costs import CHANGE, NEVER, UNIT, kinds_of, substitutions
 from lanindex.search.fuzzy.ends import Ends
 from lanindex.search.fuzzy.net import FAR, LATER, NEXT, Net
+from lanindex.search.fuzzy.scan import POSITION, scan
 from lanindex.search.fuzzy.trace import Stretch, trace
 from lanindex.search.fuzzy.windows import FEW, Mask, Whole, Windows, around, spread, wanted
 
@@ -130,7 +131,8 @@ class Line:
             return self._of(*self._stays(rows, ask))
         work = len(rows) * WINDOW if not whole else len(self.columns)
         work += POSITION * self._kinds.longest
-        fast = chosen(work * (len(self.net.states) + len(self.net.edges))) if self._plain else None
+        work *= len(self.net.states) + len(self.net.edges)
+        fast = compiled.chosen("fuzzy", work) if self._plain else None
         if fast is None:
             return self._of(*self._moves(rows, whole, ask))
         tables = np.array(self._tables)

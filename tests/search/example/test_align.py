@@ -74,7 +74,7 @@ def test_long_parts_are_compared_piece_by_piece(one, two, square) -> None:
 
 def test_the_work_of_long_parts_grows_with_their_length(monkeypatch) -> None:
     cells = []
-    monkeypatch.setattr(align.compiled, "chosen", lambda count: cells.append(count))
+    monkeypatch.setattr(align.compiled, "chosen", lambda name, count: cells.append(count))
     rows = np.arange(20_000)
     long = {"r_arm": np.zeros(len(rows), SYMBOL)}
     long["r_arm"]["direction"], long["r_arm"]["start"] = rows % 8, rows

@@ -4,12 +4,13 @@ from itertools import product
 
 import numpy as np
 import pytest
+from both_ways import fast, plain
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_clips import PARTS, clips
 
-from lanindex.search import example as room
-from lanindex.search.example import align, compiled
+from lanindex.search import compiled
+from lanindex.search.example import align
 from lanindex.search.example.moves import clips_of
 
 pytest.importorskip("numba")
@@ -22,22 +23,8 @@ def test_it_finds_what_the_plain_one_finds(many) -> None:
     one, two = np.array(list(product(range(len(many)), repeat=2))).T
     ours, theirs = laid_out.whole().some(one), laid_out.whole().some(two)
     found = {}
-    for name, way in (("plain", None), ("fast", compiled.compiled())):
+    for name, way in (("plain", plain), ("fast", fast)):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(compiled, "chosen", lambda cells, way=way: way)
+            patch.setattr(compiled, "chosen", way)
             found[name] = align.differences(laid_out.moves, ours, laid_out.moves, theirs)
     assert found["fast"] == pytest.approx(found["plain"], abs=1e-4)
-
-
-def test_it_is_there_and_chosen_for_much_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert compiled.chosen(compiled.WORTH) is not None
-    monkeypatch.delitem(compiled.sys.modules, compiled._FAST)
-    assert compiled.chosen(compiled.WORTH - 1) is None
-
-
-def test_without_numba_it_goes_the_plain_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled.compiled.cache_clear()
-    monkeypatch.delattr(room, "align_fast", raising=False)
-    monkeypatch.setitem(compiled.sys.modules, compiled._FAST, None)
-    assert compiled.compiled() is None
-    compiled.compiled.cache_clear()

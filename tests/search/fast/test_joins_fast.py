@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from both_ways import fast, plain
 
 from lanindex.model.columns import PASSING, STARTING, Columns
+from lanindex.search import compiled
 from lanindex.search.automaton import plan
-from lanindex.search.fast import beside, compiled, overlaps
+from lanindex.search.fast import beside, overlaps
 from lanindex.search.fast.beside import Margins, Others, Stretches
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.linked import rows_of
@@ -16,8 +18,8 @@ from lanindex.search.language import parse
 def both(monkeypatch, ask):
     """Return what is told plainly, and what the compiled loops tell."""
     told = []
-    for way in (None, compiled.compiled()):
-        monkeypatch.setattr(compiled, "chosen", lambda symbols, way=way: way)
+    for way in (plain, fast):
+        monkeypatch.setattr(compiled, "chosen", way)
         told.append(ask())
     return told
 

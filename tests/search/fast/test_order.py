@@ -5,14 +5,16 @@ from random import Random
 
 import numpy as np
 import pytest
+from both_ways import fast, plain
 from fast_search import find_fast
 from grammar_patterns import random_pattern
 from query_cases import recordings_of
 from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.model.columns import columns_of, roster_of
+from lanindex.search import compiled
 from lanindex.search.automaton import plan
-from lanindex.search.fast import compiled, order
+from lanindex.search.fast import order
 from lanindex.search.fast.block import Block
 from lanindex.search.language import parse
 
@@ -27,8 +29,8 @@ TRACKS = (
 def ways(monkeypatch):
     """Choose the plain way and the compiled one, one after the other."""
     monkeypatch.setattr(order, "FEW", 0)
-    for way in (None, compiled.compiled()):
-        monkeypatch.setattr(compiled, "chosen", lambda symbols, way=way: way)
+    for way in (plain, fast):
+        monkeypatch.setattr(compiled, "chosen", way)
         yield way
 
 
@@ -88,7 +90,7 @@ def test_the_compiled_way_is_the_plain_one_and_leaves_out_no_hit(monkeypatch):
         hits = {hit.capture.id for hit in find_fast(query, recordings)}
         may: dict[bool, set[int]] = {}
         for way in ways(monkeypatch):
-            own = may.setdefault(way is None, set())
+            own = may.setdefault(way is plain, set())
             for program in plan(query):
                 own |= {captures[it].id for it in possible(program, recordings, captures)}
         assert may[False] == may[True], query.text

@@ -1,17 +1,18 @@
 """Chains of one part, told from planes of all its rows: as the engine tells them otherwise."""
 
 import gc
-import sys
 import weakref
 from dataclasses import replace
 from random import Random
 
 import numpy as np
 import pytest
+from both_ways import fast, plain
 from fast_search import find_fast, numbered
 from random_library import random_library
 
 from lanindex.model.columns import columns_of
+from lanindex.search import compiled
 from lanindex.search.automaton import plan
 from lanindex.search.fast import chains, find, planes
 from lanindex.search.language import parse
@@ -85,22 +86,21 @@ def test_a_plane_tells_what_its_mask_does(count):
 
 
 @pytest.fixture
-def compiled(monkeypatch):
+def loops(monkeypatch):
     """The compiled loops from the first row on."""
-    monkeypatch.setattr(planes, "WORTH", 0)
-    assert planes.compiled(0)
+    monkeypatch.setattr(compiled, "chosen", fast)
+    assert compiled.loaded("chains")
 
 
 @pytest.mark.parametrize("text", CHAINS)
-def test_compiled_chains_are_told_as_plain_ones_are(text, recordings, compiled, monkeypatch):
+def test_compiled_chains_are_told_as_plain_ones_are(text, recordings, loops, monkeypatch):
     told = found(text, recordings)
-    monkeypatch.setattr(planes, "compiled", lambda rows: None)
-    monkeypatch.setattr(chains, "compiled", lambda rows: None)
+    monkeypatch.setattr(compiled, "chosen", plain)
     assert told == found(text, recordings)
 
 
 @pytest.mark.parametrize("text", ["r_arm low <1s", "r_arm low -> high"])
-def test_a_part_without_rows_has_no_hits(text, recordings, compiled):
+def test_a_part_without_rows_has_no_hits(text, recordings, loops):
     without = [
         (capture, {"l_arm": tracks["l_arm"]}) for capture, tracks in recordings if "l_arm" in tracks
     ]
@@ -109,13 +109,6 @@ def test_a_part_without_rows_has_no_hits(text, recordings, compiled):
             tracks["l_arm"], part="r_arm", symbols=tracks["l_arm"].symbols[:0]
         )
     assert found(text, without) == []
-
-
-def test_small_searches_do_not_load_what_is_compiled(monkeypatch):
-    monkeypatch.setattr(planes, "_gone", 0)
-    monkeypatch.delitem(sys.modules, planes._FAST, raising=False)
-    assert planes.compiled(planes.WORTH - 1) is None
-    assert planes.compiled(1) is not None
 
 
 def test_what_is_known_of_columns_goes_with_them(recordings):

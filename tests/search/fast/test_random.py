@@ -5,12 +5,14 @@ from fractions import Fraction
 from random import Random
 
 import pytest
+from both_ways import fast, plain
 from fast_search import find_fast, told
 from grammar_patterns import random_pattern
 from random_library import DIRECTIONS, PARTS, random_library
 
-from lanindex.search.fast import compiled, order
+from lanindex.search import compiled
 from lanindex.search.fast import find as find_module
+from lanindex.search.fast import order
 from lanindex.search.language import parse
 from lanindex.search.nearly import NEAR
 from lanindex.search.plain import find
@@ -21,8 +23,7 @@ def test_a_hundred_patterns_of_the_whole_grammar(seed: int, monkeypatch) -> None
     if seed % 2:  # leave out what cannot have a hit, as in a large library
         monkeypatch.setattr(find_module, "MANY", 1)
         monkeypatch.setattr(order, "FEW", 0)
-    way = compiled.compiled() if seed % 4 < 2 else None
-    monkeypatch.setattr(compiled, "chosen", lambda symbols: way)
+    monkeypatch.setattr(compiled, "chosen", fast if seed % 4 < 2 else plain)
     left = captures = 0
     for case in range(100):
         random = Random(f"{seed} {case}")

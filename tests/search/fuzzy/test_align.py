@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
 from lanindex.search.automaton import plan
+from lanindex.search.compiled import loaded
 from lanindex.search.fuzzy.align import NOTHING, align, blur_of, cost_of, first_of
-from lanindex.search.fuzzy.compiled import compiled, scan
 from lanindex.search.fuzzy.costs import MOST, UNIT, angles, kinds_of, middles
 from lanindex.search.fuzzy.net import FREE, MISSING, SKIPPED, Net, nets_of
+from lanindex.search.fuzzy.scan import scan
 from lanindex.search.fuzzy.trace import Stretch, trace
 from lanindex.search.language import parse
 
@@ -86,7 +87,7 @@ def test_the_compiled_way_gives_the_same(text, recordings, most):
     expected = align(line, rows_of(line, columns), most, ask)
     ends = np.flatnonzero(expected != NOTHING)
     for seeds in ((kinds.stretches[:-1], True), (np.arange(len(columns)), False)):
-        keys, last = scan(compiled(), line, kinds, columns, tables, most, seeds, ask)
+        keys, last = scan(loaded("fuzzy"), line, kinds, columns, tables, most, seeds, ask)
         assert last.tolist() == ends.tolist()
         assert keys.tolist() == expected[ends].tolist()
 

@@ -1,10 +1,8 @@
-"""Which way lines are aligned: the plain one, or the compiled one (extra ``fast``)."""
+"""Lines aligned by the compiled loops (extra ``fast``)."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
-from functools import cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -15,36 +13,15 @@ from lanindex.search.fuzzy.align import Ask, Keys
 from lanindex.search.fuzzy.costs import Kinds
 from lanindex.search.fuzzy.net import FREE, MISSING, SKIPPED, Net
 
-WORTH = 20_000_000
-"""Symbols times steps from which on numba's import (half a second) is risked."""
-
 POSITION = 300
 """Symbols that the plain way aligns while it goes on by one in the longest stretch."""
 
 AT_ONCE = 1 << 25
 """Symbols times steps and arrows after which it is asked again whether to go on."""
 
-_FAST = "lanindex.search.fuzzy.scan_fast"
-
-
-def chosen(work: int) -> Callable[..., Any] | None:
-    """Return the compiled way for much work, or once it has been loaded; None: the plain one."""
-    return compiled() if work >= WORTH or _FAST in sys.modules else None
-
-
-@cache
-def compiled() -> Callable[..., Any] | None:
-    """Load the compiled way; without numba, or a folder for its cache, there is none."""
-    try:
-        from lanindex.search.fuzzy import scan_fast
-    except (ImportError, RuntimeError):
-        return None
-    found: Callable[..., Any] = scan_fast.scanned
-    return found
-
 
 def scan(
-    scanned: Callable[..., Any],
+    fast: ModuleType,
     net: Net,
     kinds: Kinds,
     columns: Columns,
@@ -57,8 +34,8 @@ def scan(
 
     Parameters
     ----------
-    scanned : callable
-        The compiled way.
+    fast : module
+        The compiled loops.
     net : Net
         The line; no stay, no lengths, no changes of level, no start and no end.
     kinds, columns : Kinds, Columns
@@ -84,7 +61,7 @@ def scan(
     keys, last, first, row = [], [], 0, 0
     while first < len(seeds[0]):
         ask()
-        *found, first, row = scanned(
+        *found, first, row = fast.scanned(
             seeds[0], first, row, seeds[1], rows, part, tables, ends, ways, numbers
         )
         keys.append(found[0])
