@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection
 
 from lanindex.library import columns, read, segments, state
 from lanindex.library.find import Texts
+from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model import Capture
 
@@ -50,13 +50,13 @@ class Called:
         self._texts: dict[str, Sequence[Any]] = {}
 
     def find(
-        self, connection: Connection, names: Sequence[str], *, trusted: bool = True
+        self, connection: Link, names: Sequence[str], *, trusted: bool = True
     ) -> tuple[list[int], dict[str, Sequence[Any]]]:
         """Return the numbers of all captures, in order, and what they are called.
 
         Parameters
         ----------
-        connection : Connection
+        connection : Link
             In a transaction.
         names : sequence of str
             Some of `NAMES`.
@@ -86,7 +86,7 @@ class Called:
 
 
 def _read(
-    connection: Connection, spine: Spine, names: Sequence[str]
+    connection: Link, spine: Spine, names: Sequence[str]
 ) -> tuple[list[int], dict[str, Sequence[Any]]]:
     rosters, order = columns.read_rosters(connection, spine)
     pieces = [read_texts(connection, one, names) for one in spine.segments]
@@ -119,7 +119,7 @@ def taken(values: list[Any], order: NDArray[np.int64] | None) -> list[Any]:
     return values if order is None else [values[place] for place in order.tolist()]
 
 
-def read_texts(connection: Connection, segment: Segment, names: Iterable[str] = NAMES) -> Texts:
+def read_texts(connection: Link, segment: Segment, names: Iterable[str] = NAMES) -> Texts:
     """Return what the captures of a segment are called, dead ones too.
 
     Raises
@@ -133,7 +133,7 @@ def read_texts(connection: Connection, segment: Segment, names: Iterable[str] = 
     return {name: _column(connection, segment, name) for name in names}
 
 
-def _column(connection: Connection, segment: Segment, name: str) -> Sequence[Any]:
+def _column(connection: Link, segment: Segment, name: str) -> Sequence[Any]:
     stored, found = segments.read_column(connection, segment, "", name), None
     with suppress(ValueError):  # it was stored so, with its checksum
         found = json.loads(stored.tobytes())
@@ -142,7 +142,7 @@ def _column(connection: Connection, segment: Segment, name: str) -> Sequence[Any
     return found
 
 
-def of_rows(connection: Connection, numbers: Sequence[int]) -> dict[str, list[Any]]:
+def of_rows(connection: Link, numbers: Sequence[int]) -> dict[str, list[Any]]:
     """Return what captures are called by their rows; of those that are gone, nothing.
 
     Raises

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from sqlalchemy import Connection, select
-from sqlalchemy.exc import DatabaseError
 
 from lanindex.errors import LibraryError
 from lanindex.library import called, columns, derive, gather, read, rows, segments, state
 from lanindex.library.codes import VIEW, view_sql
-from lanindex.library.schema import capture, profile
+from lanindex.library.connect import is_sqlite
+from lanindex.library.link import Link, ask, faults, first_values
 from lanindex.library.segments import Distrust
 from lanindex.library.texts import printable
 from lanindex.model import Capture, Score
@@ -20,16 +19,16 @@ _MOST = 5
 """Rows named for each thing that is wrong."""
 
 
-def check_connection(connection: Connection) -> list[str]:
+def check_connection(connection: Link) -> list[str]:
     """Return what is wrong, a sentence each.
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction.
     """
     found: list[str] = []
-    if connection.dialect.name == "sqlite":
+    if is_sqlite(connection):
         damage = _damage(connection)
         if damage:  # what a damaged file answers to the other questions means nothing
             return damage
@@ -43,27 +42,27 @@ def _cut(told: list[str]) -> list[str]:
     return told[:_MOST] + ([f"… and {len(told) - _MOST} more like it"] if told[_MOST:] else [])
 
 
-def _damage(connection: Connection) -> list[str]:
+def _damage(connection: Link) -> list[str]:
     try:
-        pages = connection.exec_driver_sql(f"PRAGMA integrity_check({_MOST})").all()
-    except DatabaseError as error:
-        return [f"the file is damaged: {error.orig}"]
+        pages = ask(connection, f"PRAGMA integrity_check({_MOST})").fetchall()
+    except faults() as error:
+        return [f"the file is damaged: {getattr(error, 'orig', error)}"]
     return [f"the file is damaged: {line}" for (line,) in pages if line != "ok"]
 
 
-def _loose(connection: Connection) -> list[str]:
-    bonds = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+def _loose(connection: Link) -> list[str]:
+    bonds = ask(connection, "PRAGMA foreign_key_check").fetchall()
     loose = "a row of {0} hangs on a row of {2} that does not exist"
     return _cut([loose.format(*bond) for bond in bonds])
 
 
-def _unlike_stored(connection: Connection) -> Iterator[str]:
+def _unlike_stored(connection: Link) -> Iterator[str]:
     """Yield what is not as it was stored, capture by capture."""
     try:
         state.capture_numbers(connection)
     except LibraryError as error:
         yield str(error)
-    for number in connection.scalars(select(capture.c.id).order_by(capture.c.id)).all():
+    for number in first_values(ask(connection, "SELECT id FROM capture ORDER BY id").fetchall()):
         try:
             stored = read.read_capture(connection, number)
             score = read.read_score(connection, stored)
@@ -81,25 +80,24 @@ def _nonsense(stored: Capture, score: Score) -> Iterator[str]:
             yield f"{stored.path}: {part}, symbol {row} is {rows_of_track[row]}"
 
 
-def _spare_profiles(connection: Connection) -> Iterator[str]:
+def _spare_profiles(connection: Link) -> Iterator[str]:
     unused = (
-        select(profile.c.name)
-        .outerjoin_from(profile, capture, capture.c.profile_id == profile.c.id)
-        .where(capture.c.id.is_(None))
+        "SELECT name FROM profile WHERE NOT EXISTS "
+        "(SELECT 1 FROM capture WHERE capture.profile_id = profile.id)"
     )
-    for name in connection.scalars(unused):
+    for name in first_values(ask(connection, unused)):
         yield f"the profile {printable(str(name))} wrote nothing down"
 
 
-def _view(connection: Connection) -> Iterator[str]:
+def _view(connection: Link) -> Iterator[str]:
     """Yield whether the view in words is another one than this program's."""
-    if connection.dialect.name == "sqlite":
+    if is_sqlite(connection):
         asked = f"SELECT sql FROM sqlite_master WHERE type = 'view' AND name = '{VIEW}'"
-        if connection.exec_driver_sql(asked).all() != [(view_sql(),)]:
+        if ask(connection, asked).fetchall() != [(view_sql(),)]:
             yield "the view symbol does not show what the library holds"
 
 
-def _columns(connection: Connection) -> Iterator[str]:
+def _columns(connection: Link) -> Iterator[str]:
     """Yield what of the segments cannot be trusted, or is not what the rows give."""
     try:
         gather.verify(connection)

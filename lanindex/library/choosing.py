@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
-from sqlalchemy import Connection
-
 from lanindex.errors import LibraryError
 from lanindex.library import read
 from lanindex.library.called import Called
 from lanindex.library.find import Where, fitting, globs, needed
 from lanindex.library.keeper import Keeper
+from lanindex.library.link import Link
 from lanindex.library.segments import Distrust
 from lanindex.model import Capture
 
@@ -104,7 +103,7 @@ class Choosing(Keeper):
         with self._reading() as connection:
             return self._texts.find(connection, names, trusted=False)
 
-    def _places(self, connection: Connection) -> tuple[list[int], dict[str, Sequence[Any]]]:
+    def _places(self, connection: Link) -> tuple[list[int], dict[str, Sequence[Any]]]:
         """Return the same of where captures are, inside a transaction."""
         names = ("path", "location")
         try:

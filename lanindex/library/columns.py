@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection
 
 from lanindex.library import derive, segments, state
+from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, columns_of, enrolled
 
@@ -47,7 +47,7 @@ class Whole:
         found = [part for one in self.segments for part in one.parts]
         return list(dict.fromkeys([*found, *self.extra[1]]))
 
-    def columns(self, connection: Connection, part: str, *, swings: bool = False) -> Columns:
+    def columns(self, connection: Link, part: str, *, swings: bool = False) -> Columns:
         """Load the columns of a part.
 
         Raises
@@ -59,12 +59,12 @@ class Whole:
         return found if self.order is None else found.taken(self.order)
 
 
-def read_whole(connection: Connection, spine: Spine, parts: Sequence[str] | None = None) -> Whole:
+def read_whole(connection: Link, spine: Spine, parts: Sequence[str] | None = None) -> Whole:
     """Return the captures of a library.
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction.
     spine : Spine
         What there is of segments.
@@ -85,9 +85,7 @@ def read_whole(connection: Connection, spine: Spine, parts: Sequence[str] | None
     return Whole(spine.segments, extra, order, whole if order is None else whole.taken(order))
 
 
-def read_rosters(
-    connection: Connection, spine: Spine
-) -> tuple[list[Roster], NDArray[np.int64] | None]:
+def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[np.int64] | None]:
     """Return the captures of each segment, and the order as in `Whole`.
 
     Raises
@@ -119,7 +117,7 @@ def check_pending(roster: Roster, pending: Sequence[int]) -> None:
         raise Distrust("damaged: they wait for captures that there are not")
 
 
-def read_roster(connection: Connection, segment: Segment) -> Roster:
+def read_roster(connection: Link, segment: Segment) -> Roster:
     """Return the captures of a segment, dead ones too.
 
     Raises
@@ -139,7 +137,7 @@ def read_roster(connection: Connection, segment: Segment) -> Roster:
 
 
 def alive(
-    connection: Connection, spine: Spine, segment: Segment
+    connection: Link, spine: Spine, segment: Segment
 ) -> tuple[NDArray[np.int64], Roster, dict[str, Columns]]:
     """Return the places of the captures of a segment that count, and all that it holds.
 
@@ -174,7 +172,7 @@ def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | No
 
 
 def stored(
-    connection: Connection,
+    connection: Link,
     held: Sequence[Segment],
     extra: derive.Derived,
     part: str,
@@ -229,7 +227,7 @@ def _swings(added: Columns) -> NDArray[Any]:
     return np.empty(0, np.int32) if added.swings is None else added.swings
 
 
-def _counts(connection: Connection, segment: Segment, part: str) -> NDArray[np.int64]:
+def _counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
     found = segments.read_column(connection, segment, part, "counts").astype(np.int64)
     if (part, "counts") not in segment.entries:
         return np.zeros(segment.captures, np.int64)
@@ -258,7 +256,7 @@ class Held:
         self._roster = enrolled([])
         self._columns: dict[str, Columns] = {}
 
-    def has(self, connection: Connection, parts: Sequence[str], *, swings: bool = False) -> bool:
+    def has(self, connection: Link, parts: Sequence[str], *, swings: bool = False) -> bool:
         """Return whether the library is as it was, and these parts are loaded."""
         same = state.read_state(connection).stamp == self._stamp
         return same and not self._missing(parts, swings)
@@ -272,7 +270,7 @@ class Held:
 
     def find(
         self,
-        connection: Connection,
+        connection: Link,
         parts: Sequence[str],
         *,
         swings: bool = False,
@@ -282,7 +280,7 @@ class Held:
 
         Parameters
         ----------
-        connection : Connection
+        connection : Link
             In a transaction.
         parts : sequence of str
             Whose.

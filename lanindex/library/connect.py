@@ -18,21 +18,26 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-
-import sqlalchemy
-from sqlalchemy import Connection, Engine, Transaction
-from sqlalchemy.pool import NullPool
+from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library.faults import translated
-from lanindex.library.schema import REVISION, state, tables, version
+from lanindex.library.link import Link, Reader, ask, first_values, looking
 from lanindex.library.texts import printable
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection, Engine
+
+REVISION = "0003"
+"""The revision of ``migrations/`` that `lanindex.library.schema` is; they sort by age as text."""
 
 DEFAULT = "lanindex.db"
 MEMORY = ":memory:"
 
 _OURS = {"alembic_version", "capture", "track"}
 """Tables by which a library of any revision is known."""
+
+_TABLES = "SELECT name FROM sqlite_master WHERE type = 'table' AND substr(name, 1, 7) <> 'sqlite_'"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +75,8 @@ def target(named: str | os.PathLike[str]) -> Target:
     text = os.fspath(named)
     if "://" not in text:
         return Target(text, "", None if text == MEMORY else Path(text).absolute())
+    import sqlalchemy
+
     try:
         url = sqlalchemy.make_url(text)
         backend = url.get_backend_name()
@@ -84,42 +91,38 @@ def target(named: str | os.PathLike[str]) -> Target:
     return Target(url.render_as_string(), text, None)
 
 
-def engine_for(where: Target, *, create: bool, readonly: bool, timeout: float) -> Engine:
-    """Return an engine whose transactions begin and wait as this page says.
+def _engine(where: Target, *, create: bool, timeout: float) -> Engine:
+    """Return an engine whose transactions begin and wait as this page says."""
+    import sqlalchemy
+    from sqlalchemy.pool import NullPool
 
-    Parameters
-    ----------
-    where : Target
-        The library.
-    create : bool
-        Make the file if there is none.
-    readonly : bool
-        Refuse every write. The file itself is opened for writing where it may be, for only
-        then can a write that was broken off be undone.
-    timeout : float
-        Seconds to wait for another process.
-    """
     if not where.sqlite:
         try:
             return sqlalchemy.create_engine(where.url, poolclass=NullPool)
         except (sqlalchemy.exc.SQLAlchemyError, ImportError) as error:
             raise LibraryError(f"no driver for this database: {error}", place=where.place) from None
     engine = sqlalchemy.create_engine(
-        "sqlite://", creator=_opener(where.path, create, readonly, timeout), poolclass=NullPool
+        "sqlite://", creator=_opener(where.path, create, timeout), poolclass=NullPool
     )
     sqlalchemy.event.listen(engine, "begin", _begin)
     return engine
 
 
 def _opener(
-    path: Path | None, create: bool, readonly: bool, timeout: float
+    path: Path | None,
+    create: bool,
+    timeout: float,
+    factory: type[sqlite3.Connection] = sqlite3.Connection,
 ) -> Callable[[], sqlite3.Connection]:
+    # A file that is only read is opened for writing where it may be, too: only then can a write
+    # that was broken off be undone.
     name = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}" if path else f"file:{MEMORY}"
 
     def connect() -> sqlite3.Connection:
-        connection = sqlite3.connect(name, timeout=timeout, isolation_level=None, uri=True)
+        connection = sqlite3.connect(
+            name, timeout=timeout, isolation_level=None, uri=True, factory=factory
+        )
         connection.execute("PRAGMA foreign_keys = ON")
-        connection.execute(f"PRAGMA query_only = {'ON' if readonly else 'OFF'}")
         connection.text_factory = _text
         return connection
 
@@ -171,7 +174,13 @@ def check_path(where: Target, *, create: bool) -> None:
         )
 
 
-def revision(connection: Connection, place: str) -> str | None:
+def _reader(where: Target, timeout: float) -> Reader:
+    found = _opener(where.path, False, timeout, Reader)()
+    found.execute("PRAGMA query_only = ON")
+    return found  # type: ignore[return-value]
+
+
+def revision(connection: Link, place: str) -> str | None:
     """Return the revision of a library, or None where there are no tables at all.
 
     Reads ``alembic_version`` itself: importing Alembic takes longer than most searches.
@@ -181,12 +190,11 @@ def revision(connection: Connection, place: str) -> str | None:
     LibraryError
         If the tables are another program's.
     """
-    names = set(sqlalchemy.inspect(connection).get_table_names())
+    names = _tables(connection)
     if not names:
         return None
-    stamps = (
-        list(connection.scalars(sqlalchemy.select(version.c.version_num))) if names >= _OURS else []
-    )
+    asked = "SELECT version_num FROM alembic_version"
+    stamps = first_values(ask(connection, asked)) if names >= _OURS else []
     if len(stamps) != 1:
         raise LibraryError(
             "this is another program's database",
@@ -197,7 +205,15 @@ def revision(connection: Connection, place: str) -> str | None:
     return printable(str(stamps[0]))
 
 
-def found_revision(connection: Connection, place: str) -> str | None:
+def _tables(connection: Link) -> set[str]:
+    if isinstance(connection, Reader):
+        return set(first_values(ask(connection, _TABLES)))
+    import sqlalchemy
+
+    return set(sqlalchemy.inspect(connection).get_table_names())
+
+
+def found_revision(connection: Link, place: str) -> str | None:
     """Return `revision`, in a transaction of its own."""
     with reading(connection):
         return revision(connection, place)
@@ -236,23 +252,28 @@ def refuse_revision(found: str | None, place: str) -> None:
         )
 
 
-def keep_journal(connection: Connection) -> None:
+def keep_journal(connection: Link) -> None:
     """Keep the journal's file between transactions, which makes them cheap."""
     _journal(connection, found="delete", wanted="persist")
 
 
-def drop_journal(connection: Connection) -> None:
+def drop_journal(connection: Link) -> None:
     """Leave the library as one file."""
     _journal(connection, found="persist", wanted="delete")
 
 
-def _journal(connection: Connection, *, found: str, wanted: str) -> None:
+def _journal(connection: Link, *, found: str, wanted: str) -> None:
     # A library that its owner has given a write-ahead log keeps it.
     driver = _driver(connection)
     if driver is not None:
         mode = driver.execute("PRAGMA journal_mode").fetchone()[0]
         if mode == found:
             driver.execute(f"PRAGMA journal_mode = {wanted}")
+
+
+def is_sqlite(connection: Link) -> bool:
+    """Return whether SQLite keeps a library."""
+    return isinstance(connection, Reader) or connection.dialect.name == "sqlite"
 
 
 def loosen_bonds(connection: Connection) -> None:
@@ -270,16 +291,22 @@ def give_back_room(connection: Connection) -> None:
             driver.execute("VACUUM")
 
 
-def _driver(connection: Connection) -> sqlite3.Connection | None:
+def _driver(connection: Link) -> sqlite3.Connection | None:
     # For what SQLite does only outside transactions: SQLAlchemy would begin one.
     if connection.closed:
         return None
+    if isinstance(connection, Reader):
+        return connection
     driver = connection.connection.driver_connection
     return driver if isinstance(driver, sqlite3.Connection) else None
 
 
 def make_tables(connection: Connection, place: str) -> None:
     """Make all tables at the newest revision, unless another process has just done so."""
+    import sqlalchemy
+
+    from lanindex.library.schema import state, tables, version
+
     with writing(connection):
         if revision(connection, place) is not None:
             return
@@ -290,22 +317,24 @@ def make_tables(connection: Connection, place: str) -> None:
         connection.execute(sqlalchemy.insert(version).values(version_num=REVISION))
 
 
-def writing(connection: Connection) -> AbstractContextManager[Transaction]:
+def writing(connection: Connection) -> AbstractContextManager[None]:
     """Begin a transaction that holds the right to write: a context manager."""
     return _transaction(connection, writes=True)
 
 
-def reading(connection: Connection) -> AbstractContextManager[Transaction]:
+def reading(connection: Link) -> AbstractContextManager[None]:
     """Begin a transaction that sees one state of the library: a context manager."""
+    if isinstance(connection, Reader):
+        return looking(connection)
     return _transaction(connection, writes=False)
 
 
 @contextmanager
-def _transaction(connection: Connection, *, writes: bool) -> Iterator[Transaction]:
+def _transaction(connection: Connection, *, writes: bool) -> Iterator[None]:
     connection.execution_options(writes=writes)
     try:
-        with connection.begin() as transaction:
-            yield transaction
+        with connection.begin():
+            yield
     except BaseException:
         # A commit that another process kept from happening leaves SQLite's transaction open,
         # and SQLAlchemy thinks it closed.
@@ -315,8 +344,8 @@ def _transaction(connection: Connection, *, writes: bool) -> Iterator[Transactio
         raise
 
 
-def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Connection:
-    """Return a connection to whatever is there.
+def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
+    """Return a connection to whatever is there; of a file that is only read a `Reader`.
 
     Raises
     ------
@@ -324,12 +353,13 @@ def connected(where: Target, *, create: bool, readonly: bool, timeout: float) ->
         If there is nothing (and nothing is to be made), or it cannot be opened.
     """
     check_path(where, create=create)
-    engine = engine_for(where, create=create, readonly=readonly, timeout=timeout)
     with translated(where.place):
-        return engine.connect()
+        if where.sqlite and readonly and not create:
+            return _reader(where, timeout)
+        return _engine(where, create=create, timeout=timeout).connect()
 
 
-def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Connection:
+def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
     """Return a connection to a library at the newest revision.
 
     Raises

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection
 
 from lanindex.library import codes, read
+from lanindex.library.link import Link
 from lanindex.model.columns import (
     CELL,
     PASSING,
@@ -37,13 +37,13 @@ Derived = tuple[Roster, dict[str, Columns]]
 
 
 def derived(
-    connection: Connection, numbers: Sequence[int], parts: Sequence[str] | None = None
+    connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
 ) -> Derived:
     """Return the columns of captures, in the order of their numbers.
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction.
     numbers : sequence of int
         Of the captures.
@@ -59,7 +59,7 @@ def derived(
 
 
 def batches(
-    connection: Connection, numbers: Sequence[int], parts: Sequence[str] | None = None
+    connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
 ) -> Iterator[Derived]:
     """Yield what `derived` returns, some captures at a time."""
     for first in range(0, len(numbers), BATCH):
@@ -77,7 +77,7 @@ def together(pieces: Sequence[Derived]) -> Derived:
     return enrolled(rosters), whole
 
 
-def _batch(connection: Connection, numbers: Sequence[int], parts: Sequence[str] | None) -> Derived:
+def _batch(connection: Link, numbers: Sequence[int], parts: Sequence[str] | None) -> Derived:
     chosen = read.read_captures(connection, numbers)
     wanted = read.read_wanted(connection, chosen, parts)
     symbols = read.read_fields(connection, wanted, every=parts is None)

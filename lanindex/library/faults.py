@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from sqlalchemy.exc import SQLAlchemyError
-
 from lanindex.errors import LibraryBusyError, LibraryError
+from lanindex.library.link import faults
 
 _AGAIN = "What was stored before is whole; run again"
 
@@ -91,5 +89,5 @@ def translated(place: str) -> Iterator[None]:
     """
     try:
         yield
-    except (SQLAlchemyError, sqlite3.Error, UnicodeDecodeError) as error:
+    except faults() as error:
         raise library_error(error, place) from error

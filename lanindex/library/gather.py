@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection
 
 from lanindex.library import called, derive, segments
 from lanindex.library.columns import check_pending, order_of, read_roster, read_rosters, stored
+from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, enrolled
 
@@ -23,11 +23,11 @@ LARGEST = 1 << 27
 """Symbols of the largest segment that is made by joining: SQLite keeps a billion bytes in one place
 and no more, and joining holds up whoever wants to read."""
 
-Step = Callable[[Connection], bool]
+Step = Callable[[Link], bool]
 """Work in a transaction of its own; returns whether there may be more of it."""
 
 
-def is_gathered(connection: Connection) -> bool:
+def is_gathered(connection: Link) -> bool:
     """Return whether there is nothing to write for `cover` and `join`."""
     try:
         spine = segments.read_spine(connection)
@@ -37,7 +37,7 @@ def is_gathered(connection: Connection) -> bool:
     return whole and not spine.pending and _first_to_join(spine) >= len(spine.segments)
 
 
-def verify(connection: Connection) -> None:
+def verify(connection: Link) -> None:
     """Load all segments.
 
     Raises
@@ -60,7 +60,7 @@ def _check_complete(segment: Segment) -> None:
         raise Distrust(segments.OLD)
 
 
-def purge(connection: Connection) -> bool:
+def purge(connection: Link) -> bool:
     """Delete all segments if one of them is not what was stored, and return whether so."""
     try:
         verify(connection)
@@ -70,12 +70,12 @@ def purge(connection: Connection) -> bool:
     return False
 
 
-def cover(connection: Connection, told: Callable[[int], None] = lambda waiting: None) -> bool:
+def cover(connection: Link, told: Callable[[int], None] = lambda waiting: None) -> bool:
     """Write a segment of captures that are in none, and return whether more are left.
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction that may write.
     told : callable, optional
         Is told now and then how many captures still wait; it may raise.
@@ -111,7 +111,7 @@ def cover(connection: Connection, told: Callable[[int], None] = lambda waiting: 
     return covered < len(pending)
 
 
-def join(connection: Connection) -> bool:
+def join(connection: Link) -> bool:
     """Make one segment of the newest ones that are worth it, and return whether there were any.
 
     A segment is joined with all newer ones once these hold as many symbols, so that each symbol is
@@ -142,7 +142,7 @@ def join(connection: Connection) -> bool:
 
 
 def _moved(
-    connection: Connection,
+    connection: Link,
     old: list[Segment],
     parts: Sequence[str],
     order: NDArray[np.int64] | None,

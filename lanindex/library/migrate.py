@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-
-from sqlalchemy import Connection, inspect
+from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import LibraryError
 from lanindex.library.check import check_connection
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.connect import (
     DEFAULT,
+    REVISION,
     Target,
     connected,
     found_revision,
@@ -28,8 +28,11 @@ from lanindex.library.connect import (
     writing,
 )
 from lanindex.library.faults import translated
-from lanindex.library.schema import REVISION
+from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, read_spine
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
 
 _PACKAGE = Path(__file__).parents[1]
 _FOLDERS = (_PACKAGE / "_migrations", _PACKAGE.parent / "migrations")
@@ -111,7 +114,7 @@ def status(named: str | os.PathLike[str] = DEFAULT) -> Status:
             return Status(where.place, found, REVISION, *_columns(connection))
 
 
-def _columns(connection: Connection) -> tuple[int, int, int, str]:
+def _columns(connection: Link) -> tuple[int, int, int, str]:
     try:
         held, _, pending = read_spine(connection)
     except Distrust as fault:
@@ -161,6 +164,7 @@ def run(connection: Connection, to: str, place: str) -> None:
     from alembic import command
     from alembic.config import Config
     from alembic.util import CommandError
+    from sqlalchemy import inspect
 
     config = Config()
     config.set_main_option("script_location", str(scripts()).replace("%", "%%"))
@@ -193,16 +197,14 @@ def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
     where = target(named)
     connection = opened(where, create=False, readonly=True, timeout=_TIMEOUT)
     try:
-        with translated(where.place), reading(connection) as transaction:
-            found = check_connection(connection)
-            transaction.rollback()  # in a damaged file a commit fails
-        return found
+        with translated(where.place), reading(connection):
+            return check_connection(connection)
     finally:
         connection.close()
 
 
 @contextmanager
-def _connected(where: Target, *, readonly: bool) -> Iterator[Connection]:
+def _connected(where: Target, *, readonly: bool) -> Iterator[Any]:
     connection = connected(where, create=False, readonly=readonly, timeout=_TIMEOUT)
     try:
         with translated(where.place):

@@ -8,15 +8,13 @@ was stored is noticed, though not told: for that the rows are read again, one by
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import ColumnElement, Connection, Integer, Select, select, type_coerce
 
-from lanindex.library import checksums, codes, rows, schema
+from lanindex.library import checksums, codes, rows
+from lanindex.library.link import Link, among, ask
 
 _BITS = 31
 _PAIRED = (("start", "length"), ("tick", "ticks"))
@@ -26,23 +24,12 @@ _ALONE = tuple(name for name in codes.COLUMNS if not any(name in pair for pair i
 _ORDER = [codes.COLUMNS.index(name) for name in (*chain(*_PAIRED), *_ALONE)]
 """The places in `codes.COLUMNS` of what is handed over."""
 
-_CODE = schema.symbol_code.c
-
-
-def _both(high: str, low: str) -> ColumnElement[int]:
-    shifted = type_coerce(_CODE[high], Integer).bitwise_lshift(_BITS)
-    return shifted.bitwise_or(_CODE[low])
-
-
-@cache
-def _rows() -> Select[Any]:
-    """Return what asks for all rows; a search that reads none does without."""
-    columns = *(_both(*pair) for pair in _PAIRED), *(_CODE[name] for name in _ALONE)
-    return select(*columns).order_by(*schema.symbol_code.primary_key.columns)
+_TAKEN = [f"({high} << {_BITS}) | {low}" for high, low in _PAIRED] + list(_ALONE)
+_ROWS = f"SELECT {', '.join(_TAKEN)} FROM symbol_code"
 
 
 def read_fields(
-    connection: Connection,
+    connection: Link,
     captures: Sequence[int],
     tracks: Sequence[tuple[int, int, int]],
     *,
@@ -52,7 +39,7 @@ def read_fields(
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction.
     captures : sequence of int
         The numbers of the captures.
@@ -66,10 +53,10 @@ def read_fields(
     ndarray or None
         None where they are not what was stored, or more.
     """
-    chosen = _rows().where(_CODE.capture_id.in_(captures))
+    chosen = f"capture_id IN {among(captures)}"
     if not every:
-        chosen = chosen.where(_CODE.track.in_({track for track, _, _ in tracks}))
-    found: Any = connection.execute(chosen).cursor  # straight from the driver, a row at a time
+        chosen += f" AND track IN {among({track for track, _, _ in tracks})}"
+    found = ask(connection, f"{_ROWS} WHERE {chosen} ORDER BY capture_id, track, ordinal")
     try:
         handed = np.fromiter(chain.from_iterable(found), np.int64)
     except (TypeError, ValueError, OverflowError):  # that is no whole number

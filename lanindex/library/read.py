@@ -12,34 +12,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, CursorResult, or_, select
 
 from lanindex.errors import LanindexError, LibraryError
-from lanindex.library import checksums, codes, packed, rows, schema, state
+from lanindex.library import checksums, codes, packed, rows, state
 from lanindex.library.encoding import ENCODED, Encoding
+from lanindex.library.link import Link, among, ask, first_values
 from lanindex.model import Capture, Meter, Score, Span, Track
 
 _FACTS = len(ENCODED) + 2
-"""Columns of `CAPTURE` that a capture's checksum is over: `ENCODED`, and its profile."""
+"""Columns of `_CAPTURES` that a capture's checksum is over: `ENCODED`, and its profile."""
 
 _NUMBER = _FACTS + 1
-"""The column of `CAPTURE` that is a capture's number."""
+"""The column of `_CAPTURES` that is a capture's number."""
 
 _Raw = tuple[Any, ...]
 """A row as the driver gives it."""
 
-CAPTURE = (
-    select(
-        *(schema.capture.c[name] for name in ENCODED),
-        schema.profile.c.name.label("profile"),
-        schema.profile.c.digest.label("digest"),
-        *(schema.capture.c[name] for name in ("checksum", "id", "label", "said")),
-    )
-    .select_from(schema.capture.outerjoin(schema.profile))
-    .order_by(schema.capture.c.id)
+_READ = [f"capture.{name}" for name in (*ENCODED, "checksum", "id", "label", "said")]
+_READ[len(ENCODED) : len(ENCODED)] = ["profile.name", "profile.digest"]
+_CAPTURES = (
+    f"SELECT {', '.join(_READ)} FROM capture LEFT JOIN profile ON profile.id = capture.profile_id"
 )
-_LISTED = select(schema.track).order_by(schema.track.c.capture_id, schema.track.c.ordinal)
-_CODES = select(schema.symbol_code).order_by(*schema.symbol_code.primary_key.columns)
+_CODES = f"SELECT capture_id, track, ordinal, {', '.join(codes.COLUMNS)} FROM symbol_code"
+_BY_KEY = "ORDER BY capture_id, track, ordinal"
 
 
 class Stored(NamedTuple):
@@ -53,25 +48,26 @@ class Stored(NamedTuple):
     """Checksum of its heading and its other lines."""
 
 
-def numbers_at(connection: Connection, path: str) -> list[int]:
+def numbers_at(connection: Link, path: str) -> list[int]:
     """Return the numbers of the captures of exactly this path."""
-    column = schema.capture.c
-    here = or_(column.location == os.path.abspath(path), column.path == path)
-    return list(connection.scalars(select(column.id).where(here)))
+    asked = "SELECT id FROM capture WHERE location = :location OR path = :path"
+    return first_values(ask(connection, asked, {"location": os.path.abspath(path), "path": path}))
 
 
-def locations(connection: Connection, places: Sequence[str], digests: Sequence[str]) -> list[str]:
+def locations(connection: Link, places: Sequence[str], digests: Sequence[str]) -> list[str]:
     """Return where the captures lie that are at one of these places or have such a sha256."""
     found: list[str] = []
-    for column, values in ((schema.capture.c.location, places), (schema.capture.c.sha256, digests)):
+    for column, values in (("location", places), ("sha256", digests)):
         for first in range(0, len(values), state.MOST):
-            chosen = column.in_(values[first : first + state.MOST])
-            found += connection.scalars(select(schema.capture.c.location).where(chosen))
+            some = {f"v{at}": one for at, one in enumerate(values[first : first + state.MOST])}
+            chosen = ", ".join(f":{name}" for name in some)
+            asked = f"SELECT location FROM capture WHERE {column} IN ({chosen})"
+            found += first_values(ask(connection, asked, some))
     return found
 
 
 def read_stored(
-    connection: Connection, numbers: Sequence[int] | None = None
+    connection: Link, numbers: Sequence[int] | None = None
 ) -> Iterator[Stored | LibraryError]:
     """Yield captures in the order of their numbers: all, or those that exist of some.
 
@@ -80,19 +76,24 @@ def read_stored(
     Stored or LibraryError
         The error, where a capture is not what was stored.
     """
-    found, described = CAPTURE, select(schema.metadata)
+    chosen, described = _CAPTURES, "SELECT capture_id, key, value FROM metadata"
     if numbers is not None:
-        found = found.where(schema.capture.c.id.in_(numbers))
-        described = described.where(schema.metadata.c.capture_id.in_(numbers))
+        chosen += f" WHERE capture.id IN {among(numbers)}"
+        described += f" WHERE capture_id IN {among(numbers)}"
     metadata: dict[int, dict[str, str]] = {}
-    for number, key, value in connection.execute(described):
+    for number, key, value in ask(connection, described):
         metadata.setdefault(number, {})[key] = value
-    # Straight from the driver: SQLAlchemy's rows would cost as much again.
-    for row in connection.execute(found).cursor.fetchall():
+    for row in ask(connection, f"{chosen} ORDER BY capture.id").fetchall():
         try:
             yield _stored(row, metadata.get(row[_NUMBER], {}))
         except LibraryError as error:
             yield error
+
+
+def encoded_of(connection: Link, number: int) -> tuple[dict[str, Any], tuple[Any, Any]]:
+    """Return what was encoded of a capture, by column, and its profile's name and digest."""
+    (row,) = ask(connection, f"{_CAPTURES} WHERE capture.id = :number", {"number": number})
+    return dict(zip(ENCODED, row, strict=False)), row[len(ENCODED) : _FACTS]
 
 
 def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
@@ -142,7 +143,7 @@ def said(number: int, label: str, metadata: Mapping[str, str]) -> int:
     return checksums.of_values(number, label, *sorted(metadata.items(), key=ascii))
 
 
-def read_captures(connection: Connection, numbers: Sequence[int] | None = None) -> list[Stored]:
+def read_captures(connection: Link, numbers: Sequence[int] | None = None) -> list[Stored]:
     """Return captures in the order of their numbers: all, or those that exist of some.
 
     Raises
@@ -161,7 +162,7 @@ def read_captures(connection: Connection, numbers: Sequence[int] | None = None) 
     return [one for one in found if isinstance(one, Stored)]
 
 
-def read_chosen(connection: Connection, numbers: Sequence[int]) -> list[Capture]:
+def read_chosen(connection: Link, numbers: Sequence[int]) -> list[Capture]:
     """Return those captures that exist of some, however many.
 
     Raises
@@ -176,7 +177,7 @@ def read_chosen(connection: Connection, numbers: Sequence[int]) -> list[Capture]
     ]
 
 
-def read_capture(connection: Connection, number: int) -> Stored:
+def read_capture(connection: Link, number: int) -> Stored:
     """Return one capture that is there.
 
     Raises
@@ -202,12 +203,13 @@ class Listed(NamedTuple):
 
 
 _PART = Listed._fields.index("part")
+_LISTED = f"SELECT capture_id, {', '.join(Listed._fields)} FROM track"
 
 Wanted = tuple[Stored, Listed]
 """A track that is wanted, and whose."""
 
 
-def read_parts(connection: Connection) -> Counter[str]:
+def read_parts(connection: Link) -> Counter[str]:
     """Return how many symbols each part has, in all captures.
 
     Raises
@@ -215,23 +217,23 @@ def read_parts(connection: Connection) -> Counter[str]:
     LibraryError
         If the tracks are not those that were stored.
     """
-    column = schema.capture.c
-    wanted = connection.execute(select(column.id, column.location, column.tracks)).all()
+    wanted = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
     state.check_numbers(connection, [number for number, _, _ in wanted])
     parts: Counter[str] = Counter()
-    for tracks in _lists(connection.execute(_LISTED), wanted).values():
+    for tracks in _lists(connection, wanted).values():
         for _, part, _, _, symbols, _ in tracks:
             parts[part] += symbols
     return parts
 
 
-def _lists(found: CursorResult[Any], wanted: Sequence[Any]) -> dict[int, list[_Raw]]:
+def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> dict[int, list[_Raw]]:
     """Return the rows of ``track`` of each capture, as `Listed` has them, by its number.
 
-    Of each wanted one its number, its location and the checksum of these are told.
+    Of each wanted one its number, its location and the checksum of these are told; of all captures
+    they are `chosen` by a condition, if they are not all.
     """
     lists: dict[int, list[_Raw]] = {number: [] for number, _, _ in wanted}
-    for number, *row in found.cursor.fetchall():
+    for number, *row in ask(connection, f"{_LISTED} {chosen} ORDER BY capture_id, ordinal"):
         if number in lists:  # else it hangs on nothing: it is no capture's
             lists[number].append(tuple(row))
     for number, location, checksum in wanted:
@@ -241,7 +243,7 @@ def _lists(found: CursorResult[Any], wanted: Sequence[Any]) -> dict[int, list[_R
 
 
 def read_tracks(
-    connection: Connection, chosen: Sequence[Stored], parts: Sequence[str] | None = None
+    connection: Link, chosen: Sequence[Stored], parts: Sequence[str] | None = None
 ) -> dict[int, dict[str, Track]]:
     """Return the tracks of captures, by the captures' numbers: all, or those of some parts.
 
@@ -267,7 +269,7 @@ def read_tracks(
 
 
 def read_wanted(
-    connection: Connection, chosen: Sequence[Stored], parts: Sequence[str] | None = None
+    connection: Link, chosen: Sequence[Stored], parts: Sequence[str] | None = None
 ) -> list[Wanted]:
     """Return the tracks of captures, without their symbols: all, or those of some parts.
 
@@ -277,8 +279,7 @@ def read_wanted(
         If the tracks of a capture are not those that were stored.
     """
     own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
-    inside = schema.track.c.capture_id.in_([number for number, _, _ in own])
-    lists = _lists(connection.execute(_LISTED.where(inside)), own)
+    lists = _lists(connection, own, f"WHERE capture_id IN {among(number for number, _, _ in own)}")
     return [
         (one, Listed._make(row))
         for one in chosen
@@ -303,13 +304,13 @@ def known_of(capture: Capture, listed: Listed) -> tuple[Span, ...]:
 
 
 def read_fields(
-    connection: Connection, wanted: Sequence[Wanted], *, every: bool = False
+    connection: Link, wanted: Sequence[Wanted], *, every: bool = False
 ) -> NDArray[np.int64]:
     """Return the fields of the rows of tracks: (S, C) int64, in the order of `codes.COLUMNS`.
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction.
     wanted : sequence
         Which tracks.
@@ -327,13 +328,12 @@ def read_fields(
     return _checked(_numbers(connection, wanted), wanted)[:, 3:] if found is None else found
 
 
-def _numbers(connection: Connection, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
+def _numbers(connection: Link, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
     """Return the rows of tracks: (S, C + 3) int64, capture, track, row, fields; perhaps more."""
-    column, own = schema.symbol_code.c, {(one.capture.id, listed.ordinal) for one, listed in wanted}
-    captures, tracks = ({key[place] for key in own} for place in range(2))
-    # Straight from the driver: SQLAlchemy's rows would cost as much again.
-    statement = _CODES.where(column.capture_id.in_(captures), column.track.in_(tracks))
-    found = connection.execute(statement).cursor.fetchall() if own else []
+    own = {(one.capture.id, listed.ordinal) for one, listed in wanted}
+    captures, tracks = (among({key[place] for key in own}) for place in range(2))
+    chosen = f"WHERE capture_id IN {captures} AND track IN {tracks}"
+    found = ask(connection, f"{_CODES} {chosen} {_BY_KEY}").fetchall()
     if not found:
         return np.empty((0, len(codes.COLUMNS) + 3), np.int64)
     numbers = np.array(found)
@@ -372,7 +372,7 @@ def _culprit(numbers: NDArray[np.int64], wanted: Sequence[Wanted]) -> LibraryErr
     return checksums.damaged(one.capture.id, one.capture.location, f"its track {listed.part}")
 
 
-def read_score(connection: Connection, stored: Stored) -> Score:
+def read_score(connection: Link, stored: Stored) -> Score:
     """Return the score of a capture.
 
     Raises
@@ -380,14 +380,14 @@ def read_score(connection: Connection, stored: Stored) -> Score:
     LibraryError
         If it is not what was stored.
     """
-    capture, table = stored.capture, schema.capture.c
-    row = connection.execute(select(table.other, table.heading).where(table.id == capture.id)).one()
+    capture, asked = stored.capture, "SELECT other, heading FROM capture WHERE id = :number"
+    ((lines, numbers),) = ask(connection, asked, {"number": capture.id}).fetchall()
     what = "its heading or the lines that were not understood"
-    if content(row.other, row.heading) != stored.content:
+    if content(lines, numbers) != stored.content:
         raise checksums.damaged(capture.id, capture.location, what)
     tracks = read_tracks(connection, [stored])[capture.id]
     try:
-        heading, other = rows.read_heading(row.heading), tuple(json.loads(row.other))
+        heading, other = rows.read_heading(numbers), tuple(json.loads(lines))
     except _NONSENSE as error:
         raise checksums.damaged(capture.id, capture.location, f"{what} ({error})") from error
     return Score(capture.rate, capture.frames, capture.meter, tracks, heading, other)

@@ -38,9 +38,6 @@ from sqlalchemy import (
 
 from lanindex.library.codes import COLUMNS, view_sql
 
-REVISION = "0003"
-"""The revision of ``migrations/`` that these tables are; revisions sort by age as text."""
-
 tables = MetaData(
     naming_convention={
         "pk": "pk_%(table_name)s",

@@ -15,21 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import (
-    BindParameter,
-    Connection,
-    bindparam,
-    delete,
-    func,
-    insert,
-    literal,
-    select,
-    update,
-)
-from sqlalchemy.exc import DatabaseError
 
 from lanindex.errors import LibraryError
-from lanindex.library import checksums, schema, state
+from lanindex.library import checksums, state
+from lanindex.library.link import Link, among, ask, faults, first_values
 from lanindex.model.columns import Columns, Roster
 
 TYPES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64} | {
@@ -111,58 +100,68 @@ class Spine(NamedTuple):
     pending: list[int]
 
 
-_ID: BindParameter[int] = bindparam("segment")
-_NUMBER: BindParameter[int] = bindparam("number")
-_STORE = schema.segment_column.c
-_SEGMENTS = select(schema.segment).order_by(schema.segment.c.id)
-_DEAD = select(schema.segment_dead.c.capture_id, schema.segment_dead.c.segment_id)
-_PENDING = select(schema.segment_pending.c.capture_id).order_by(schema.segment_pending.c.capture_id)
-_COUNT = select(func.count()).select_from(schema.segment_pending)
-_CONTENT = select(_STORE.content).where(
-    _STORE.segment_id == _ID, _STORE.part == bindparam("part"), _STORE.name == bindparam("name")
+_SEGMENTS = "SELECT id, captures, symbols, listing, checksum FROM segment ORDER BY id"
+_DEAD = "SELECT capture_id, segment_id FROM segment_dead"
+_PENDING = "SELECT capture_id FROM segment_pending ORDER BY capture_id"
+_PARTS = "SELECT DISTINCT part FROM track"
+_CONTENT = (
+    "SELECT content FROM segment_column "
+    "WHERE segment_id = :segment AND part = :part AND name = :name"
 )
-_STORE_COLUMNS = insert(schema.segment_column)
-_LIST = update(schema.segment).where(schema.segment.c.id == _ID)
-_DROP_PART = delete(schema.segment_column).where(
-    _STORE.segment_id == _ID, _STORE.part == bindparam("part")
+_BEGIN = (
+    "INSERT INTO segment (captures, symbols, listing, checksum) VALUES (:captures, 0, '', 0) "
+    "RETURNING id"
 )
-_DROP_COLUMNS = delete(schema.segment_column).where(_STORE.segment_id == _ID)
-_DROP = delete(schema.segment).where(schema.segment.c.id == _ID)
-_RAISE = delete(schema.segment_dead).where(schema.segment_dead.c.capture_id == _NUMBER)
-_DIE = insert(schema.segment_dead).from_select(
-    ["capture_id", "segment_id"],
-    select(literal(0) + _NUMBER, func.max(schema.segment.c.id)).having(
-        func.max(schema.segment.c.id).is_not(None)
-    ),
+_STORE = (
+    "INSERT INTO segment_column (segment_id, part, name, content) "
+    "VALUES (:segment, :part, :name, :content)"
 )
-_WAIT = insert(schema.segment_pending)
-_COVER = delete(schema.segment_pending).where(schema.segment_pending.c.capture_id == _NUMBER)
+_LIST = (
+    "UPDATE segment SET symbols = :symbols, listing = :listing, checksum = :checksum "
+    "WHERE id = :segment"
+)
+_DROP_PART = "DELETE FROM segment_column WHERE segment_id = :segment AND part = :part"
+_DROP_COLUMNS = "DELETE FROM segment_column WHERE segment_id = :segment"
+_DROP = "DELETE FROM segment WHERE id = :segment"
+_FORGET = (
+    "DELETE FROM segment_dead WHERE NOT EXISTS "
+    "(SELECT 1 FROM segment WHERE id <= segment_dead.segment_id)"
+)
+_RAISE = "DELETE FROM segment_dead WHERE capture_id = :number"
+_DIE = (
+    "INSERT INTO segment_dead (capture_id, segment_id) "
+    "SELECT :number, newest FROM (SELECT max(id) AS newest FROM segment) AS own "
+    "WHERE newest IS NOT NULL"
+)
+_WAIT = "INSERT INTO segment_pending (capture_id) VALUES (:number)"
+_COVER = "DELETE FROM segment_pending WHERE capture_id = :number"
+_ALL = ("segment_column", "segment", "segment_dead", "segment_pending")
 
 
-def mark_pending(connection: Connection, number: int) -> None:
+def mark_pending(connection: Link, number: int) -> None:
     """Note that a capture is not in any segment yet."""
-    connection.execute(_COVER, {"number": number})  # another program may have said so
-    connection.execute(_WAIT, {"capture_id": number})
+    for statement in (_COVER, _WAIT):  # another program may have said so
+        ask(connection, statement, {"number": number})
 
 
-def mark_dead(connection: Connection, number: int) -> None:
+def mark_dead(connection: Link, number: int) -> None:
     """Note that what the segments hold of a capture does not count any more."""
     for statement in (_COVER, _RAISE, _DIE):
-        connection.execute(statement, {"number": number})
+        ask(connection, statement, {"number": number})
 
 
-def mark_changed(connection: Connection, number: int) -> None:
+def mark_changed(connection: Link, number: int) -> None:
     """Note that a segment is to hold a capture that has changed in place of what they hold now."""
     mark_dead(connection, number)
     mark_pending(connection, number)
 
 
-def mark_covered(connection: Connection, numbers: Iterable[int]) -> None:
+def mark_covered(connection: Link, numbers: Iterable[int]) -> None:
     """Note that a segment holds captures now."""
-    connection.execute(_COVER, [{"number": number} for number in numbers])
+    ask(connection, _COVER, [{"number": number} for number in numbers])
 
 
-def read_spine(connection: Connection) -> Spine:
+def read_spine(connection: Link) -> Spine:
     """Return what there is of columns, with nothing loaded.
 
     Raises
@@ -174,9 +173,9 @@ def read_spine(connection: Connection) -> Spine:
     if now.columns != now.stamp:
         raise Distrust("out of date, for another program has changed the library")
     with _readable("the list of the segments"):
-        found = [_segment(row) for row in connection.execute(_SEGMENTS)]
-        dead = {number: last for number, last in connection.execute(_DEAD)}
-        pending = list(connection.scalars(_PENDING))
+        found = [_segment(row) for row in ask(connection, _SEGMENTS)]
+        dead = dict[int, int](ask(connection, _DEAD).fetchall())
+        pending = first_values(ask(connection, _PENDING))
     if not all(isinstance(one, int) for one in (*dead, *dead.values(), *pending)):
         raise Distrust("damaged: which captures they hold is no number")
     return Spine(found, dead, pending)
@@ -187,21 +186,21 @@ def _readable(what: str) -> Iterator[None]:
     """Distrust what lies on a damaged page: the rows may lie on others."""
     try:
         yield
-    except DatabaseError as error:
-        if not getattr(error.orig, "sqlite_errorname", "").startswith("SQLITE_CORRUPT"):
+    except faults() as error:
+        origin = getattr(error, "orig", error)
+        if not getattr(origin, "sqlite_errorname", "").startswith("SQLITE_CORRUPT"):
             raise
         raise Distrust(f"damaged: {what} cannot be read") from error
 
 
-def count_pending(connection: Connection) -> int:
+def count_pending(connection: Link) -> int:
     """Return how many captures are in no segment."""
-    return int(connection.scalar(_COUNT) or 0)
+    return int(ask(connection, "SELECT count(*) FROM segment_pending").fetchone()[0])
 
 
-def part_names(connection: Connection) -> list[str]:
+def part_names(connection: Link) -> list[str]:
     """Return the names of all parts that any capture has; and had, as long as segments tell."""
-    part, number = schema.track.c.part, schema.track.c.capture_id
-    asked, found = select(part).distinct(), list[str]()
+    asked, found = _PARTS, list[str]()
     try:
         spine = read_spine(connection)
     except Distrust:
@@ -209,22 +208,20 @@ def part_names(connection: Connection) -> list[str]:
     else:
         found = [name for one in spine.segments for name in one.parts]
         if len(spine.pending) <= _MOST:
-            asked = asked.where(number.in_(spine.pending))
-    found += connection.scalars(asked)
+            asked = f"{_PARTS} WHERE capture_id IN {among(spine.pending)}"
+    found += first_values(ask(connection, asked))
     return [name for name in dict.fromkeys(found) if isinstance(name, str)]
 
 
 def _segment(row: Any) -> Segment:
-    told = (row.captures, row.symbols, row.listing)
-    if checksums.of_values(*told) != row.checksum:
-        raise Distrust(f"damaged: the listing of segment {row.id}")
-    entries = [Entry(*entry) for entry in json.loads(row.listing)]
-    return Segment(
-        row.id, row.captures, row.symbols, {(one.part, one.name): one for one in entries}
-    )
+    number, captures, symbols, listing, checksum = row
+    if checksums.of_values(captures, symbols, listing) != checksum:
+        raise Distrust(f"damaged: the listing of segment {number}")
+    entries = [Entry(*entry) for entry in json.loads(listing)]
+    return Segment(number, captures, symbols, {(one.part, one.name): one for one in entries})
 
 
-def read_column(connection: Connection, segment: Segment, part: str, name: str) -> NDArray[Any]:
+def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDArray[Any]:
     """Return a column as it is stored; empty where the segment has none of that name.
 
     Raises
@@ -237,8 +234,8 @@ def read_column(connection: Connection, segment: Segment, part: str, name: str) 
     if entry is not None:
         what = f"{name} of {part or 'the captures'} in segment {segment.id}"
         asked = {"segment": segment.id, "part": part, "name": name}
-        with _readable(what):  # straight from the driver: whatever else it is, it becomes no bytes
-            (content,) = connection.execute(_CONTENT, asked).cursor.fetchone() or (None,)
+        with _readable(what):
+            (content,) = ask(connection, _CONTENT, asked).fetchone() or (None,)
         type = np.dtype(entry.type)
         if (
             not isinstance(content, bytes)
@@ -251,7 +248,7 @@ def read_column(connection: Connection, segment: Segment, part: str, name: str) 
 
 
 def put(
-    connection: Connection,
+    connection: Link,
     roster: Roster,
     texts: Iterable[tuple[str, NDArray[np.uint8]]],
     columns: Iterable[Columns],
@@ -260,7 +257,7 @@ def put(
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction that may write.
     roster : Roster
         The captures.
@@ -269,9 +266,8 @@ def put(
     columns : iterable of Columns
         Of all parts that any of them has; each is written before the next is asked for.
     """
-    unlisted = {"captures": len(roster), "symbols": 0, "listing": "", "checksum": 0}
-    key = connection.execute(insert(schema.segment), unlisted).inserted_primary_key
-    number, symbols = int(key[0]) if key else 0, 0
+    ((number,),) = ask(connection, _BEGIN, {"captures": len(roster)}).fetchall()
+    symbols = 0
     own = [(name, getattr(roster, name)) for name in CAPTURES]
     entries = _put(connection, number, "", [*own, *texts])
     for one in columns:
@@ -280,8 +276,8 @@ def put(
     listing = json.dumps(entries)
     checksum = checksums.of_values(len(roster), symbols, listing)
     told = {"symbols": symbols, "listing": listing, "checksum": checksum}
-    connection.execute(_LIST, {"segment": number, **told})
-    return number
+    ask(connection, _LIST, {"segment": number, **told})
+    return int(number)
 
 
 def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
@@ -293,17 +289,17 @@ def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
 
 
 def _put(
-    connection: Connection, segment: int, part: str, arrays: Sequence[tuple[str, NDArray[Any]]]
+    connection: Link, segment: int, part: str, arrays: Sequence[tuple[str, NDArray[Any]]]
 ) -> list[Entry]:
     entries, values = [], []
     for name, array in arrays:
         stored = array.astype(_smallest(array), order="C", copy=False)
         content = stored.reshape(-1).view(np.uint8).data
-        row = {"segment_id": segment, "part": part, "name": name, "content": content}
+        row = {"segment": segment, "part": part, "name": name, "content": content}
         values.append(row)
         checksum = checksums.of_bytes(content)
         entries.append(Entry(part, name, stored.dtype.str, array.size, checksum))
-    connection.execute(_STORE_COLUMNS, values)
+    ask(connection, _STORE, values)
     return entries
 
 
@@ -314,31 +310,25 @@ def _smallest(array: NDArray[Any]) -> np.dtype[Any]:
     return next(one for one, room in ranges if room.min <= least and most <= room.max)
 
 
-def drop_part(connection: Connection, segments: Iterable[Segment], part: str) -> None:
+def drop_part(connection: Link, segments: Iterable[Segment], part: str) -> None:
     """Delete the columns of a part (empty: of the captures) in some segments."""
-    connection.execute(_DROP_PART, [{"segment": one.id, "part": part} for one in segments])
+    ask(connection, _DROP_PART, [{"segment": one.id, "part": part} for one in segments])
 
 
-def drop(connection: Connection, segments: Iterable[Segment]) -> None:
+def drop(connection: Link, segments: Iterable[Segment]) -> None:
     """Delete some segments, and the marks that speak of none any more."""
     for one in segments:
-        connection.execute(_DROP_COLUMNS, {"segment": one.id})
-        connection.execute(_DROP, {"segment": one.id})
-    oldest = select(func.coalesce(func.min(schema.segment.c.id), 1 << 62)).scalar_subquery()
-    connection.execute(delete(schema.segment_dead).where(schema.segment_dead.c.segment_id < oldest))
+        for statement in (_DROP_COLUMNS, _DROP):
+            ask(connection, statement, {"segment": one.id})
+    ask(connection, _FORGET)
 
 
-def begin_anew(connection: Connection) -> None:
+def begin_anew(connection: Link) -> None:
     """Delete all segments; every capture is to be put into one."""
     stamp = state.read_state(connection).stamp
-    for table in (
-        schema.segment_column,
-        schema.segment,
-        schema.segment_dead,
-        schema.segment_pending,
-    ):
-        connection.execute(delete(table))
+    for table in _ALL:
+        ask(connection, f"DELETE FROM {table}")
     numbers = state.capture_numbers(connection)
     if numbers:
-        connection.execute(_WAIT, [{"capture_id": number} for number in numbers])
-    connection.execute(update(schema.state).values(columns=stamp))
+        ask(connection, _WAIT, [{"number": number} for number in numbers])
+    ask(connection, "UPDATE state SET columns = :stamp", {"stamp": stamp})

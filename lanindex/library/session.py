@@ -7,12 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import get_ident
 from types import TracebackType
-from typing import Self
-
-from sqlalchemy import Connection
+from typing import TYPE_CHECKING, Any, Self
 
 from lanindex.errors import LibraryError
-from lanindex.library import write
 from lanindex.library.connect import (
     DEFAULT,
     Target,
@@ -24,12 +21,16 @@ from lanindex.library.connect import (
     writing,
 )
 from lanindex.library.faults import translated
+from lanindex.library.link import Link, Reader
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
 
 
 class Session:
     """An open library. Made by `open`; belongs to one thread."""
 
-    def __init__(self, where: Target, connection: Connection, *, readonly: bool = False) -> None:
+    def __init__(self, where: Target, connection: Any, *, readonly: bool = False) -> None:
         self._where, self._connection, self._wrote = where, connection, False
         self._thread, self._readonly = get_ident(), readonly
 
@@ -110,7 +111,6 @@ class Session:
                     drop_journal(self._connection)
         finally:
             self._connection.close()
-            self._connection.engine.dispose()
 
     def _check_usable(self) -> None:
         if self._connection.closed:
@@ -125,13 +125,15 @@ class Session:
             )
 
     @contextmanager
-    def _reading(self) -> Iterator[Connection]:
+    def _reading(self) -> Iterator[Link]:
         self._check_usable()
         with translated(self.place), reading(self._connection):
             yield self._connection
 
     @contextmanager
     def _changing(self) -> Iterator[Connection]:
+        from lanindex.library import write
+
         with self._writing() as connection:
             write.touch(connection)
             yield connection
@@ -141,6 +143,8 @@ class Session:
         """Begin a transaction for what changes nothing that a reader could tell."""
         self._check_usable()
         with translated(self.place):
+            if isinstance(self._connection, Reader):
+                self._connection.execute("UPDATE state SET id = id")  # SQLite refuses it
             if not self._wrote:
                 keep_journal(self._connection)
                 self._wrote = True

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
-
-from sqlalchemy import Connection, Row, select
+from typing import NamedTuple
 
 from lanindex.errors import LibraryError
-from lanindex.library import schema
+from lanindex.library.link import Link, among, ask, first_values
 
 MOST = 500
 """Values in one statement: databases take a thousand at least."""
 
 
-def capture_numbers(connection: Connection) -> list[int]:
+class State(NamedTuple):
+    """The one row of ``state``."""
+
+    id: int
+    stamp: int
+    captures: int
+    numbers: int
+    columns: int
+
+
+def capture_numbers(connection: Link) -> list[int]:
     """Return the numbers of all captures, in order.
 
     Raises
@@ -22,22 +30,21 @@ def capture_numbers(connection: Connection) -> list[int]:
     LibraryError
         If there are more or fewer than were stored.
     """
-    column = schema.capture.c.id
-    found = list(connection.scalars(select(column).order_by(column)))
+    found: list[int] = first_values(ask(connection, "SELECT id FROM capture ORDER BY id"))
     check_numbers(connection, found)
     return found
 
 
-def read_numbers(connection: Connection, numbers: Sequence[int]) -> list[int]:
+def read_numbers(connection: Link, numbers: Sequence[int]) -> list[int]:
     """Return those numbers that captures have, in the order in which they are asked for."""
-    column, found = schema.capture.c.id, set[int]()
+    found = set[int]()
     for first in range(0, len(numbers), MOST):
-        chosen = column.in_(numbers[first : first + MOST])
-        found.update(connection.scalars(select(column).where(chosen)))
+        chosen = among(numbers[first : first + MOST])
+        found.update(first_values(ask(connection, f"SELECT id FROM capture WHERE id IN {chosen}")))
     return [number for number in numbers if number in found]
 
 
-def check_numbers(connection: Connection, found: Sequence[int]) -> None:
+def check_numbers(connection: Link, found: Sequence[int]) -> None:
     """Refuse a library that has other captures than were stored.
 
     Raises
@@ -56,7 +63,7 @@ def check_numbers(connection: Connection, found: Sequence[int]) -> None:
         )
 
 
-def read_state(connection: Connection) -> Row[Any]:
+def read_state(connection: Link) -> State:
     """Return the one row of ``state``.
 
     Raises
@@ -64,11 +71,11 @@ def read_state(connection: Connection) -> Row[Any]:
     LibraryError
         If it is not one of two whole numbers.
     """
-    found = connection.execute(select(schema.state)).all()
+    found = ask(connection, f"SELECT {', '.join(State._fields)} FROM state").fetchall()
     if len(found) != 1 or not all(isinstance(value, int) for value in found[0]):
         raise LibraryError(
-            f"the library's state is {[tuple(row) for row in found]}",
+            f"the library's state is {found}",
             wanted="one row of whole numbers",
             remedy="Ingest the captures into a new library: all in it comes from them.",
         )
-    return found[0]
+    return State(*found[0])

@@ -6,9 +6,8 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sqlalchemy import Connection
-
 from lanindex.library import read
+from lanindex.library.link import Link
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +39,12 @@ class Stats:
     formats: Mapping[str, int]
 
 
-def count(connection: Connection, size: int) -> Stats:
+def count(connection: Link, size: int) -> Stats:
     """Count what a library holds.
 
     Parameters
     ----------
-    connection : Connection
+    connection : Link
         In a transaction.
     size : int
         Bytes of the database.

@@ -10,15 +10,14 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from sqlalchemy import Connection
-
 from lanindex.alphabet import PARTS
-from lanindex.library import read, rows, segments, state, write
+from lanindex.library import read, rows, segments, state
 from lanindex.library.called import texts_of
 from lanindex.library.choosing import Choosing
 from lanindex.library.columns import chosen
 from lanindex.library.encoding import Encoding
 from lanindex.library.find import Where, find_capture, fitting, globs, is_number, missing
+from lanindex.library.link import Link
 from lanindex.library.stats import Stats, count
 from lanindex.library.texts import check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
@@ -84,6 +83,8 @@ class Store(Choosing):
             "warnings": json.dumps(list(warnings)),
             **rows.capture_columns(score),
         }
+        from lanindex.library import write
+
         with self._changing() as connection:
             number, new = write.put_capture(connection, values, score, encoding)
             write.describe(connection, number, label, metadata, new)
@@ -115,6 +116,8 @@ class Store(Choosing):
         before = self.capture(which)
         same = label in (None, before.label) and metadata in (None, before.metadata)
         if not same:
+            from lanindex.library import write
+
             with self._changing() as connection:
                 write.describe(connection, before.id, label, metadata)
         return not same
@@ -139,6 +142,8 @@ class Store(Choosing):
         """
         shown = os.fspath(path)
         check_text(shown, [shown])
+        from lanindex.library import write
+
         with self._changing() as connection:
             number = self._stored(connection, which).capture.id
             write.move_capture(connection, number, shown, os.path.abspath(shown))
@@ -151,6 +156,8 @@ class Store(Choosing):
         *which : int or str
             Numbers or paths, as in `capture`; of a damaged one the number.
         """
+        from lanindex.library import write
+
         with self._changing() as connection:
             for number in {self._number(connection, one) for one in which}:
                 write.remove_capture(connection, number)
@@ -339,11 +346,11 @@ class Store(Choosing):
         with self._reading() as connection:
             return count(connection, path.stat().st_size if path else 0)
 
-    def _stored(self, connection: Connection, which: int | str) -> read.Stored:
+    def _stored(self, connection: Link, which: int | str) -> read.Stored:
         number = self._number(connection, which)
         return read.read_capture(connection, number)
 
-    def _number(self, connection: Connection, which: int | str) -> int:
+    def _number(self, connection: Link, which: int | str) -> int:
         """Return the number of a capture that is there, damaged or not."""
         if isinstance(which, str):
             named = printable(which)

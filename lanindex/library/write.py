@@ -146,9 +146,8 @@ def describe(
 
 def move_capture(connection: Connection, number: int, path: str, location: str) -> None:
     """Write where a capture's file is now."""
-    row = connection.execute(read.CAPTURE.where(schema.capture.c.id == number)).one()
-    values = {**row._asdict(), "path": path, "location": location}
-    checksum = encoded(values, row.profile, row.digest)
+    facts, profile = read.encoded_of(connection, number)
+    checksum = encoded({**facts, "path": path, "location": location}, *profile)
     changed = {"path": path, "location": location, "checksum": checksum}
     connection.execute(_CHANGE, {"number": number, **changed})
     segments.mark_changed(connection, number)

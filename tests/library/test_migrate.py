@@ -12,7 +12,7 @@ from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate, schema
-from lanindex.library.connect import connected, target, writing
+from lanindex.library.connect import REVISION, connected, target, writing
 from lanindex.library.store import Store
 
 
@@ -40,7 +40,7 @@ def tables(path) -> dict[str, list[str]]:
 
 def test_the_newest_revision_is_the_schemas():
     script = ScriptDirectory(str(migrate.scripts()))
-    assert script.get_heads() == [schema.REVISION]
+    assert script.get_heads() == [REVISION]
     assert revisions() == sorted(revisions())
 
 
@@ -50,7 +50,7 @@ def test_every_revision_leads_to_the_schema(tmp_path, revision):
     made_at(path, revision).close()
     assert migrate.status(path).found == revision
     assert migrate.upgrade(path).state == "current"
-    connection = connected(target(path), create=False, readonly=True, timeout=1)
+    connection = connected(target(path), create=False, readonly=False, timeout=1)
     with connection.begin():
         assert compare_metadata(MigrationContext.configure(connection), schema.tables) == []
     connection.close()

@@ -271,3 +271,11 @@ def test_the_mode_of_a_new_file_is_the_users(tmp_path):
     finally:
         os.umask(before)
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
+
+
+def test_a_library_to_be_read_is_not_written(tmp_path):
+    fill(tmp_path / "some.db", 1)
+    with Store.open(tmp_path / "some.db", readonly=True) as library:
+        with pytest.raises(LibraryError, match="may not be written"):
+            library.remove(1)
+        assert len(library.captures()) == 1

@@ -1,4 +1,4 @@
-"""Looking into a library imports neither the ORM nor Alembic, which take longer than the look."""
+"""Looking into a library imports neither SQLAlchemy nor Alembic: they take longer than the look."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ from lanindex.library.store import Store
 with Store.open(sys.argv[1], readonly=True) as library:
     assert len(list(library.tracks(parts=["head"]))) == 2
     library.captures(), library.parts(), library.known(), library.score(1), library.stats()
-print([name for name in ("sqlalchemy.orm", "alembic", "numba", "scipy") if name in sys.modules])
+print([name for name in ("sqlalchemy", "alembic", "numba", "scipy") if name in sys.modules])
 """
 
 
