@@ -20,7 +20,7 @@ from lanindex.search.fast.lines import remembers
 from lanindex.search.fast.partners import MOST_MARKS, Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
-from lanindex.search.fast.setting import Alive, Setting, alive_in, lines_of
+from lanindex.search.fast.setting import Alive, Setting, alive_in
 from lanindex.search.fast.tails import enough
 from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.times import Length, Time
