@@ -9,7 +9,8 @@ So the work grows with the number of clips, not with its square, and groups may 
 
 For their signatures clips are dealt out into blocks of neighbours, halved by the way from one clip
 to another, both taken at random, and that some times over; the nearest are looked for block by
-block. Of 50,000 captures that finds 99 % of the eight nearest of each, in a tenth of the time.
+block. Up to 2,048 clips that finds the nearest there are; of 50,000 captures it found 98.7 % of the
+pairs that comparing all with all does, in a quarter of the time.
 """
 
 from __future__ import annotations

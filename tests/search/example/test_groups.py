@@ -98,3 +98,28 @@ def test_no_pair_stands_twice() -> None:
     assert (pairs[:, 0] < pairs[:, 1]).all()
     assert len(np.unique(pairs, axis=0)) == len(pairs)
     assert (np.bincount(pairs.ravel(), minlength=120) >= 8).all()
+
+
+def test_blocks_find_nearly_all_that_is_nearest(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = np.random.default_rng(3).normal(size=(500, 4)).astype(np.float32)
+    wanted = set(map(tuple, near(found, 5).tolist()))
+    monkeypatch.setattr(groups, "_BLOCK", 128)
+    told = set(map(tuple, near(found, 5).tolist()))
+    assert len(told & wanted) > 0.95 * len(wanted)
+
+
+def test_a_pair_is_aligned_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    plain = groups.paired
+
+    def paired(one, ours, two, theirs):
+        asked.append(len(ours.low[0]))
+        return plain(one, ours, two, theirs)
+
+    monkeypatch.setattr(groups, "paired", paired)
+    known = groups._Known(families(2, 4), lambda noun, done, total: None)
+    pairs = np.array([[0, 1], [2, 0], [3, 3]])
+    first = known.alike(pairs)
+    assert (first[2], len(known), sum(asked)) == (1, 2, 2)
+    assert known.alike(pairs[:, ::-1]).tolist() == first.tolist()
+    assert sum(asked) == 2
