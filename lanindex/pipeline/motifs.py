@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
 
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
@@ -34,8 +37,8 @@ class Recurring:
         How many symbols it has.
     captures, hits : int
         In how many captures it occurs, and how often.
-    places : tuple of Place
-        Where.
+    places : sequence of Place
+        Where; each is made when it is looked at.
     """
 
     pattern: str
@@ -43,7 +46,34 @@ class Recurring:
     steps: int
     captures: int
     hits: int
-    places: tuple[Place, ...]
+    places: Sequence[Place]
+
+
+class _Places(Sequence[Place]):
+    """Where a motif occurs, as its library calls the captures."""
+
+    def __init__(self, motif: Motif, captures: Mapping[int, Capture]) -> None:
+        self._motif, self._captures = motif, captures
+
+    def __len__(self) -> int:
+        return self._motif.hits
+
+    @overload
+    def __getitem__(self, index: int) -> Place: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Place]: ...
+
+    def __getitem__(self, index: int | slice) -> Place | Sequence[Place]:
+        if isinstance(index, slice):
+            return [self[one] for one in range(len(self))[index]]
+        place = range(len(self))[index]
+        (row,) = self._motif._replace(rows=self._motif.rows[place : place + 1]).places.tolist()
+        return Place(self._captures[row[0]], Span(*row[1:]))
+
+    def __iter__(self) -> Iterator[Place]:
+        for capture, *span in self._motif.places.tolist():
+            yield Place(self._captures[capture], Span(*span))
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +145,9 @@ def recurring(
         if own.cut:
             told.append(f"{part}: too many places for motifs of {own.cut} steps and more")
         found += own.found
-    numbers = {number for motif in found for number in motif.places[:, 0].tolist()}
+    numbers: set[int] = set()
+    for motif in found:
+        numbers.update(np.unique(motif.line.captures[motif.rows[:, 0]]).tolist())
     captures = {capture.id: capture for capture in library.some(sorted(numbers))}
     listed = [
         Recurring(
@@ -124,7 +156,7 @@ def recurring(
             len(motif.cells),
             motif.captures,
             motif.hits,
-            tuple(Place(captures[at], Span(*span)) for at, *span in motif.places.tolist()),
+            _Places(motif, captures),
         )
         for motif in told_first(found)
     ]

@@ -69,18 +69,25 @@ class Motif(NamedTuple):
         3 * direction + level, a step each.
     captures, hits : int
         In how many captures it occurs, and how often.
-    places : ndarray
-        (H, 3) of each hit: capture, first frame, frame after the last.
+    line : Line
+        The symbols of that part.
     rows : ndarray
-        (H, 2) of each hit its first and its last row.
+        (H, 2) int32 of each hit its first and its last row there.
     """
 
     part: str
     cells: tuple[int, ...]
     captures: int
     hits: int
-    places: Numbers
-    rows: Numbers
+    line: Line
+    rows: NDArray[np.int32]
+
+    @property
+    def places(self) -> Numbers:
+        """(H, 3) of each hit: capture, first frame, frame after the last."""
+        first, last = self.rows.T
+        edges = self.line.starts[first], self.line.stops[last]
+        return np.stack([self.line.captures[first], *edges], axis=1)
 
     @property
     def pattern(self) -> str:
@@ -190,11 +197,11 @@ def _following(line: Line) -> Numbers:
 
 def _frequent(stand: _Stand, least: int) -> _Stand:
     """Return only those that have begun often enough."""
-    _, index, counts = np.unique(stand.motif, return_inverse=True, return_counts=True)
     # A motif that stands at several rows from one beginning has begun once.
-    pairs = np.unique(np.stack([index, stand.first]), axis=1)
-    begun = np.bincount(pairs[0], minlength=len(counts))
-    kept = begun[index] >= least
+    far = int(stand.first.max(initial=0)) + 1
+    pairs = np.sort(stand.motif * far + stand.first)
+    begun = np.bincount(pairs[np.diff(pairs, prepend=-1) != 0] // far)
+    kept = begun[stand.motif] >= least
     return _Stand(stand.motif[kept], stand.first[kept], stand.row[kept])
 
 
@@ -228,36 +235,48 @@ def _counted(
     fresh = np.ones(len(motif), bool)
     fresh[1:] = (np.diff(motif) != 0) | (np.diff(first) != 0)
     motif, first, row = motif[fresh], first[fresh], row[fresh]
-    borders = np.flatnonzero(np.diff(motif, prepend=-1, append=len(names)))
+    kept = _apart(motif, line.captures[first], line.starts[first], line.stops[row])
+    motif, rows = motif[kept], np.stack([first[kept], row[kept]], axis=1).astype(np.int32)
+    owners = line.captures[rows[:, 0]]
+    ends = np.cumsum(np.bincount(motif, minlength=len(names)))
+    other = np.cumsum((np.diff(motif, prepend=-1) != 0) | (np.diff(owners, prepend=-1) != 0))
     found = []
-    for low, high in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
-        if high - low < least:
-            continue
-        rows = np.stack([first[low:high], row[low:high]], axis=1)
-        edges = line.starts[rows[:, 0]], line.stops[rows[:, 1]]
-        places = np.stack([line.captures[rows[:, 0]], *edges], axis=1)
-        kept = _apart(places)
-        if len(kept) >= least:
-            captures = len(np.unique(places[kept, 0]))
-            name = names[motif[low]]
-            found.append(Motif(part, name, captures, len(kept), places[kept], rows[kept]))
+    for one in np.flatnonzero(np.diff(ends, prepend=0) >= least).tolist():
+        low, high = int(ends[one - 1]) if one else 0, int(ends[one])
+        captures = int(other[high - 1] - other[low]) + 1
+        found.append(Motif(part, names[one], captures, high - low, line, rows[low:high]))
     return found
 
 
-def _apart(places: Numbers) -> Numbers:
-    """Return which hits stay.
+def _apart(motif: Numbers, owner: Numbers, start: Numbers, stop: Numbers) -> Numbers:
+    """Return which hits stay; they come in the order of motif, capture and start.
 
-    Of those that end together it is the one that begins last; of the others, from left to right,
-    those that begin when the one before is over.
+    Of those of a motif that end together it is the one that begins last; of the others, from left
+    to right, those that begin when the one before is over.
     """
-    kept: list[int] = []
-    latest = {(owner, stop): start for owner, start, stop in places.tolist()}
-    capture, end = -1, 0
-    for index, (owner, start, stop) in enumerate(places.tolist()):
-        if start == latest[owner, stop] and (owner != capture or start >= end):
-            kept.append(index)
-            capture, end = owner, stop
-    return np.array(kept, np.int64)
+    told = np.flatnonzero(_last(motif, owner, stop))
+    changes = (np.diff(motif[told], prepend=-1) != 0) | (np.diff(owner[told], prepend=-1) != 0)
+    line, far = np.cumsum(changes), int(stop.max(initial=0)) + 1
+    begins, ends = line * far + start[told], line * far + stop[told]
+    behind = np.searchsorted(begins, ends)  # the next that begins when this one is over
+    kept, here = np.zeros(len(told), bool), np.flatnonzero(changes)
+    while len(here):  # a hit of each capture that has any left
+        kept[here] = True
+        ahead = behind[here]
+        same = np.append(line, -1)[ahead] == line[here]
+        here = ahead[same]
+    return told[kept]
+
+
+def _last(motif: Numbers, owner: Numbers, stop: Numbers) -> NDArray[np.bool_]:
+    """Return of the hits of a motif that end together the one that stands last."""
+    order = np.lexsort((stop, owner, motif))  # what is the same stays in order
+    alike = np.ones(len(order[1:]), bool)
+    for column in (motif, owner, stop):
+        alike &= np.diff(column[order]) == 0
+    last = np.ones(len(order), bool)
+    last[order[:-1]] = ~alike
+    return last
 
 
 def _closed(counted: dict[tuple[int, ...], Motif]) -> list[Motif]:
@@ -302,7 +321,7 @@ def told_first(found: list[Motif], most: int = TOLD) -> list[Motif]:
     return [found[index] for index in [*first, *(one for one in order if one not in told)]]
 
 
-def _between(rows: Numbers) -> Numbers:
+def _between(rows: NDArray[np.int32]) -> Numbers:
     """Return all rows from the firsts to the lasts."""
     counts = rows[:, 1] - rows[:, 0] + 1
     offsets = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
