@@ -127,9 +127,6 @@ def read_texts(connection: Link, segment: Segment, names: Iterable[str] = NAMES)
     Distrust
         If it is not what was stored.
     """
-    if not segment.complete:
-        numbers = columns.read_roster(connection, segment).number.tolist()
-        return of_rows(connection, numbers)
     return {name: _column(connection, segment, name) for name in names}
 
 

@@ -194,8 +194,6 @@ def stored(
             segments.TYPES[name],
         )
 
-    if swings and not all(one.complete for one in held):
-        raise Distrust(segments.OLD)
     counts = [_counts(connection, one, part) for one in held]
     counts.append(np.diff(added.bounds) if part in extra[1] else np.zeros(len(extra[0]), np.int64))
     start = column("start", added.start)

@@ -33,8 +33,7 @@ def is_gathered(connection: Link) -> bool:
         spine = segments.read_spine(connection)
     except Distrust:
         return False
-    whole = all(one.complete for one in spine.segments)
-    return whole and not spine.pending and _first_to_join(spine) >= len(spine.segments)
+    return not spine.pending and _first_to_join(spine) >= len(spine.segments)
 
 
 def verify(connection: Link) -> None:
@@ -49,15 +48,9 @@ def verify(connection: Link) -> None:
     read_rosters(connection, spine)
     nothing = derive.derived(connection, [])
     for segment in spine.segments:
-        _check_complete(segment)
         called.read_texts(connection, segment)
         for part in segment.parts:
             stored(connection, [segment], nothing, part, swings=True)
-
-
-def _check_complete(segment: Segment) -> None:
-    if not segment.complete:
-        raise Distrust(segments.OLD)
 
 
 def purge(connection: Link) -> bool:
@@ -88,8 +81,6 @@ def cover(connection: Link, told: Callable[[int], None] = lambda waiting: None) 
         If one of those captures is not what was stored.
     """
     spine = segments.read_spine(connection)
-    for segment in spine.segments:
-        _check_complete(segment)
     pending = spine.pending
     pieces: list[derive.Derived] = []
     symbols = covered = 0

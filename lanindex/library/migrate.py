@@ -28,6 +28,7 @@ from lanindex.library.connect import (
     writing,
 )
 from lanindex.library.faults import translated
+from lanindex.library.keeper import Keeper
 from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, read_spine
 
@@ -125,6 +126,8 @@ def _columns(connection: Link) -> tuple[int, int, int, str]:
 def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
     """Bring a library to the newest revision, in one transaction, and return its status.
 
+    Of one that has it, columns that cannot be trusted or are an earlier version's are made anew.
+
     Raises
     ------
     LibraryVersionError
@@ -146,6 +149,9 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
                     run(connection, "head", where.place)
                     _check_bonds(connection, where.place)
             give_back_room(connection)
+    elif before.fault:
+        with Keeper.open(named) as library:
+            library.gather()
     return status(named)
 
 

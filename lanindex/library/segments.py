@@ -39,9 +39,6 @@ CAPTURES = ("number", "frames", "rate", "speed")
 TEXTS = ("path", "location", "format", "label", "metadata")
 """The columns of the captures: numbers, and what they are called, which is JSON."""
 
-OLD = "made by an earlier version"
-"""What is wrong with segments that lack a column."""
-
 
 class Distrust(LibraryError):
     """The segments are not what the rows would give; make them anew."""
@@ -167,7 +164,7 @@ def read_spine(connection: Link) -> Spine:
     Raises
     ------
     Distrust
-        If they are out of date, or not what was stored.
+        If they are out of date, an earlier version's, or not what was stored.
     """
     now = state.read_state(connection)
     if now.columns != now.stamp:
@@ -178,6 +175,8 @@ def read_spine(connection: Link) -> Spine:
         pending = first_values(ask(connection, _PENDING))
     if not all(isinstance(one, int) for one in (*dead, *dead.values(), *pending)):
         raise Distrust("damaged: which captures they hold is no number")
+    if not all(one.complete for one in found):
+        raise Distrust("made by an earlier version")
     return Spine(found, dead, pending)
 
 
