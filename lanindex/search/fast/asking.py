@@ -16,8 +16,9 @@ from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
-from lanindex.search.fast.lines import remembers
-from lanindex.search.fast.partners import MOST_MARKS, Partners
+from lanindex.search.fast.lines import Backwards, remembers
+from lanindex.search.fast.others import MOST_MARKS
+from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Alive, Setting, alive_in
@@ -84,7 +85,9 @@ def possible(block: Block, program: Program, alive: Alive | None = None) -> Mask
     alive : callable, optional
         Gives what `alive_in` does of a line.
     """
-    standing = alive(program) if alive else alive_in(block, program)
+    standing = (
+        alive(program) if alive else alive_in(block, program, Backwards(block, program).values)
+    )
     found = np.zeros(len(block), bool)
     for entry in program.entries:
         fits = roots(block, program, entry) & standing[entry.state]

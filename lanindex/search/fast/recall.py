@@ -33,10 +33,11 @@ from lanindex.search.fast.memory import (
     telling,
     together,
 )
-from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
 from lanindex.search.fast.tails import FIRST, LAST, Tails
 from lanindex.search.fast.walk import NotCovered
+from lanindex.search.fast.waves import by_rank, ranks_of
 
 MOST_WAYS = 1 << 21
 """How many ways at once a walk may follow."""
@@ -193,13 +194,13 @@ class Recall:
         self, states: list[int], at: dict[int, list[Memory]]
     ) -> Iterator[tuple[int, Memory]]:
         """Yield the ways that stand at states that lead to each other, in order of time."""
-        ranks = self._ranks(states)
+        ranks = ranks_of(self._block, self._program, states)
         waves: dict[int, dict[int, list[Memory]]] = {}
         now = -1
         while True:
             for state in states:
                 for rows in at[state]:
-                    for rank, some in _by(ranks[state][rows.columns[EVENT]], rows):
+                    for rank, some in by_rank(ranks[state][rows.columns[EVENT]], rows):
                         if rank <= now:
                             raise NotCovered
                         waves.setdefault(rank, {}).setdefault(state, []).append(some)
@@ -209,24 +210,6 @@ class Recall:
             now = min(waves)
             for state, tables in waves.pop(now).items():
                 yield state, self._settled(tables)
-
-    def _ranks(self, states: list[int]) -> dict[int, Whole]:
-        """Return the order of time of the events of some states in their captures."""
-        events = [self._block.events(self._program.states[state]) for state in states]
-        capture, end = (
-            np.concatenate([getattr(it, name) for it in events]) for name in ("capture", "end")
-        )
-        row = np.concatenate([it.last[0] for it in events])
-        order = np.lexsort((row, end, capture))
-        new = starts_of(capture[order]) | starts_of(end[order]) | starts_of(row[order])
-        dense = np.cumsum(new)
-        first = np.searchsorted(capture[order], capture[order])
-        ranks = np.empty(len(order), np.int64)
-        ranks[order] = dense - dense[first] if len(order) else dense
-        bounds = np.cumsum([0, *(len(it) for it in events)])
-        return {
-            state: ranks[bounds[place] : bounds[place + 1]] for place, state in enumerate(states)
-        }
 
     def _settled(self, tables: list[Memory]) -> Memory:
         """Return ways, those as one that stand at the same event and remember the same."""
@@ -422,11 +405,3 @@ def _carry_out(columns: Whole, own: int, end: Whole) -> None:
         np.minimum(lows, low, out=lows)
         np.maximum(beyonds, np.where(beyond > end, beyond, 0), out=beyonds)
     columns[own : own + 3] = -1
-
-
-def _by(ranks: Whole, rows: Memory) -> Iterator[tuple[int, Memory]]:
-    """Yield ways by their ranks, those of the same rank together."""
-    order = np.argsort(ranks, kind="stable")
-    starts = np.flatnonzero(starts_of(ranks[order]))
-    for own in np.split(order, starts[1:]) if len(order) else ():
-        yield int(ranks[own[0]]), rows.at(own)
