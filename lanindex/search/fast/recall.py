@@ -33,10 +33,9 @@ from lanindex.search.fast.memory import (
     telling,
     together,
 )
-from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread
+from lanindex.search.fast.ragged import FAR, Mask, NotCovered, TooMuch, Whole, best_of_each, spread
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
 from lanindex.search.fast.tails import FIRST, LAST, Tails
-from lanindex.search.fast.walk import NotCovered
 from lanindex.search.fast.waves import by_rank, ranks_of
 
 MOST_WAYS = 1 << 21
