@@ -23,6 +23,9 @@ from lanindex.search.fast.setting import Alive, Setting, alive_in
 from lanindex.search.fast.tails import enough
 from lanindex.search.language.times import Length, Time
 
+FEW = 4
+"""What is less than one in so many captures is gone through on its own."""
+
 _SOON = Length("<=", Time(Fraction(4), "s"))
 
 
@@ -84,7 +87,7 @@ def in_some(
     """
     block = setting.block
     places = np.flatnonzero(possible(block, program, setting.alive))
-    if setting.asked or 2 * len(places) > len(block):
+    if setting.asked or FEW * len(places) > len(block):
         return remembering(setting, number, program, parts)
     some = block.taken(places)
     found = joined(remembering(setting.inside(some), number, program, parts))

@@ -83,6 +83,8 @@ class Tails:
     best : list of ndarray
         By state, of each event: the frame in which the best way ends that takes nothing more that
         another line could want, -1: there is none.
+    few : bool
+        Whether only a few ways have to go on, of which others could want something.
     on, ending, entered : list of ndarray
         By state, (N,) bool: from which events ways go on nevertheless, at which they may end, and
         which they may enter from a free state.
@@ -96,7 +98,7 @@ class Tails:
             self.free[state] &= not (begins & setting.alive(program)[state]).any()
         wanted = [setting.wanted(program, it.number) for it in program.states]
         alive = zip(wanted, setting.alive(program), strict=True)
-        self._few = sum((one & other).sum() for one, other in alive) <= FEW * len(setting.block)
+        self.few = sum((one & other).sum() for one, other in alive) <= FEW * len(setting.block)
         starting = [setting.block.events(state).starting for state in program.states]
         if end == ONLY:
             if any(it.any() for it in wanted):
@@ -112,10 +114,6 @@ class Tails:
         if any(it.any() for it in wanted):
             self.on = [it < NONE for it in _Leading(setting, program, wanted).beyond]
         self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
-
-    def settles(self, program: Program) -> bool:
-        """Return whether all ways, or all but a few, are settled where they begin."""
-        return self._few and all(self.free[entry.state] for entry in program.entries)
 
 
 def _best(setting: Setting, program: Program, wanted: list[Mask], end: str) -> list[Whole]:
