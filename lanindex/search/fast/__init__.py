@@ -2,9 +2,9 @@
 
 It gives what the plain matcher gives, and is tested against it. Rows become events, arrows lead
 from events to ranges of others, a line is run backwards over all of them; objects are made only of
-the hits that are asked for. A pattern goes the quickest way that covers what it asks: chains, lines
-alone, lines side by side, or ways that remember whatever they must (``asking`` chooses). Only a
-capture that is fitted in too many ways is left to the plain matcher.
+the hits that are asked for. A pattern goes the quickest way that covers what it asks: chains,
+linked lines side by side, lines alone, or ways that remember whatever they must (``asking``
+chooses). Only a capture that is fitted in too many ways is left to the plain matcher.
 """
 
 from lanindex.search.fast.find import Finder, Watch

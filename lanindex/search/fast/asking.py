@@ -12,18 +12,19 @@ from lanindex.search.automaton import Program
 from lanindex.search.fast.answers import Answers, joined, of_line, own_rows, roots, table
 from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import contested
-from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
-from lanindex.search.fast.lines import remembers
-from lanindex.search.fast.partners import MOST_MARKS, Partners
+from lanindex.search.fast.lines import Backwards, remembers
+from lanindex.search.fast.others import MOST_MARKS
+from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Alive, Setting, alive_in
 from lanindex.search.fast.tails import enough
-from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.times import Length, Time
+
+FEW = 4
+"""What is less than one in so many captures is gone through on its own."""
 
 _SOON = Length("<=", Time(Fraction(4), "s"))
 
@@ -41,34 +42,10 @@ def answers_of(
     if setting.asked:
         return remembering(setting, number, program, parts)
     if remembers(program):
-        try:
-            return with_company(setting.block, number, program, parts)
-        except NotCovered:
-            return in_some(setting, number, program, parts)
+        return in_some(setting, number, program, parts)
     found, passing = of_line(setting.block, number, program, parts)
     if passing:
         found += remembering(setting, number, program, parts, passing_only=True)
-    return found
-
-
-def with_company(
-    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> list[Answers]:
-    """Return the answers of a program with lines beside; their fits are not known.
-
-    Raises
-    ------
-    NotCovered
-        Where only the plain matcher can tell.
-    """
-    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
-    found = []
-    for place, entry in enumerate(program.entries):
-        own = entries == place
-        state = program.states[entry.state]
-        events = block.events(state).at(roots_at[own])
-        unknown = np.full(len(events), -1)
-        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
     return found
 
 
@@ -84,7 +61,9 @@ def possible(block: Block, program: Program, alive: Alive | None = None) -> Mask
     alive : callable, optional
         Gives what `alive_in` does of a line.
     """
-    standing = alive(program) if alive else alive_in(block, program)
+    standing = (
+        alive(program) if alive else alive_in(block, program, Backwards(block, program).values)
+    )
     found = np.zeros(len(block), bool)
     for entry in program.entries:
         fits = roots(block, program, entry) & standing[entry.state]
@@ -108,7 +87,7 @@ def in_some(
     """
     block = setting.block
     places = np.flatnonzero(possible(block, program, setting.alive))
-    if setting.asked or 2 * len(places) > len(block):
+    if setting.asked or FEW * len(places) > len(block):
         return remembering(setting, number, program, parts)
     some = block.taken(places)
     found = joined(remembering(setting.inside(some), number, program, parts))

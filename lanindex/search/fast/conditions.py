@@ -17,8 +17,7 @@ from lanindex.model.columns import CELL, THOUSANDTHS
 from lanindex.search.conditions import names_in, number_of
 from lanindex.search.fast.asked import MET, TIMES, Asked
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
-from lanindex.search.fast.walk import NotCovered
+from lanindex.search.fast.ragged import FAR, Mask, NotCovered, Numbers, Whole
 from lanindex.search.fields import Value, value_of_span
 from lanindex.search.language.clauses import (
     CLIP,

@@ -34,11 +34,10 @@ from lanindex.search.fast.lines import value_of
 from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.placed import TOGETHER
-from lanindex.search.fast.ragged import Mask, TooMuch, Whole
+from lanindex.search.fast.ragged import Mask, NotCovered, TooMuch, Whole
 from lanindex.search.fast.setting import Setting
 from lanindex.search.fast.source import Recordings, Source
 from lanindex.search.fast.trace import labelled, trace
-from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.query import Query
 
 MANY = 1000

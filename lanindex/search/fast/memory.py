@@ -104,6 +104,16 @@ def beginning(columns: Whole) -> Memory:
     return Memory(columns, taken.nothing(many), none, np.full(many, -1))
 
 
+def carry_out(columns: Whole, own: int, end: Whole) -> None:
+    """Add the hull of a group that closes to those around it."""
+    low, beyond = columns[own + LOW], columns[own + BEYOND]
+    for outer in range(GROUPS, own, 3):
+        lows, beyonds = columns[outer + LOW], columns[outer + BEYOND]
+        np.minimum(lows, low, out=lows)
+        np.maximum(beyonds, np.where(beyond > end, beyond, 0), out=beyonds)
+    columns[own : own + 3] = -1
+
+
 def together(tables: list[Memory]) -> Memory:
     """Return the ways of several tables as one."""
     if len(tables) == 1:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import floor
 from typing import NamedTuple
 
@@ -13,16 +12,13 @@ from lanindex.search.fast import beside, taken
 from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches
 from lanindex.search.fast.forgiven import by_line, paired, unforgiven
-from lanindex.search.fast.memory import Nodes, distinct
-from lanindex.search.fast.ragged import FAR, Numbers, Whole, starts_of
+from lanindex.search.fast.memory import distinct
+from lanindex.search.fast.others import MOST_MARKS, Others, gathered
+from lanindex.search.fast.ragged import FAR, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
 from lanindex.search.fast.tails import enough_beside
 from lanindex.search.fast.taken import Taken, filled, sets_together
-from lanindex.search.fast.ways import smallest
-
-MOST_MARKS = 1 << 27
-"""How many pairs of a line and a node beside it may be noted."""
 
 _LONGER_TOO = ("with", "during", "starting with", "before")
 """Relations to which a line stands if one stands to it that it goes on."""
@@ -33,60 +29,6 @@ _COMPARED = {
     **dict.fromkeys(("ending with", "before"), ("until",)),
 }
 """What of a line is compared with others."""
-
-
-@dataclass(slots=True, eq=False)
-class Others:
-    """The ways of a line, of one side, that stands beside another.
-
-    Attributes
-    ----------
-    lines : Stretches
-        Their frames.
-    taken, owed, seen
-        What they remember, as in `Memory`.
-    node : ndarray
-        (N,) int64: where they end.
-    nodes : Nodes or None
-        What goes on in what, of a line that runs on as long as it can.
-    """
-
-    lines: Stretches
-    taken: Taken
-    owed: Whole
-    seen: Whole
-    node: Whole
-    nodes: Nodes | None
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.node)
-
-    def at(self, chosen: Numbers) -> Others:
-        """Return some of them."""
-        memory = self.taken.at(chosen), self.owed[:, chosen], self.seen[:, chosen]
-        return Others(self.lines.at(chosen), *memory, self.node[chosen], self.nodes)
-
-    @property
-    def free(self) -> bool:
-        """Whether they remember nothing."""
-        return not (self.taken or self.owed.size) and int(self.seen.max(initial=-1)) < 0
-
-    def last(self) -> Others:
-        """Return those that do not go on in another one."""
-        if not self.nodes:
-            return self
-        line = np.zeros(len(self), np.int64)
-        last = self.at(np.flatnonzero(~self.nodes.behind(line, self.node, MOST_MARKS)))
-        last.nodes = None
-        return last
-
-    def keys(self) -> list[Whole]:
-        """Return what they look like from outside."""
-        lines = self.lines
-        frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
-        rest = [*self.taken.first, *self.taken.last, *self.owed, *self.seen]
-        return [*frames, lines.alone.astype(np.int64), *rest]
 
 
 class Standing(NamedTuple):
@@ -311,7 +253,7 @@ class Partners:
                 return hulls.at(np.flatnonzero(np.isin(line.place, place)))
             low, high = others.lines.low[other], others.lines.high[other]
             if not of_frames:
-                place, low, high = smallest(place, low, high)
+                place, low, high = beside.smallest(place, low, high)
         way, which = beside.matched(line.place, place)
         joined = hulls.at(way)
         joined.low = np.minimum(joined.low, low[which])
@@ -378,7 +320,7 @@ class Partners:
         """Return the matches of a line that must not happen, and where their numbers begin."""
         programs = self._programs(companion)
         if programs not in self._alone:
-            others = _gathered([self.others(program, companion) for program in programs])
+            others = gathered([self.others(program, companion) for program in programs])
             others = others.at(np.flatnonzero((others.owed >= FAR).all(axis=0)))
             lines = others.lines
             keys = [lines.capture, lines.start, lines.until, lines.alone.astype(np.int64)]
@@ -387,18 +329,6 @@ class Partners:
             self._alone[programs] = others, len(self._matches)
             self._matches = taken.beside_each_other([self._matches, others.taken])
         return self._alone[programs]
-
-
-def _gathered(tables: list[Others]) -> Others:
-    """Return the ways of all sides; it is not told any more which goes on in which."""
-    return Others(
-        beside.gathered([it.lines for it in tables]),
-        taken.beside_each_other([it.taken for it in tables]),
-        filled([it.owed for it in tables]),
-        np.concatenate([it.seen for it in tables], axis=1),
-        np.concatenate([it.node for it in tables]),
-        None,
-    )
 
 
 def _all_hulls(tables: list[Hulls]) -> Hulls:

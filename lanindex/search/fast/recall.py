@@ -30,13 +30,14 @@ from lanindex.search.fast.memory import (
     Memory,
     Nodes,
     beginning,
+    carry_out,
     telling,
     together,
 )
-from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, NotCovered, TooMuch, Whole, best_of_each, spread
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
-from lanindex.search.fast.tails import FIRST, LAST, Tails
-from lanindex.search.fast.walk import NotCovered
+from lanindex.search.fast.tails import LAST, ONLY, Tails
+from lanindex.search.fast.waves import by_rank, ranks_of
 
 MOST_WAYS = 1 << 21
 """How many ways at once a walk may follow."""
@@ -84,10 +85,12 @@ class Recall:
     @property
     def wanders(self) -> bool:
         """Whether the line may go on for long before it ends."""
-        if self._tails and self._tails.settles(self._program):
-            return False
-        edges = [edge for edges in self._program.edges for edge in edges]
-        return any(edge.arrow.later or edge.entry.state <= edge.exit.state for edge in edges)
+        free = self._tails.free if self._tails and self._tails.few else [False] * len(self._open)
+        return any(
+            edge.arrow.later or edge.entry.state <= state
+            for state, edges in enumerate(self._program.edges)
+            for edge in (() if free[state] else edges)
+        )
 
     def roots(self) -> list[Mask]:
         """Return, by entry, at which events of its state the line may begin."""
@@ -193,13 +196,13 @@ class Recall:
         self, states: list[int], at: dict[int, list[Memory]]
     ) -> Iterator[tuple[int, Memory]]:
         """Yield the ways that stand at states that lead to each other, in order of time."""
-        ranks = self._ranks(states)
+        ranks = ranks_of(self._block, self._program, states)
         waves: dict[int, dict[int, list[Memory]]] = {}
         now = -1
         while True:
             for state in states:
                 for rows in at[state]:
-                    for rank, some in _by(ranks[state][rows.columns[EVENT]], rows):
+                    for rank, some in by_rank(ranks[state][rows.columns[EVENT]], rows):
                         if rank <= now:
                             raise NotCovered
                         waves.setdefault(rank, {}).setdefault(state, []).append(some)
@@ -209,24 +212,6 @@ class Recall:
             now = min(waves)
             for state, tables in waves.pop(now).items():
                 yield state, self._settled(tables)
-
-    def _ranks(self, states: list[int]) -> dict[int, Whole]:
-        """Return the order of time of the events of some states in their captures."""
-        events = [self._block.events(self._program.states[state]) for state in states]
-        capture, end = (
-            np.concatenate([getattr(it, name) for it in events]) for name in ("capture", "end")
-        )
-        row = np.concatenate([it.last[0] for it in events])
-        order = np.lexsort((row, end, capture))
-        new = starts_of(capture[order]) | starts_of(end[order]) | starts_of(row[order])
-        dense = np.cumsum(new)
-        first = np.searchsorted(capture[order], capture[order])
-        ranks = np.empty(len(order), np.int64)
-        ranks[order] = dense - dense[first] if len(order) else dense
-        bounds = np.cumsum([0, *(len(it) for it in events)])
-        return {
-            state: ranks[bounds[place] : bounds[place + 1]] for place, state in enumerate(states)
-        }
 
     def _settled(self, tables: list[Memory]) -> Memory:
         """Return ways, those as one that stand at the same event and remember the same."""
@@ -291,19 +276,20 @@ class Recall:
     def _with_best_ends(self) -> Memory:
         """Return the ways that are settled with what stands beside them, and ends for events."""
         rows, program = together(self._settling), self._program
-        keys = [*rows.columns[EVENT + 1 :], *rows.rest()]
-        ranks = {FIRST: rows.columns[EVENT], LAST: -rows.columns[EVENT]}.get(self._enough or "")
-        if ranks is None:
-            keys, ranks = [rows.columns[EVENT], *keys], rows.columns[ROOT]
-        chosen = best_of_each((rows.columns[ROOT], *telling(keys)), (ranks,))
-        rows = rows.at(chosen)
+        root, end = rows.columns[ROOT], rows.columns[EVENT]
+        if (root[1:] <= root[:-1]).any():
+            keys = [*rows.columns[EVENT + 1 :], *rows.rest()]
+            if self._enough == ONLY:
+                keys.append(end)
+            rank = -end if self._enough == LAST else end
+            rows = rows.at(best_of_each((root, *telling(keys)), (rank,)))
         if not program.whole.companions:
             return rows
         end = rows.columns[EVENT]
         capture = captures_of(self._setting, program, self._firsts)[rows.columns[ROOT]]
         own = GROUPS + 3
         rows = self._beside(rows, program.whole, own, (capture, end, end, end < 0))
-        _carry_out(rows.columns, own, rows.columns[EVENT])
+        carry_out(rows.columns, own, rows.columns[EVENT])
         return rows
 
     def _closed(self, rows: Memory, state: int, closes: tuple[Group, ...]) -> Memory:
@@ -327,7 +313,7 @@ class Recall:
                 end = events.end[rows.columns[EVENT]]
             else:
                 rows = rows.at(np.arange(len(rows)))
-            _carry_out(rows.columns, own, end)
+            carry_out(rows.columns, own, end)
             depth -= 1
         return rows
 
@@ -412,21 +398,3 @@ class Recall:
                 frames = np.minimum(frames, begun + self._block.bounds(group.length)[1][capture])
         latest: Whole = capture * FAR + np.maximum(frames, 0)
         return latest
-
-
-def _carry_out(columns: Whole, own: int, end: Whole) -> None:
-    """Add the hull of a group that closes to those around it."""
-    low, beyond = columns[own + LOW], columns[own + BEYOND]
-    for outer in range(GROUPS, own, 3):
-        lows, beyonds = columns[outer + LOW], columns[outer + BEYOND]
-        np.minimum(lows, low, out=lows)
-        np.maximum(beyonds, np.where(beyond > end, beyond, 0), out=beyonds)
-    columns[own : own + 3] = -1
-
-
-def _by(ranks: Whole, rows: Memory) -> Iterator[tuple[int, Memory]]:
-    """Yield ways by their ranks, those of the same rank together."""
-    order = np.argsort(ranks, kind="stable")
-    starts = np.flatnonzero(starts_of(ranks[order]))
-    for own in np.split(order, starts[1:]) if len(order) else ():
-        yield int(ranks[own[0]]), rows.at(own)

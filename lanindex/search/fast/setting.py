@@ -151,6 +151,7 @@ class Setting:
         self.contested: dict[Program, set[int]] = {}
         self.outside: set[Program] = set()
         self._rivals: dict[Program, set[Program]] = {}
+        self._values: dict[Program, list[Whole]] = {}
         self._alive: dict[Program, list[Mask]] = {}
         self._wanted: dict[tuple[Program, str], Whole] = {}
         self._lanes: dict[str, int] = {}
@@ -190,10 +191,16 @@ class Setting:
                 found = True
         return found
 
+    def values(self, program: Program) -> list[Whole]:
+        """Return the values of a line, as `Backwards` has them."""
+        if program not in self._values:
+            self._values[program] = Backwards(self.block, program).values
+        return self._values[program]
+
     def alive(self, program: Program) -> list[Mask]:
         """Tell the same as `alive_in`."""
         if program not in self._alive:
-            self._alive[program] = alive_in(self.block, program)
+            self._alive[program] = alive_in(self.block, program, self.values(program))
         return self._alive[program]
 
     def _wanting(self, program: Program, part: str) -> Whole:
@@ -286,12 +293,12 @@ class Setting:
         return np.flatnonzero(fits)
 
 
-def alive_in(block: Block, program: Program) -> list[Mask]:
+def alive_in(block: Block, program: Program, values: list[Whole]) -> list[Mask]:
     """Tell by state at which of its events a line may stand, with what it remembers left out.
 
     An end can be reached from there; where no other state leads there, the line may begin there.
     """
-    values, found = Backwards(block, program).values, []
+    found = []
     entered = {edge.entry.state for edges in program.edges for edge in edges}
     for state, exits, value in zip(program.states, program.exits, values, strict=True):
         fits = (value < NONE) | (block.events(state).starting & bool(exits))

@@ -20,6 +20,9 @@ from lanindex.search.fast.setting import Setting, open_groups
 FIRST, LAST, ONLY = "first", "last", "only"
 """Which end of a line is enough; of one that runs on, the end of the only way that it can take."""
 
+FEW = 4
+"""How many things a capture that others could want are few."""
+
 _LATEST = 1 << 31
 """More than any frame."""
 
@@ -80,6 +83,8 @@ class Tails:
     best : list of ndarray
         By state, of each event: the frame in which the best way ends that takes nothing more that
         another line could want, -1: there is none.
+    few : bool
+        Whether only a few ways have to go on, of which others could want something.
     on, ending, entered : list of ndarray
         By state, (N,) bool: from which events ways go on nevertheless, at which they may end, and
         which they may enter from a free state.
@@ -92,6 +97,8 @@ class Tails:
             begins = setting.block.events(program.states[state]).passing
             self.free[state] &= not (begins & setting.alive(program)[state]).any()
         wanted = [setting.wanted(program, it.number) for it in program.states]
+        alive = zip(wanted, setting.alive(program), strict=True)
+        self.few = sum((one & other).sum() for one, other in alive) <= FEW * len(setting.block)
         starting = [setting.block.events(state).starting for state in program.states]
         if end == ONLY:
             if any(it.any() for it in wanted):
@@ -108,17 +115,15 @@ class Tails:
             self.on = [it < NONE for it in _Leading(setting, program, wanted).beyond]
         self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
 
-    def settles(self, program: Program) -> bool:
-        """Return whether all ways are settled where they begin."""
-        return not any(it.any() for it in self.on) and all(
-            self.free[entry.state] for entry in program.entries
-        )
-
 
 def _best(setting: Setting, program: Program, wanted: list[Mask], end: str) -> list[Whole]:
     """Return by state and event where ways end first, or last, -1: nowhere."""
     found = []
-    for values in _Ahead(setting, program, wanted, end).values:
+    if end == FIRST and not any(it.any() for it in wanted):
+        ahead = setting.values(program)
+    else:
+        ahead = _Ahead(setting, program, wanted, end).values
+    for values in ahead:
         frames = end_of(values)
         found.append(np.where(values < NONE, frames if end == FIRST else _LATEST - frames, -1))
     return found

@@ -11,7 +11,7 @@ from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
-from lanindex.search.fast import Timeout, ragged, recall, walk
+from lanindex.search.fast import Timeout, ragged, recall
 from lanindex.search.language import parse
 from lanindex.search.plain import find
 
@@ -19,7 +19,6 @@ from lanindex.search.plain import find
 def test_what_is_too_much_at_once_is_tried_in_parts(monkeypatch):
     monkeypatch.setattr(ragged, "MOST_PAIRS", 6)
     monkeypatch.setattr(recall, "MOST_WAYS", 12)
-    monkeypatch.setattr(walk, "MOST_PLACES", 20)
     left = 0
     for seed in range(100):
         random = Random(seed)
