@@ -14,7 +14,7 @@ import numpy as np
 
 from lanindex.model.arrays import frozen
 from lanindex.model.columns import CELL, THOUSANDTHS
-from lanindex.search import nearly
+from lanindex.search import compiled, nearly
 from lanindex.search.automaton import State
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread
 from lanindex.search.fast.rows import Rows
@@ -117,19 +117,29 @@ def _movements(rows: Rows, fits: Mask, cost: Whole) -> Events:
     return Events(rows.capture[row], *own)
 
 
-def _stays(rows: Rows, fits: Mask, costs: Whole) -> Events:
+def _stays(rows: Rows, fits: Mask, cost: Whole) -> Events:
+    if fast := compiled.chosen("joins", len(rows)):
+        own = rows.start, rows.stop, rows.passing, rows.starting, rows.stretch, rows.stretch_end
+        first, last, start, end, cost = fast.stays(fits, cost, *own)
+    else:
+        first, last, start, end, cost = staying(rows, fits, cost)
+    nothing = np.zeros(len(first), bool)
+    return Events(rows.capture[first], (first,), (last,), start, end, end, cost, nothing, nothing)
+
+
+def staying(rows: Rows, fits: Mask, costs: Whole) -> Whole:
+    """Return first and last row, start, end and cost of the stays where rows fit, (5, N)."""
     shown = np.flatnonzero(fits[rows.shown])  # places among the shown rows
     row = rows.shown[shown]
+    if not len(row):
+        return np.empty((5, 0), np.int64)
     begins = np.ones(len(row), bool)
     begins[1:] = (np.diff(shown) > 1) | (np.diff(rows.stretch[row]) > 0)
     places = np.flatnonzero(begins)
-    first, last = row[places], row[np.append(places[1:], len(row)) - 1] if len(row) else row
-    cost = np.maximum.reduceat(costs[row], places) if len(row) else row
-    start, end = rows.arrival[first], rows.until(last)
-    kept = start < end
-    nothing = np.zeros(len(first), bool)
-    own = ((first,), (last,), start, end, end, cost, nothing, nothing)
-    return Events(rows.capture[first], *own).at(kept)
+    first, last = row[places], row[np.append(places[1:], len(row)) - 1]
+    cost = np.maximum.reduceat(costs[row], places)
+    found = np.stack((first, last, rows.arrival[first], rows.until(last), cost))
+    return found[:, found[2] < found[3]]
 
 
 def _rests(rows: Rows, fits: Mask, cost: Whole) -> Events:

@@ -60,6 +60,39 @@ def in_order(
 
 
 @numba.njit
+def _left(row, passing, start, stretch, stretch_end):
+    """Return until when a shown row is the last, as `Rows.until` tells."""
+    after, here = row + 1, stretch[row]
+    while after < len(start) and passing[after] and stretch[after] == here:
+        after += 1
+    follows = after < len(start) and stretch[after] == here
+    return start[after] if follows else stretch_end[here]
+
+
+@numba.njit(cache=True, nogil=True)
+def stays(fits, cost, start, stop, passing, starting, stretch, stretch_end):
+    """Return first and last row, start, end and cost of stays, as `events.staying` tells."""
+    found, many = np.empty((5, np.count_nonzero(fits)), np.int64), 0
+    first, last, most = -1, -1, 0
+    for row in range(len(fits) + 1):
+        if row < len(fits) and passing[row]:
+            continue
+        fitting = row < len(fits) and fits[row]
+        if first >= 0 and not (fitting and stretch[row] == stretch[last]):
+            begun = start[first] if starting[first] else stop[first] - 1
+            end = _left(last, passing, start, stretch, stretch_end)
+            if begun < end:
+                found[0, many], found[1, many], found[2, many] = first, last, begun
+                found[3, many], found[4, many] = end, most
+                many += 1
+            first = -1
+        if fitting:
+            most = cost[row] if first < 0 else max(most, cost[row])
+            first, last = row if first < 0 else first, row
+    return found[:, :many].copy()
+
+
+@numba.njit
 def _longer(table):
     """Return a table with twice the room."""
     longer = np.empty((table.shape[0], 2 * table.shape[1]), table.dtype)

@@ -59,10 +59,10 @@ class Narrowing:
         return found
 
     def _put_in_order(self, program: Program, found: Mask) -> None:
-        """Leave out those captures that have them in another order."""
-        for part in dict.fromkeys(part for state in program.states for part in state.members):
-            order = order_of(program, part)
-            if order and part in self._columns:
+        """Leave out those captures that have them in another order: parts with few rows first."""
+        parts = {part for state in program.states for part in state.members} & {*self._columns}
+        for part in sorted(parts, key=lambda it: (len(self._columns[it]), it)):
+            if order := order_of(program, part):
                 captures = np.flatnonzero(found)
                 found[captures] = in_order(order, self._columns[part], captures, self._block)
         for companion in _needed(program):

@@ -125,9 +125,9 @@ class Rows:
 
     def until(self, rows: Whole) -> Whole:
         """Return until when each of some shown rows is the last."""
-        after = self.row_of(self.rank[rows + 1] + 1) - 1
-        stretch = self.stretch[rows]
-        follows = (after > rows) & (self.stretch[after] == stretch)
+        behind, stretch = self.rank[rows + 1], self.stretch[rows]
+        after = self.row_of(behind + 1) - 1
+        follows = (behind < len(self.shown)) & (self.stretch[after] == stretch)
         return np.where(follows, self.start[after], self.stretch_end[stretch])
 
     @cached_property

@@ -10,8 +10,10 @@ from lanindex.search.automaton import plan
 from lanindex.search.fast import beside, overlaps
 from lanindex.search.fast.beside import Margins, Others, Stretches
 from lanindex.search.fast.chains import chains_of
+from lanindex.search.fast.events import events_of
 from lanindex.search.fast.linked import rows_of
 from lanindex.search.fast.ragged import best_of_each, in_order
+from lanindex.search.fast.rows import Rows
 from lanindex.search.language import parse
 
 
@@ -88,6 +90,37 @@ def test_the_rows_of_a_chain(text, monkeypatch):
         plain, fast = both(monkeypatch, lambda chain=chain: rows_of(columns, chain, some))
         assert {*zip(*plain.tolist(), strict=True)} == {*zip(*fast.tolist(), strict=True)}
         assert fast.shape[1]
+
+
+def rows_of_some(seed: int) -> Rows:
+    """Return rows of a few captures, some passing, some starting positions, some left at once."""
+    random = np.random.default_rng(seed)
+    many, captures = 300, 12
+    bounds = np.sort(random.integers(0, many, captures + 1))
+    bounds[[0, -1]] = 0, many
+    flags = random.choice(np.array([0, 0, 0, PASSING, STARTING], np.uint8), many)
+    start = np.arange(many, dtype=np.int32) * 3 + random.integers(0, 2, many)
+    start -= np.repeat(start[bounds[:-1].clip(max=many - 1)], np.diff(bounds))
+    stop = start + np.where(flags == STARTING, 0, random.integers(1, 3, many))
+    columns = Columns(
+        *("r_arm", bounds, random.integers(1, 4, many).astype("u1") | flags, flags),
+        *(random.integers(0, 1000, many).astype("u2"), start.astype("i4"), stop.astype("i4")),
+        gaps=np.array([[2, 0, 50], [5, 3, 9], [5, 20, 70]], np.int32),
+    )
+    return Rows(columns, np.arange(captures), np.full(captures, 1000))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_stays(seed, monkeypatch):
+    rows = rows_of_some(seed)
+    for text in ("r_arm at any", "r_arm at forward", "r_arm at not r_forward"):
+        (state,) = plan(parse(text))[0].states
+        plain, fast = both(monkeypatch, lambda state=state: events_of(rows, state, 0))
+        for name in ("capture", "start", "end", "until", "cost", "passing", "starting"):
+            assert getattr(plain, name).tolist() == getattr(fast, name).tolist()
+        assert plain.first[0].tolist() == fast.first[0].tolist()
+        assert plain.last[0].tolist() == fast.last[0].tolist()
+        assert len(plain)
 
 
 def test_rows_in_order_of_several_columns():
