@@ -118,7 +118,7 @@ def _longer(numbers, many):
 
 
 @numba.njit
-def _listed(plane, first, some, found):
+def listed(plane, first, some, found):
     """Write which places a plane holds, counted from a first one; return how many there are."""
     words = many = 0
     for place in range(len(plane)):  # which words hold any is found out without a branch
@@ -211,7 +211,7 @@ def together(store, goes_on, steps, groups, codes, offsets, places, shown, margi
         _matched(said, on, offsets, places, kept[:count], held[:, :count], every[:count])
         if len(ranks) < many + 64 * count:
             ranks, which = _longer(ranks, many), _longer(which, many)
-        found = _listed(every[:count], first * 64, some, ranks[many:])
+        found = listed(every[:count], first * 64, some, ranks[many:])
         _told(held, lasts, first * 64, ranks[many : many + found], which[many:])
         many += found
     ranks = ranks[:many]
