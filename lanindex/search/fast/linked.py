@@ -18,14 +18,15 @@ from lanindex.search.automaton import Group, Program
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block, slabs
+from lanindex.search.fast.chains import answers as line_answers
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.claims import Contested, all_lines, contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.links import Chain, Links
 from lanindex.search.fast.narrow import Narrowing
-from lanindex.search.fast.planes import Part
-from lanindex.search.fast.ragged import Mask, Whole
+from lanindex.search.fast.planes import Part, part_of
+from lanindex.search.fast.ragged import Mask, Whole, best_of_each
 from lanindex.search.fast.walk import Ends, NotCovered
 
 MOST_ROWS = 1 << 19
@@ -93,16 +94,14 @@ class Linked:
         parts : list of tuple of str
             Of `Finder`.
         """
-        narrowing = Narrowing(self._columns, self._block)
-        possible = np.flatnonzero(narrowing.possible(self._programs))
-        for captures in slabs(self._columns.values(), possible, MOST_ROWS):
+        for captures in slabs(self._columns.values(), self._possible(chains), MOST_ROWS):
             found = []
             for number, program in enumerate(self._programs):
                 part = program.states[0].members[0]
                 if part not in self._columns:
                     continue
                 company = _Linked(self._block, self._columns, chains, captures)
-                _, rows, low, high = company.leading(program)
+                rows, low, high = company.best(program)
                 place, _ = firsts(program.states[0], parts)
                 capture = np.searchsorted(self._columns[part].bounds, rows, side="right") - 1
                 every = np.stack((rows, np.full(len(rows), -1)), axis=1)
@@ -114,6 +113,18 @@ class Linked:
                 own_rows(answers, parts, lambda part: self._columns[part].bounds),
             )
 
+    def _possible(self, chains: Ways) -> Whole:
+        """Return the captures in which a leading line matches, and others may if those are many."""
+        there = np.zeros(len(self._block), bool)
+        for program in self._programs:
+            columns = self._columns.get(program.states[0].members[0])
+            if columns is not None:
+                part = part_of(columns)
+                there[part.captures(line_answers(part, chains[program])[0])] = True
+        if 2 * there.sum() > len(there):
+            there &= Narrowing(self._columns, self._block).possible(self._programs)
+        return np.flatnonzero(there)
+
 
 class _Linked(Company):
     """Programs in some captures, whose chains are known; the rows are those of all captures."""
@@ -123,6 +134,41 @@ class _Linked(Company):
     ) -> None:
         super().__init__(block, Contested({}, set()))
         self._columns, self._chains, self._captures = columns, chains, captures
+
+    def best(self, program: Program) -> tuple[Whole, Whole, Whole]:
+        """Return where a program begins, and low and high of the best way from there."""
+        fast = compiled.chosen("chains", 0)
+        movement = self._one_movement(program) if fast else None
+        if fast is None or movement is None:
+            return self.leading(program)[1:]
+        part, fits = movement
+        columns = self._columns[program.states[0].members[0]]
+        found = [np.empty((3, 0), np.int64)]
+        for chain in self._chains[program]:
+            capture, first, last = rows_of(columns, chain, self._captures)
+            start, stop = columns.start[first], columns.stop[last]
+            ways = capture, first, start, stop
+            found.append(fast.sharing(*ways, part.cell, part.bounds, part.start, part.stop, fits))
+        rows, low, high = np.concatenate(found, axis=1)
+        chosen = best_of_each((rows,), (high, -low))
+        return rows[chosen], low[chosen], high[chosen]
+
+    def _one_movement(self, program: Program) -> tuple[Columns, Mask] | None:
+        """Return what stands beside a program and which cells it fits, if a movement is all."""
+        group = program.whole
+        if group.length or [it.relation for it in group.companions] != ["with"]:
+            return None
+        (beside,) = group.companions
+        lines = [self._chains[it] for it in beside.programs]
+        if beside.within or any(it.whole.companions or it.whole.length for it in beside.programs):
+            return None
+        chains = [chain for line in lines for chain in line]
+        parts = {state.members[0] for chain in chains for state in chain.states}
+        if len(parts) > 1 or any(len(chain.states) > 1 for chain in chains):
+            return None
+        (part,) = parts
+        fits = np.any([_tables(chain)[0] for chain in chains], axis=0)
+        return (self._columns[part], fits) if part in self._columns else None
 
     def _found(self, program: Program) -> tuple[Ends, Stretches]:
         """Return the ways of a line; what is looked for later, only in the captures of these."""
