@@ -20,14 +20,15 @@ from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block, slabs
+from lanindex.search.fast.chains import answers as line_answers
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.links import Chain, Links
 from lanindex.search.fast.narrow import Narrowing
-from lanindex.search.fast.planes import Part
-from lanindex.search.fast.ragged import Mask, Whole
+from lanindex.search.fast.planes import Part, part_of
+from lanindex.search.fast.ragged import Mask, Whole, best_of_each
 
 MOST_ROWS = 1 << 19
 """How many rows of a part are gone through at once."""
@@ -92,16 +93,13 @@ class Linked:
         parts : list of tuple of str
             Of `Finder`.
         """
-        narrowing = Narrowing(self._columns, self._block)
-        possible = np.flatnonzero(narrowing.possible(self._programs))
-        for captures in slabs(self._columns.values(), possible, MOST_ROWS):
+        for captures in slabs(self._columns.values(), self._possible(chains), MOST_ROWS):
             found = []
             for number, program in enumerate(self._programs):
                 part = program.states[0].members[0]
                 if part not in self._columns:
                     continue
-                ways = partial(self._ways, chains)
-                rows, low, high = Company(self._block, program, ways, captures).leading()
+                rows, low, high = self._leading(chains, program, captures)
                 place, _ = firsts(program.states[0], parts)
                 capture = np.searchsorted(self._columns[part].bounds, rows, side="right") - 1
                 every = np.stack((rows, np.full(len(rows), -1)), axis=1)
@@ -112,6 +110,54 @@ class Linked:
                 int(captures[0]),
                 own_rows(answers, parts, lambda part: self._columns[part].bounds),
             )
+
+    def _possible(self, chains: Ways) -> Whole:
+        """Return the captures in which a leading line matches, and others may if those are many."""
+        there = np.zeros(len(self._block), bool)
+        for program in self._programs:
+            columns = self._columns.get(program.states[0].members[0])
+            if columns is not None:
+                part = part_of(columns)
+                there[part.captures(line_answers(part, chains[program])[0])] = True
+        if 2 * there.sum() > len(there):
+            there &= Narrowing(self._columns, self._block).possible(self._programs)
+        return np.flatnonzero(there)
+
+    def _leading(
+        self, chains: Ways, program: Program, captures: Whole
+    ) -> tuple[Whole, Whole, Whole]:
+        """Return where a program begins, and low and high of the best way from there."""
+        fast = compiled.chosen("chains", 0)
+        movement = self._one_movement(chains, program) if fast else None
+        if fast is None or movement is None:
+            return Company(self._block, program, partial(self._ways, chains), captures).leading()
+        part, fits = movement
+        columns = self._columns[program.states[0].members[0]]
+        found = [np.empty((3, 0), np.int64)]
+        for chain in chains[program]:
+            capture, first, last = rows_of(columns, chain, captures)
+            ways = capture, first, columns.start[first], columns.stop[last]
+            found.append(fast.sharing(*ways, part.cell, part.bounds, part.start, part.stop, fits))
+        rows, low, high = np.concatenate(found, axis=1)
+        chosen = best_of_each((rows,), (high, -low))
+        return rows[chosen], low[chosen], high[chosen]
+
+    def _one_movement(self, chains: Ways, program: Program) -> tuple[Columns, Mask] | None:
+        """Return what stands beside a program and which cells it fits, if a movement is all."""
+        group = program.whole
+        if group.length or [it.relation for it in group.companions] != ["with"]:
+            return None
+        (beside,) = group.companions
+        programs = standing(program, beside)
+        if beside.within or any(it.whole.companions or it.whole.length for it in programs):
+            return None
+        others = [chain for it in programs for chain in chains[it]]
+        parts = {state.members[0] for chain in others for state in chain.states}
+        if len(parts) != 1 or any(len(chain.states) > 1 for chain in others):
+            return None
+        (part,) = parts
+        fits = np.any([_tables(chain)[0] for chain in others], axis=0)
+        return (self._columns[part], fits) if part in self._columns else None
 
     def _ways(self, chains: Ways, program: Program, captures: Whole) -> tuple[Whole, Stretches]:
         """Return all ways of a line in some captures: their first rows, and their frames."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from lanindex.model.columns import THOUSANDTHS
+from lanindex.model.columns import PASSING, THOUSANDTHS
 from lanindex.search.fast.lines import COST_BITS
 
 _CHUNK = 1024  # words at once, so that what is worked out of them stays close to the processor
@@ -118,7 +118,7 @@ def _longer(numbers, many):
 
 
 @numba.njit
-def _listed(plane, first, some, found):
+def listed(plane, first, some, found):
     """Write which places a plane holds, counted from a first one; return how many there are."""
     words = many = 0
     for place in range(len(plane)):  # which words hold any is found out without a branch
@@ -211,7 +211,7 @@ def together(store, goes_on, steps, groups, codes, offsets, places, shown, margi
         _matched(said, on, offsets, places, kept[:count], held[:, :count], every[:count])
         if len(ranks) < many + 64 * count:
             ranks, which = _longer(ranks, many), _longer(which, many)
-        found = _listed(every[:count], first * 64, some, ranks[many:])
+        found = listed(every[:count], first * 64, some, ranks[many:])
         _told(held, lasts, first * 64, ranks[many : many + found], which[many:])
         many += found
     ranks = ranks[:many]
@@ -262,3 +262,48 @@ def told(rows, values, near, entered, captures, start):
         cost[place] = values[place] & ((1 << COST_BITS) - 1)
         symbols[place, 0] = rows[place]
     return where, low, high, cost, symbols
+
+
+@numba.njit(cache=True, nogil=True)
+def sharing(capture, first, begin, until, cell, bounds, start, stop, fits):
+    """Return the best hull of each line and a movement of another part that shares a frame with it.
+
+    Parameters
+    ----------
+    capture, first, begin, until : ndarray
+        (N,) the lines in order: where, their first rows, and their frames.
+    cell, bounds, start, stop : ndarray
+        Of the other part.
+    fits : ndarray
+        (256,) bool: which cells are wanted.
+
+    Returns
+    -------
+    ndarray
+        (3, M) int64: the first row of each line that has one, low, and high: of the hulls that end
+        first the one that begins last.
+    """
+    found, many = np.empty((3, len(first)), np.int64), 0
+    there, row = np.int64(-1), np.int64(0)
+    for line in range(len(first)):
+        if capture[line] != there or begin[line] < begin[line - 1]:
+            there = capture[line]
+            row = bounds[there]
+        behind = bounds[there + 1]
+        while row < behind and stop[row] <= begin[line]:  # nor does it reach what begins later
+            row += 1
+        low, high = np.int64(-1), np.int64(1) << 62
+        for other in range(row, behind):
+            if start[other] >= until[line]:
+                if cell[other] & PASSING:  # the movement that it leads to began before it
+                    continue
+                break
+            if fits[cell[other]] and stop[other] > begin[line]:
+                end = max(np.int64(stop[other]), np.int64(until[line]))
+                own = min(np.int64(start[other]), np.int64(begin[line]))
+                if end < high or (end == high and own > low):
+                    low, high = own, end
+        if low >= 0:
+            found[0, many], found[1, many], found[2, many] = first[line], low, high
+            many += 1
+    return found[:, :many].copy()

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTIONS, LEVELS, MID, PLACE
 from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns
 from lanindex.search.automaton import State
+from lanindex.search.fast.planes import packed
 from lanindex.search.language.words import WORD_KINDS
 
 UNIT = 64
@@ -161,17 +162,20 @@ class Kinds:
         return self._tables[key].copy()
 
     def where(self, some: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return the rows of some kinds: (N,), growing.
+        """Return the rows of some kinds: (N,), growing."""
+        if not self.by_kind_for(some):
+            return np.flatnonzero(some[self.code])
+        begins = (self.ends - self.counts)[some].tolist()
+        pieces = [self.by_kind[it] for it in map(slice, begins, self.ends[some].tolist())]
+        return np.sort(np.concatenate([self.by_kind[:0], *pieces])).astype(np.int64)
 
-        Who asks again will ask more often: from the second time on all rows are held by kind.
+    def by_kind_for(self, some: NDArray[np.bool_]) -> bool:
+        """Tell whether the rows of some kinds are looked up in those that are held by kind.
+
+        Who asks again will ask more often: from the second time on they are.
         """
         self._asked += 1
-        if self._asked == 1 or FEW * int(self.counts[some].sum()) > len(self.code):
-            return np.flatnonzero(some[self.code])
-        ends = np.cumsum(self.counts)
-        begins = (ends - self.counts)[some].tolist()
-        pieces = [self._by_kind[it] for it in map(slice, begins, ends[some].tolist())]
-        return np.sort(np.concatenate([self._by_kind[:0], *pieces])).astype(np.int64)
+        return self._asked > 1 and FEW * int(self.counts[some].sum()) <= len(self.code)
 
     @cached_property
     def stretches(self) -> NDArray[np.int64]:
@@ -184,8 +188,20 @@ class Kinds:
         return int(np.diff(self.stretches).max(initial=0))
 
     @cached_property
-    def _by_kind(self) -> NDArray[np.int32]:
+    def by_kind(self) -> NDArray[np.int32]:
+        """All rows, those of a kind together."""
         return np.argsort(self.code, kind="stable").astype(np.int32)
+
+    @cached_property
+    def ends(self) -> NDArray[np.int64]:
+        """By kind where its rows end among those, (K,)."""
+        return np.cumsum(self.counts)
+
+    @cached_property
+    def passed(self) -> NDArray[np.uint64]:
+        """The passing rows as a plane, with a word of 0 before it."""
+        plane = packed(self.passing[self.code])
+        return np.concatenate((plane[:0], np.zeros(1, plane.dtype), plane))
 
 
 _known: WeakKeyDictionary[Columns, Kinds] = WeakKeyDictionary()

@@ -29,7 +29,17 @@ from lanindex.search.fuzzy.ends import Ends
 from lanindex.search.fuzzy.net import FAR, LATER, NEXT, Net
 from lanindex.search.fuzzy.scan import POSITION, scan
 from lanindex.search.fuzzy.trace import Stretch, trace
-from lanindex.search.fuzzy.windows import FEW, Mask, Whole, Windows, around, spread, wanted
+from lanindex.search.fuzzy.windows import (
+    FEW,
+    Mask,
+    Whole,
+    Windows,
+    around,
+    likely,
+    roles,
+    spread,
+    wanted,
+)
 
 LIFTED = 1 << 40
 """More than any frame or row; times a number of captures it still fits 64 bits."""
@@ -113,8 +123,9 @@ class Line:
         ]
         self._able = np.any([table <= self.most for table in self._tables], axis=0)
         self._seeds = wanted(net, self._tables, kinds.counts, self.most)
-        self.rarity = int(kinds.counts[self._seeds].sum())
+        self.rarity = int(kinds.counts[self._seeds.kinds].sum())
         """How many symbols there are of which a match has one."""
+        self._roles = roles(net, self._tables, kinds, self._seeds, self.most)
 
     def matches(self, among: Whole | None, ask: Ask) -> Found:
         """Return its matches in some captures, the best one from each row where some begin.
@@ -154,7 +165,11 @@ class Line:
         if FEW * self.rarity > int((within[1] - within[0]).sum()):
             _, rows = ranges(*within)
             return (rows if self.net.stays else rows[begins[rows]]), True
-        rows = self._kinds.where(self._seeds)
+        seeds = self._seeds.kinds
+        if self._roles:
+            rows = likely(self._roles, self._kinds, seeds, self.most)
+        else:
+            rows = self._kinds.where(seeds)
         if among is not None:
             place = np.searchsorted(within[0], rows, side="right") - 1
             rows = rows[(place >= 0) & (rows < within[1][place])]

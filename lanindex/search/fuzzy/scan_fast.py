@@ -8,9 +8,11 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from lanindex.search.fast.planes_fast import listed
 from lanindex.search.fuzzy.align import BLUR, COST, FIRST, LATEST, NOTHING
 from lanindex.search.fuzzy.net import MISSING, SKIPPED
 
+_ONE = np.uint64(1)
 _MISSING, _SKIPPED = np.int64(MISSING) << COST, np.int64(SKIPPED) << COST
 
 
@@ -164,3 +166,59 @@ def scanned(seeds, first, row, whole, rows, part, tables, ends, net, numbers):
             if begins[row]:
                 break
     return keys[:many], last[:many], first, row
+
+
+@numba.njit
+def _noted(plane, kinds, by_kind, ends, counts):
+    """Note in a plane the rows of some kinds."""
+    for kind in range(len(kinds)):
+        if kinds[kind]:
+            for row in by_kind[ends[kind] - counts[kind] : ends[kind]]:
+                plane[(row >> 6) + 1] |= _ONE << np.uint64(row & 63)
+
+
+@numba.njit(inline="always")
+def _away(plane, word, steps):
+    """Return a word of a plane as it is so many rows later, two at most before or behind."""
+    if steps > 0:
+        bits = np.uint64(steps)
+        return plane[word] >> bits | plane[word + 1] << np.uint64(64) - bits
+    bits = np.uint64(-steps)
+    return plane[word] << bits | plane[word - 1] >> np.uint64(64) - bits
+
+
+@numba.njit(cache=True, nogil=True)
+def between(own, near, far, narrow, by_kind, ends, counts, passed):
+    """Return the rows of some kinds between rows of others, growing; passing ones may be left out.
+
+    Parameters
+    ----------
+    own : ndarray
+        (K,) bool: the kinds.
+    near, far : ndarray
+        (2, K) bool: those next to these, before and behind, and those beyond.
+    narrow : ndarray
+        (2, 2) bool: whether the rows next to these are to be looked at, and those beyond; each
+        before and behind.
+    by_kind, ends, counts : ndarray
+        The rows by kind, and by kind where they end there, and how many they are.
+    passed : ndarray
+        The plane of the passing rows, and a word of 0 before it and one behind.
+    """
+    plane, there = np.zeros((2, len(passed)), np.uint64)
+    _noted(plane, own, by_kind, ends, counts)
+    for side, way in ((0, -1), (1, 1)):
+        if narrow[0, side]:
+            there[:] = 0
+            _noted(there, near[side], by_kind, ends, counts)
+            for word in range(1, len(plane) - 1):
+                beyond = _away(there, word, 2 * way) | _away(passed, word, 2 * way)
+                kept = _away(there, word, way) | (_away(passed, word, way) & beyond)
+                plane[word] &= kept
+        if narrow[1, side]:
+            there[:] = passed
+            _noted(there, far[side], by_kind, ends, counts)
+            for word in range(1, len(plane) - 1):
+                plane[word] &= _away(there, word, 2 * way) | _away(passed, word, way)
+    found = np.empty(counts[own].sum(), np.int64)
+    return found[: listed(plane[1:-1], 0, np.empty(len(plane), np.int64), found)]

@@ -37,6 +37,16 @@ CHAINS = (
     "r_arm mid x60",
 )
 
+BESIDE = (
+    "r_arm low with l_arm high",
+    "r_arm low -> high with l_arm any",
+    "r_arm any -> any with l_arm via high",
+    "r_arm low -> mid? -> any with arm low",
+    "r_arm mid -> any -> high with l_arm high/low",
+    "l_arm any? -> low with r_arm not high",
+)
+"""Lines beside which one movement stands."""
+
 
 @pytest.fixture(scope="module")
 def recordings():
@@ -97,6 +107,15 @@ def test_compiled_chains_are_told_as_plain_ones_are(text, recordings, loops, mon
     told = found(text, recordings)
     monkeypatch.setattr(compiled, "chosen", plain)
     assert told == found(text, recordings)
+
+
+@pytest.mark.parametrize("text", BESIDE)
+def test_a_movement_beside_a_line_is_told_as_other_lines_are(text, recordings, monkeypatch):
+    told = []
+    for way in (plain, fast):
+        monkeypatch.setattr(compiled, "chosen", way)
+        told.append(found(text, recordings))
+    assert told[0] == told[1] != []
 
 
 @pytest.mark.parametrize("text", ["r_arm low <1s", "r_arm low -> high"])
