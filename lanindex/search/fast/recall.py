@@ -34,7 +34,7 @@ from lanindex.search.fast.memory import (
     telling,
     together,
 )
-from lanindex.search.fast.ragged import FAR, Mask, NotCovered, TooMuch, Whole, best_of_each, spread
+from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
 from lanindex.search.fast.tails import LAST, ONLY, Tails
 from lanindex.search.fast.waves import by_rank, ranks_of
@@ -190,7 +190,7 @@ class Recall:
     def _at_once(self, state: int, at: dict[int, list[Memory]]) -> Iterator[tuple[int, Memory]]:
         """Yield the ways that stand at a state that does not lead to itself."""
         if at[state]:
-            yield state, self._settled(at.pop(state))
+            yield state, self._settled(state, at.pop(state))
 
     def _in_time(
         self, states: list[int], at: dict[int, list[Memory]]
@@ -203,26 +203,28 @@ class Recall:
             for state in states:
                 for rows in at[state]:
                     for rank, some in by_rank(ranks[state][rows.columns[EVENT]], rows):
-                        if rank <= now:
-                            raise NotCovered
+                        assert rank > now, "an arrow that leads back"
                         waves.setdefault(rank, {}).setdefault(state, []).append(some)
                 at[state] = []
             if not waves:
                 return
             now = min(waves)
             for state, tables in waves.pop(now).items():
-                yield state, self._settled(tables)
+                yield state, self._settled(state, tables)
 
-    def _settled(self, tables: list[Memory]) -> Memory:
+    def _settled(self, state: int, tables: list[Memory]) -> Memory:
         """Return ways, those as one that stand at the same event and remember the same."""
         rows = together(tables)
-        self._followed += len(rows)
-        if self._followed > MOST_WAYS:
-            raise TooMuch
+        self._count(rows)
         alike, which = rows.alike()
         if self._tracked:
             alike.came = self.nodes.add(len(alike), rows.came, which)
         return alike
+
+    def _count(self, rows: Memory) -> None:
+        self._followed += len(rows)
+        if self._followed > MOST_WAYS:
+            raise TooMuch
 
     def _leave(
         self, state: int, rows: Memory, at: dict[int, list[Memory]]
