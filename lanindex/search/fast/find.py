@@ -85,9 +85,12 @@ class Finder:
         self._fetched: dict[int, Recording] = {}
         self._tellers: dict[int, Teller] = {}
         self._asked = Asked(query)
+        self._watch: Watch | None = None
         self._meet: dict[int, bool] = {}
 
-    def find(self, overlaps: str = "none", watch: Watch | None = None) -> Found:
+    def find(
+        self, overlaps: str = "none", watch: Watch | None = None, best: int | None = None
+    ) -> Found:
         """Return all hits.
 
         Parameters
@@ -97,6 +100,8 @@ class Finder:
             for every place where the pattern can start.
         watch : callable, optional
             Is told how far the search is.
+        best : int, optional
+            Only so many, those that fit best, the clearest first.
         """
         pieces = self._chained(watch)
         if pieces is None:
@@ -110,7 +115,13 @@ class Finder:
         if (answers.capture[1:] < answers.capture[:-1]).any():
             answers = answers.at(np.argsort(answers.capture, kind="stable"))
         answers = self._in_those_asked_for(answers)
-        return Found(self, answers, self._kept(answers, overlaps))
+        found = Found(self, answers, self._kept(answers, overlaps))
+        if best is None:
+            return found
+        self._watch = watch  # not of hits that are looked at later on
+        found = found.by_fit()[:best]
+        self._watch, self._tellers = None, {}
+        return found
 
     def _chained(self, watch: Watch | None) -> list[Answers] | None:
         """Return all answers where no program is more than chains, else None."""
@@ -166,7 +177,8 @@ class Finder:
         if place not in self._tellers:
             block = self._block(np.array([place]))
             source = Source(self._recordings, np.array([place]), block, self._programs)
-            self._tellers = {place: Teller(self._query, self._programs, block, source)}
+            tick = self._tick(place, self._watch)
+            self._tellers = {place: Teller(self._query, self._programs, block, source, tick)}
         span = Span(int(answer.low[0]), int(answer.high[0]))
         first = self._parts[int(answer.parts[0])], tuple(answer.rows[0].tolist())
         try:
@@ -286,6 +298,7 @@ def find_in(
     tolerance: Fraction = TOLERANCE,
     overlaps: str = "none",
     watch: Watch | None = None,
+    best: int | None = None,
 ) -> Found:
     """Find a query in a few captures that are at hand, each with its tracks by part."""
 
@@ -293,7 +306,7 @@ def find_in(
         return [recordings[place] for place in places]
 
     finder = Finder(query, *columns_in(recordings, query.parts), fetch, tolerance)
-    return finder.find(overlaps, watch)
+    return finder.find(overlaps, watch, best)
 
 
 def columns_in(

@@ -9,7 +9,7 @@ found by closing its brackets again, with all that could stand there.
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -67,13 +67,19 @@ class Teller:
         Of the capture alone.
     source : Source
         What columns do not tell.
+    tick : callable
+        Is called now and then, and may raise.
     """
 
     def __init__(
-        self, query: Query, programs: tuple[Program, ...], block: Block, source: Source
+        self,
+        query: Query,
+        programs: tuple[Program, ...],
+        block: Block,
+        source: Source,
+        tick: Callable[[], None],
     ) -> None:
-        self._programs, self._block = programs, block
-        self._settings = [_Setting(block, query, source, program) for program in programs]
+        self._settings = [_Setting(block, query, source, tick, program) for program in programs]
 
     def told(
         self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
@@ -91,10 +97,7 @@ class Teller:
             place = line.best(span) if line else None
             if line and place is not None and (not best or line.rank(place) < best[0]):
                 best = line.rank(place), line, place
-        if best is None:
-            return None
-        (cost, _), line, place = best
-        return Told(cost, list(line.lines(place)))
+        return Told(best[0][0], list(best[1].lines(best[2]))) if best else None
 
 
 class _Noting(Asked):
@@ -117,8 +120,15 @@ class _Setting(Setting):
 
     company: _Partners
 
-    def __init__(self, block: Block, query: Query, source: Source, program: Program) -> None:
-        super().__init__(block, _Noting(query), source, lambda: None)
+    def __init__(
+        self,
+        block: Block,
+        query: Query,
+        source: Source,
+        tick: Callable[[], None],
+        program: Program,
+    ) -> None:
+        super().__init__(block, _Noting(query), source, tick)
         self._program, self._clauses_alone = program, Asked(query)
         self.span, self.lying_in = (0, 0), _lying_in(program)
         self.enter(program)

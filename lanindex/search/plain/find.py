@@ -132,12 +132,15 @@ def _nearest(best: list[list[Way]]) -> list[list[Way]]:
 
 
 def _apart(best: list[list[Way]]) -> Iterator[list[Way]]:
-    """Yield, from left to right, those that begin at or after the end of the one before."""
+    """Yield, from left to right, those that begin at or after the end of the one before.
+
+    Those of other beginnings that are as good may be shown instead.
+    """
     end = 0
     for ways in best:
         if ways[0].low >= end:
             end = ways[0].high
-            yield ways
+            yield [way for tied in best if tied[0].rank == ways[0].rank for way in tied]
 
 
 def _hit(recording: Recording, way: Way) -> Hit:

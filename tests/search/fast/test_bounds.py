@@ -56,6 +56,31 @@ def test_a_search_gives_up_in_time_within_one_capture():
         find_fast(parse(pattern), recordings, watch=watch)
 
 
+def test_the_best_hits_are_told_in_time_and_others_whenever():
+    recordings = [random_library(Random(2), captures=1, most=8)[0]]
+    query = parse("r_arm any x1+ with l_arm any x1+")
+    found = find_fast(query, recordings, watch=Timeout(1000), best=1)
+    assert found[0].fit == max(hit.fit for hit in find_fast(query, recordings))
+    searched = []
+
+    def watch(done, captures):
+        searched.append(done)
+
+    find_fast(query, recordings, watch=watch)
+    many = len(searched)
+
+    def impatient(done, captures):
+        searched.append(done)
+        if len(searched) > 2 * many:
+            raise KeyboardInterrupt
+
+    hits = find_fast(query, recordings, watch=impatient)
+    assert list(hits)
+    searched = searched[:many]
+    with pytest.raises(KeyboardInterrupt):
+        find_fast(query, recordings, watch=impatient, best=1)
+
+
 @pytest.fixture
 def place(tmp_path):
     (tmp_path / "bow.lnd").write_text(BOW)
