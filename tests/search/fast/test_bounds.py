@@ -20,7 +20,6 @@ def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):
     monkeypatch.setattr(ragged, "MOST_PAIRS", 6)
     monkeypatch.setattr(recall, "MOST_WAYS", 3)
     refused = 0
-    refused = 0
     for seed in range(100):
         random = Random(seed)
         text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
