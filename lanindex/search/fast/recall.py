@@ -1,10 +1,9 @@
 """A line walked with all that it has to remember: every way in which it can match.
 
-Other than `walk`, this remembers whatever a pattern may ask for: what stands beside the brackets of
-a longer line, what each line took however often it repeats, what labels matched, how long each step
-lasted. Ways that stand at the same event and remember the same are one. Where states lead to each
-other their events are gone through in order of time, so that all that leads to an event is known
-before it is left.
+It remembers whatever a pattern asks for: what stands beside brackets, what each line took however
+often it repeats, what labels matched, how long each step lasted. Ways that stand at the same event
+and remember the same are one. Where states lead to each other their events are gone through in
+order of time, so that all that leads to an event is known before it is left.
 """
 
 from __future__ import annotations
@@ -209,22 +208,21 @@ class Recall:
             if not waves:
                 return
             now = min(waves)
-            for state, tables in waves.pop(now).items():
-                yield state, self._settled(state, tables)
+            yield from ((it, self._settled(it, tables)) for it, tables in waves.pop(now).items())
 
     def _settled(self, state: int, tables: list[Memory]) -> Memory:
         """Return ways, those as one that stand at the same event and remember the same."""
-        rows = together(tables)
-        self._count(rows)
+        rows = self._together(tables)
         alike, which = rows.alike()
         if self._tracked:
             alike.came = self.nodes.add(len(alike), rows.came, which)
         return alike
 
-    def _count(self, rows: Memory) -> None:
-        self._followed += len(rows)
+    def _together(self, tables: list[Memory]) -> Memory:
+        self._followed += sum(map(len, tables))
         if self._followed > MOST_WAYS:
             raise TooMuch
+        return together(tables)
 
     def _leave(
         self, state: int, rows: Memory, at: dict[int, list[Memory]]
