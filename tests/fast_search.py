@@ -2,39 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
+from typing import Any
 
 from lanindex.model import Capture, Track
-from lanindex.model.columns import columns_of, roster_of
-from lanindex.search.fast import Finder, Found, Watch
+from lanindex.search.fast import Found, find_in
 from lanindex.search.language import Query
 
 Recordings = Sequence[tuple[Capture, Mapping[str, Track]]]
 
 
-def find_fast(
-    query: Query,
-    recordings: Recordings,
-    *,
-    tolerance: Fraction = Fraction(1, 10),
-    overlaps: str = "none",
-    watch: Watch | None = None,
-) -> Found:
+def find_fast(query: Query, recordings: Recordings, **options: Any) -> Found:
     """Return what the engine finds."""
-    captures = [capture for capture, _ in recordings]
-    parts = {part for _, tracks in recordings for part in tracks if part in query.parts}
-    columns = {
-        part: columns_of(part, captures, [tracks.get(part) for _, tracks in recordings])
-        for part in parts
-    }
-    finder = Finder(
-        query,
-        roster_of(captures),
-        columns,
-        lambda places, _: [recordings[place] for place in places],
-        tolerance,
-    )
-    return finder.find(overlaps, watch)
+    return find_in(recordings, query, **options)
 
 
 def numbered(recordings: Recordings) -> Recordings:

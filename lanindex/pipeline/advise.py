@@ -14,13 +14,8 @@ from lanindex.model import Capture, Track
 from lanindex.pipeline.how import How
 from lanindex.search.explain.advice import SECONDS, Advice, Found, LeftOut, advise
 from lanindex.search.explain.budget import Budget
-from lanindex.search.explain.tree import places
 from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
-from lanindex.search.language.query import Arrow, steps_of
-
-_MOST_WORK = 1e6
-"""How much the plain matcher may be asked for: rows to the power that `_power` tells, summed."""
 
 
 def suggest(
@@ -77,7 +72,6 @@ def _counted(
 ) -> Found:
     """Return how many hits there are, and in how many captures; give up what takes too long."""
     roster, columns = library.columns(query.parts, numbers)
-    power = _power(query)
 
     def watch(done: int, captures: int) -> None:
         if budget.late():
@@ -86,24 +80,13 @@ def _counted(
     def recordings(
         captures: Sequence[int], parts: Collection[str]
     ) -> Iterator[tuple[Capture, Mapping[str, Track]]]:
-        """Yield some for the plain matcher, which nobody can break off, if they are small."""
-        chosen = np.array(captures, np.int64)
-        rows = [np.diff(columns[part].bounds)[chosen] for part in parts if part in columns]
-        most = np.max(rows, axis=0) if rows else np.zeros(0)
-        if how.allowance is None and float((most.astype(float) ** power).sum()) > _MOST_WORK:
-            raise TimeoutError
-        for recording in library.tracks(roster.number[chosen].tolist(), parts):
+        """Yield captures with tracks as long as there is time."""
+        for recording in library.tracks(roster.number[np.array(captures, int)].tolist(), parts):
             watch(0, 0)
             yield recording
 
     found = Hits(how.find(query, roster, columns, recordings, watch), "")
     return len(found), found.captures
-
-
-def _power(query: Query) -> int:
-    """Return with which power of a track's length the plain matcher's work grows, about."""
-    later = sum(isinstance(it.node, Arrow) and it.node.later for it in places(query))
-    return 2 + any(it.mover.form == "both" for it in steps_of(query.pattern)) + (later > 1)
 
 
 def reader(library: Store) -> Callable[[str], Query | None]:

@@ -114,8 +114,7 @@ class How:
         query = replace(query, near=self.near)
         if self.allowance is None:
             finder = Finder(query, roster, columns, recordings, self.tolerance)
-            found = finder.find(self.overlaps, watch)
-            return found if best is None else found.by_fit()[:best]
+            return finder.find(self.overlaps, watch, best)
         from lanindex.search import fuzzy
 
         return fuzzy.find(

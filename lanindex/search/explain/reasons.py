@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
 
 from lanindex.model import Capture, Track
 from lanindex.search.automaton import states_of
 from lanindex.search.explain.english import sentence
+from lanindex.search.fast import columns_in
+from lanindex.search.fast.block import Block
 from lanindex.search.language.query import (
     Bracket,
     Item,
@@ -16,7 +21,6 @@ from lanindex.search.language.query import (
     Step,
     items_of,
 )
-from lanindex.search.plain.candidates import Recording
 
 
 def explanation(query: Query, recordings: Iterable[tuple[Capture, Mapping[str, Track]]]) -> str:
@@ -49,10 +53,12 @@ def step_counts(
     states = {_alone(item): states_of(item) for item in items_of(query.pattern)}
     counts = dict.fromkeys(states, 0)
     for capture, tracks in recordings:
-        recording = Recording(capture, tracks)
+        block = Block(*columns_in([(capture, tracks)], query.parts), np.arange(1), Fraction(0))
         for step, alternatives in states.items():
             for state in alternatives:
-                counts[step] += sum(not match.starting for match in recording.anywhere(state))
+                events = block.events(state)
+                passing = events.passing & (state.manner != "via")
+                counts[step] += int((~events.starting & ~passing).sum())
     return counts
 
 

@@ -9,6 +9,7 @@ from math import inf
 
 from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.search.explain.nearness import away, doubts, nearest
+from lanindex.search.fast import find_in
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -23,7 +24,6 @@ from lanindex.search.language.query import (
     Step,
 )
 from lanindex.search.language.times import Clock, Length
-from lanindex.search.plain import find
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ class _Walk:
     def hits(self, lines: Lines) -> list[Hit]:
         here = [(self.capture, self.tracks)]
         query = Query(Choice((lines,)))
-        return list(find(query, here, tolerance=self.tolerance, overlaps="all"))
+        return list(find_in(here, query, tolerance=self.tolerance, overlaps="all"))
 
     def stop(self, lines: Lines) -> Stop:
         line = _flat(lines.first)

@@ -11,8 +11,9 @@ from lanindex import records
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.search.explain.stops import Stop, stops
 from lanindex.search.explain.tree import FORBIDDING
+from lanindex.search.fast import find_in
 from lanindex.search.language.query import Bracket, Choice, Item, Line, Query
-from lanindex.search.plain import TOLERANCE, find
+from lanindex.search.language.times import TOLERANCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +80,7 @@ def trace(
     capture, tracks
         Where.
     tolerance, overlaps
-        As in `lanindex.search.plain.find.find`.
+        As in `lanindex.search.fast.find.Finder`.
 
     Returns
     -------
@@ -88,7 +89,7 @@ def trace(
     """
     plain = replace(query, stages=())
     labelled, steps = _labelled(plain)
-    found = find(labelled, [(capture, tracks)], tolerance=tolerance, overlaps=overlaps)
+    found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
     hits = tuple((hit, tuple(_steps(hit, steps))) for hit in found)
     ends = () if hits else tuple(stops(plain, capture, tracks, tolerance))
     return Trace(query, capture, hits, ends)

@@ -17,7 +17,7 @@ from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import Backwards, remembers
 from lanindex.search.fast.others import MOST_MARKS
 from lanindex.search.fast.partners import Partners
-from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
+from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Alive, Setting, alive_in
 from lanindex.search.fast.tails import enough
@@ -36,8 +36,8 @@ def answers_of(
 
     Raises
     ------
-    NotCovered
-        Where only the plain matcher can tell.
+    TooMuch
+        Where there are too many ways.
     """
     if setting.asked:
         return remembering(setting, number, program, parts)
@@ -122,8 +122,6 @@ def remembering(
 
     Raises
     ------
-    NotCovered
-        Where only the plain matcher can tell.
     TooMuch
         Where there are too many ways.
     """
@@ -135,18 +133,37 @@ def remembering(
     if passing_only:
         passing = (setting.block.events(program.states[it.state]) for it in program.entries)
         begun = [fits & events.passing for fits, events in zip(begun, passing, strict=True)]
-    tables = []
-    for within in _limits(setting, recall, program):
-        found = recall.found(begun, within)
-        found = found.at(_best(setting, program, recall, found, partners))
-        if within is not None:
-            found = found.at(found.high - found.start <= within[found.capture])
-        tables.append(found)
-        for place, fits in enumerate(begun):
-            fits[found.root[found.entry == place]] = False
+    tables = _best_of_all(setting, program, recall, partners, begun)
     return [
         answers for found in tables for answers in _answers(setting, number, program, parts, found)
     ]
+
+
+def _best_of_all(
+    setting: Setting, program: Program, recall: Recall, partners: Partners, begun: list[Mask]
+) -> list[Found]:
+    """Return the best ways from some beginnings; from fewer at once where one capture has many."""
+    tables, left = [], [fits.copy() for fits in begun]
+    try:
+        for within in _limits(setting, recall, program):
+            found = recall.found(left, within)
+            found = found.at(_best(setting, program, recall, found, partners))
+            if within is not None:
+                found = found.at(found.high - found.start <= within[found.capture])
+            tables.append(found)
+            for place, fits in enumerate(left):
+                fits[found.root[found.entry == place]] = False
+        return tables
+    except TooMuch:
+        if len(setting.block) > 1 or sum(map(np.count_nonzero, left)) < 2:
+            raise
+    bounds = np.cumsum([len(fits) for fits in left])
+    for some in np.array_split(np.flatnonzero(np.concatenate(left)), 2):
+        half = np.zeros(bounds[-1], bool)
+        half[some] = True
+        few = np.split(half, bounds[:-1])
+        tables += _best_of_all(setting, program, recall, partners, few)
+    return tables
 
 
 def _limits(setting: Setting, recall: Recall, program: Program) -> Iterator[Whole | None]:
@@ -167,12 +184,20 @@ def _best(
     setting: Setting, program: Program, recall: Recall, found: Found, partners: Partners
 ) -> Whole:
     """Return the places of the best ways from each beginning."""
+    chosen = asked_for(setting, program, recall, found, partners)
+    keys = (found.entry[chosen], found.root[chosen])
+    return chosen[best_of_each(keys, (found.high[chosen], -found.low[chosen]))]
+
+
+def asked_for(
+    setting: Setting, program: Program, recall: Recall, found: Found, partners: Partners
+) -> Whole:
+    """Return the places of the ways that are all that is asked for, the longest if they run on."""
     chosen = _whole(setting, program, found, partners)
     if program.open_ended:
         node = found.node[chosen]
         chosen = chosen[~recall.nodes.behind(np.zeros(len(node), np.int64), node, MOST_MARKS)]
-    keys = (found.entry[chosen], found.root[chosen])
-    return chosen[best_of_each(keys, (found.high[chosen], -found.low[chosen]))]
+    return chosen
 
 
 def _answers(

@@ -17,7 +17,7 @@ from lanindex.model.columns import CELL, THOUSANDTHS
 from lanindex.search.conditions import names_in, number_of
 from lanindex.search.fast.asked import MET, TIMES, Asked
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.ragged import FAR, Mask, NotCovered, Numbers, Whole
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
 from lanindex.search.fields import Value, value_of_span
 from lanindex.search.language.clauses import (
     CLIP,
@@ -150,10 +150,7 @@ class Clauses:
         ]
         columns = [it for side in sides for _, it in side if isinstance(it, _Column)]
         there: Mask = np.all([it.there for it in columns], axis=0)
-        kinds = {it.kind for it in columns}
-        if len(kinds) > 1:
-            raise NotCovered
-        (kind,) = kinds
+        (kind,) = {it.kind for it in columns}  # the language compares like with like alone
         if kind not in ("frames", "thousandths"):
             return there & self._same(condition.compare, sides, kind)
         scale = clock.rate if kind == "frames" else Fraction(THOUSANDTHS)
@@ -183,9 +180,6 @@ class Clauses:
             else:
                 codes = _CODES.get(kind) or {it: self._asked.code(it) for it in self._asked.parts()}
                 told.append(codes.get(str(value), -1))
-        unknown = any(isinstance(it, int) and it < 0 for it in told)
-        if compare not in ("=", "!=") and (kind != "level" or unknown):
-            raise NotCovered
         return np.atleast_1d(_COMPARE[compare](np.asarray(told[0]), told[1]))
 
     def _term(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -11,9 +11,8 @@ import numpy as np
 
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
-from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of
+from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
 from lanindex.model.symbol import listed
-from lanindex.search import plain
 from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import holds
 from lanindex.search.fast import overlaps as staying
@@ -25,20 +24,19 @@ from lanindex.search.fast.answers import (
     own_rows,
 )
 from lanindex.search.fast.asked import Asked
-from lanindex.search.fast.asking import answers_of, possible
+from lanindex.search.fast.asking import answers_of
 from lanindex.search.fast.block import Block, slabs
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.found import Found
-from lanindex.search.fast.lines import value_of
 from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
-from lanindex.search.fast.placed import TOGETHER
-from lanindex.search.fast.ragged import Mask, NotCovered, TooMuch, Whole
+from lanindex.search.fast.ragged import TooMuch, Whole
 from lanindex.search.fast.setting import Setting
 from lanindex.search.fast.source import Recordings, Source
-from lanindex.search.fast.trace import labelled, trace
+from lanindex.search.fast.trace import Teller, labelled
 from lanindex.search.language.query import Query
+from lanindex.search.language.times import TOLERANCE
 
 MANY = 1000
 """Captures of which it is asked first which of them can have a hit."""
@@ -48,6 +46,10 @@ MOST_ROWS = 1 << 16
 
 Watch = Callable[[int, int], None]
 """Is told, now and then, how many captures are done, of how many; it may raise."""
+
+
+Recording = tuple[Capture, Mapping[str, Track]]
+"""A capture, and its tracks by part."""
 
 
 class Finder:
@@ -62,8 +64,7 @@ class Finder:
     columns : Mapping of str to Columns
         The symbols of the query's parts; a part that is not there never moves.
     recordings : callable
-        Gives captures and tracks, by places in the roster: of hits that are made objects, and of
-        captures that only the plain matcher can tell about.
+        Gives captures and tracks, by places in the roster: of hits that are made objects.
     tolerance : Fraction
         Seconds within which edges agree.
     """
@@ -74,29 +75,33 @@ class Finder:
         roster: Roster,
         columns: Mapping[str, Columns],
         recordings: Recordings,
-        tolerance: Fraction = plain.TOLERANCE,
+        tolerance: Fraction = TOLERANCE,
     ) -> None:
         self._query, self._roster, self._columns = query, roster, columns
         self._tolerance = tolerance
         self._programs = plan(query)
         self._parts: list[tuple[str, ...]] = []
         self._recordings = recordings
-        self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
-        self._told: dict[int, list[Hit]] = {}
-        self._tellers: dict[int, plain.Teller] = {}
+        self._fetched: dict[int, Recording] = {}
+        self._tellers: dict[int, Teller] = {}
         self._asked = Asked(query)
+        self._watch: Watch | None = None
         self._meet: dict[int, bool] = {}
-        self._labelled = any(it.labels for program in self._programs for it in program.states)
 
-    def find(self, overlaps: str = "none", watch: Watch | None = None) -> Found:
+    def find(
+        self, overlaps: str = "none", watch: Watch | None = None, best: int | None = None
+    ) -> Found:
         """Return all hits.
 
         Parameters
         ----------
         overlaps : str
-            ``none`` or ``all``, as in `lanindex.search.plain.find`.
+            ``none``: from left to right, those that begin when the one before is over; ``all``: one
+            for every place where the pattern can start.
         watch : callable, optional
             Is told how far the search is.
+        best : int, optional
+            Only so many, those that fit best, the clearest first.
         """
         pieces = self._chained(watch)
         if pieces is None:
@@ -105,16 +110,18 @@ class Finder:
         if pieces is None:
             pieces, blocks = [], slabs(self._columns.values(), self._possible(), MOST_ROWS)
         for places in blocks:
-            answers, doubtful = self._among(places, watch)
-            pieces.append(answers)
-            told = self._told_plainly(doubtful, watch)
-            self._told.update(told)
-            pieces += [_columns_of(place, hits) for place, hits in told.items()]
+            pieces += self._among(places, watch)
         answers = joined(pieces)
         if (answers.capture[1:] < answers.capture[:-1]).any():
             answers = answers.at(np.argsort(answers.capture, kind="stable"))
         answers = self._in_those_asked_for(answers)
-        return Found(self, answers, self._kept(answers, overlaps), len(self._told))
+        found = Found(self, answers, self._kept(answers, overlaps))
+        if best is None:
+            return found
+        self._watch = watch  # not of hits that are looked at later on
+        found = found.by_fit()[:best]
+        self._watch, self._tellers = None, {}
+        return found
 
     def _chained(self, watch: Watch | None) -> list[Answers] | None:
         """Return all answers where no program is more than chains, else None."""
@@ -165,48 +172,35 @@ class Finder:
     def hit(self, answer: Answers) -> Hit:
         """Return the one answer of a table as an object."""
         place = int(answer.capture[0])
-        if place in self._told:
-            return self._told[place][int(answer.rows[0, 0])]
         if place not in self._fetched:
             self.fetch([place])
-        if answer.cost[0] < 0 or self._labelled:
-            return self._teller(place, answer)
-        taken = trace(
-            self._block(np.array([place])),
-            self._programs[int(answer.program[0])],
-            self._parts[int(answer.parts[0])],
-            tuple(answer.rows[0].tolist()),
-            int(answer.low[0]),
-            int(value_of(answer.high, answer.cost)[0]),
-        )
-        capture, tracks = self._fetched[place]
-        span = Span(int(answer.low[0]), int(answer.high[0]))
-        rows = dict.fromkeys(row for it in taken for row in it.rows)
-        symbols = {(part, row): _symbol(tracks[part], row) for part, row in rows}
-        return Hit(
-            capture,
-            span,
-            (THOUSANDTHS - int(answer.cost[0])) / THOUSANDTHS,
-            (tuple(symbols.values()),),
-            labelled(taken, symbols),
-        )
-
-    def _teller(self, place: int, answer: Answers) -> Hit:
-        """Return a hit of which the engine knows the frames alone."""
         if place not in self._tellers:
-            self._tellers = {
-                place: plain.Teller(self._query, *self._fetched[place], self._tolerance)
-            }
-        parts = self._parts[int(answer.parts[0])]
-        first = frozenset(zip(parts, answer.rows[0].tolist(), strict=False))
-        hit = self._tellers[place].hit(first)
-        if hit is None or hit.span != Span(int(answer.low[0]), int(answer.high[0])):
+            block = self._block(np.array([place]))
+            source = Source(self._recordings, np.array([place]), block, self._programs)
+            tick = self._tick(place, self._watch)
+            self._tellers = {place: Teller(self._query, self._programs, block, source, tick)}
+        span = Span(int(answer.low[0]), int(answer.high[0]))
+        first = self._parts[int(answer.parts[0])], tuple(answer.rows[0].tolist())
+        try:
+            told = self._tellers[place].told(*first, (span.start, span.stop))
+        except TooMuch:
+            raise self._too_many(place) from None
+        capture, tracks = self._fetched[place]
+        if told is None:
             raise LanindexError(
-                f"the two ways to search differ about frame {int(answer.low[0])}",
-                place=self._fetched[place][0].path,
+                f"a hit at frame {span.start} is not there any more",
+                place=capture.path,
                 remedy="Please report this pattern.",
             )
-        return hit
+        taken = [it for line in told.lines for it in line]
+        rows = dict.fromkeys(row for it in taken for row in it.rows)
+        symbols = {(part, row): _symbol(tracks[part], row) for part, row in rows}
+        lines = tuple(
+            tuple(symbols[row] for row in dict.fromkeys(row for it in line for row in it.rows))
+            for line in told.lines
+        )
+        fit = (THOUSANDTHS - told.cost) / THOUSANDTHS
+        return Hit(capture, span, fit, lines, labelled(taken, symbols))
 
     def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
         """Refuse to tell a hit from other symbols than it was found in."""
@@ -235,36 +229,39 @@ class Finder:
         """Return some captures as a block."""
         return Block(self._roster, self._columns, places, self._tolerance)
 
-    def _among(self, places: Whole, watch: Watch | None) -> tuple[Answers, Whole]:
-        """Return all answers in some captures, and those captures of which nothing is known."""
+    def _among(self, places: Whole, watch: Watch | None) -> list[Answers]:
+        """Return all answers in some captures."""
         if watch:
             watch(int(places[0]), len(self._roster))
         try:
-            answers, doubtful = self._in_block(self._block(places), places, watch)
-        except TooMuch:  # at once: fewer captures are tried, and one alone plainly
+            answers = self._in_block(self._block(places), places, watch)
+        except TooMuch:  # at once: fewer captures are tried
             if len(places) == 1:
-                return joined([]), places
-            halves = [self._among(half, watch) for half in np.array_split(places, 2)]
-            return joined([it for it, _ in halves]), np.concatenate([it for _, it in halves])
+                raise self._too_many(int(places[0])) from None
+            halves = np.array_split(places, 2)
+            return [it for half in halves for it in self._among(half, watch)]
         answers.capture = places[answers.capture]
-        return answers, places[doubtful]
+        return [answers]
 
-    def _in_block(self, block: Block, here: Whole, watch: Watch | None) -> tuple[Answers, Mask]:
-        """Return all answers in a block, and the captures of which nothing is known yet."""
+    def _in_block(self, block: Block, here: Whole, watch: Watch | None) -> Answers:
+        """Return all answers in a block."""
         found: list[Answers] = []
-        doubtful = np.zeros(len(block), bool)
         source = Source(self._recordings, here, block, self._programs)
         tick = self._tick(int(here[0]), watch)
         for number, program in enumerate(self._programs):
             setting = Setting(block, self._asked, source, tick)
-            try:
-                found += answers_of(setting, number, program, self._parts)
-            except NotCovered:
-                doubtful |= possible(block, program)
-        every = joined(found)
-        if doubtful.any():
-            every = every.at(~doubtful[every.capture])
-        return own_rows(best(every), self._parts, lambda part: block.rows(part).bounds), doubtful
+            found += answers_of(setting, number, program, self._parts)
+        return own_rows(best(joined(found)), self._parts, lambda part: block.rows(part).bounds)
+
+    def _too_many(self, place: int) -> LanindexError:
+        """Return what is said where a pattern fits a capture in more ways than can be tried."""
+        (capture,) = self.captures([place])
+        return LanindexError(
+            "the pattern fits in too many ways",
+            place=capture.path,
+            remedy='Put fewer "..." into repeats, name the part after "without", or ask less of '
+            'labels in "where"',
+        )
 
     def _in_those_asked_for(self, answers: Answers) -> Answers:
         """Return the answers in captures that are as conditions on the capture alone ask."""
@@ -288,41 +285,41 @@ class Finder:
             kept = np.flatnonzero(staying.nearest(*where))
         return kept[staying.from_left(*(column[kept] for column in where))]
 
-    def _told_plainly(self, places: Whole, watch: Watch | None) -> dict[int, list[Hit]]:
-        """Return what the plain matcher finds in some captures, overlapping or not."""
-        told = {}
-        for first in range(0, len(places), TOGETHER):
-            some = places[first : first + TOGETHER].tolist()
-            recordings = self._recordings(some, self._query.parts)
-            for place, recording in zip(some, recordings, strict=True):
-                tick = self._tick(place, watch)
-                tick()
-                found = plain.find(
-                    *(self._query, [recording]),
-                    tolerance=self._tolerance,
-                    overlaps="all",
-                    tick=tick,
-                )
-                told[place] = list(found)
-        return told
-
     def _tick(self, place: int, watch: Watch | None) -> Callable[[], None]:
         """Return what tells that the search is still at a capture."""
         many = len(self._roster)
         return partial(watch, place, many) if watch else lambda: None
 
 
-def _columns_of(place: int, hits: list[Hit]) -> Answers:
-    """Return the hits of a capture as columns."""
-    nothing = np.full(len(hits), -1)
-    own = np.stack((np.arange(len(hits)), nothing), axis=1)  # which hit of the capture it is
-    return Answers(
-        np.full(len(hits), place),
-        np.array([hit.span.start for hit in hits], np.int64),
-        np.array([hit.span.stop for hit in hits], np.int64),
-        np.array([round((1 - hit.fit) * THOUSANDTHS) for hit in hits], np.int64),
-        *(nothing, nothing, own),
-    )
+def find_in(
+    recordings: Sequence[Recording],
+    query: Query,
+    *,
+    tolerance: Fraction = TOLERANCE,
+    overlaps: str = "none",
+    watch: Watch | None = None,
+    best: int | None = None,
+) -> Found:
+    """Find a query in a few captures that are at hand, each with its tracks by part."""
+
+    def fetch(places: Sequence[int], parts: Collection[str]) -> list[Recording]:
+        return [recordings[place] for place in places]
+
+    finder = Finder(query, *columns_in(recordings, query.parts), fetch, tolerance)
+    return finder.find(overlaps, watch, best)
+
+
+def columns_in(
+    recordings: Sequence[Recording], parts: Collection[str]
+) -> tuple[Roster, dict[str, Columns]]:
+    """Return captures and the symbols of some parts as columns; a part that no one has is none."""
+    captures = [capture for capture, _ in recordings]
+    columns = {
+        part: columns_of(part, captures, [tracks.get(part) for _, tracks in recordings])
+        for part in parts
+        if any(part in tracks for _, tracks in recordings)
+    }
+    return roster_of(captures), columns
 
 
 def _symbol(track: Track, row: int) -> Symbol:

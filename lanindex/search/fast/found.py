@@ -34,14 +34,11 @@ class Found(Placed):
     chosen : ndarray
         (H,) int64: which of them are the hits. Of those with the same frames it tells the first,
         second … clearest.
-    left : int
-        In how many captures the engine left the search to the plain matcher.
     """
 
-    def __init__(self, maker: Maker, answers: Answers, chosen: Whole, left: int) -> None:
+    def __init__(self, maker: Maker, answers: Answers, chosen: Whole) -> None:
         frames = (column[chosen] for column in (answers.capture, answers.low, answers.high))
         super().__init__(maker, *frames)
-        self.left = left
         self._maker, self._answers, self._chosen = maker, answers, chosen
         self._told: tuple[int, list[Hit]] = -1, []
 
@@ -53,7 +50,7 @@ class Found(Placed):
         return np.append(np.flatnonzero(new), len(answers))
 
     def _some(self, chosen: Numbers | slice) -> Found:
-        return Found(self._maker, self._answers, self._chosen[chosen], self.left)
+        return Found(self._maker, self._answers, self._chosen[chosen])
 
     def _hit(self, index: int) -> Hit:
         place = int(self._chosen[index])

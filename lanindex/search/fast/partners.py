@@ -115,12 +115,14 @@ class Partners:
         """Return the ways of a line that stands beside another, as far as they matter."""
         end = enough_beside(program, companion)
         if (program, end) not in self._found:
-            recall = Recall(self._setting, program, tracked=program.open_ended, enough=end)
-            found = self._from_outside(program, recall)
+            found = self._from_outside(program, self._walk(program, end))
             if not program.open_ended:
                 found = found.at(distinct(found.keys(), len(found))[0])
             self._found[program, end] = found
         return self._found[program, end]
+
+    def _walk(self, program: Program, enough: str | None) -> Recall:
+        return Recall(self._setting, program, tracked=program.open_ended, enough=enough)
 
     def _programs(self, companion: Companion) -> tuple[Program, ...]:
         """Return the lines, one a side, that can be what is asked for beside another."""

@@ -29,10 +29,6 @@ class TooMuch(Exception):
     """More rows at once than there shall be: to be tried with fewer captures."""
 
 
-class NotCovered(Exception):
-    """What only the plain matcher can tell."""
-
-
 def spread(low: Whole, high: Whole) -> tuple[Whole, Whole]:
     """Return all pairs of a range's number and a place in it, for ranges ``[low, high)``.
 

@@ -1,10 +1,9 @@
 """A line walked with all that it has to remember: every way in which it can match.
 
-Other than `walk`, this remembers whatever a pattern may ask for: what stands beside the brackets of
-a longer line, what each line took however often it repeats, what labels matched, how long each step
-lasted. Ways that stand at the same event and remember the same are one. Where states lead to each
-other their events are gone through in order of time, so that all that leads to an event is known
-before it is left.
+It remembers whatever a pattern asks for: what stands beside brackets, what each line took however
+often it repeats, what labels matched, how long each step lasted. Ways that stand at the same event
+and remember the same are one. Where states lead to each other their events are gone through in
+order of time, so that all that leads to an event is known before it is left.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from lanindex.search.fast.memory import (
     telling,
     together,
 )
-from lanindex.search.fast.ragged import FAR, Mask, NotCovered, TooMuch, Whole, best_of_each, spread
+from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
 from lanindex.search.fast.tails import LAST, ONLY, Tails
 from lanindex.search.fast.waves import by_rank, ranks_of
@@ -190,7 +189,7 @@ class Recall:
     def _at_once(self, state: int, at: dict[int, list[Memory]]) -> Iterator[tuple[int, Memory]]:
         """Yield the ways that stand at a state that does not lead to itself."""
         if at[state]:
-            yield state, self._settled(at.pop(state))
+            yield state, self._settled(state, at.pop(state))
 
     def _in_time(
         self, states: list[int], at: dict[int, list[Memory]]
@@ -203,26 +202,27 @@ class Recall:
             for state in states:
                 for rows in at[state]:
                     for rank, some in by_rank(ranks[state][rows.columns[EVENT]], rows):
-                        if rank <= now:
-                            raise NotCovered
+                        assert rank > now, "an arrow that leads back"
                         waves.setdefault(rank, {}).setdefault(state, []).append(some)
                 at[state] = []
             if not waves:
                 return
             now = min(waves)
-            for state, tables in waves.pop(now).items():
-                yield state, self._settled(tables)
+            yield from ((it, self._settled(it, tables)) for it, tables in waves.pop(now).items())
 
-    def _settled(self, tables: list[Memory]) -> Memory:
+    def _settled(self, state: int, tables: list[Memory]) -> Memory:
         """Return ways, those as one that stand at the same event and remember the same."""
-        rows = together(tables)
-        self._followed += len(rows)
-        if self._followed > MOST_WAYS:
-            raise TooMuch
+        rows = self._together(tables)
         alike, which = rows.alike()
         if self._tracked:
             alike.came = self.nodes.add(len(alike), rows.came, which)
         return alike
+
+    def _together(self, tables: list[Memory]) -> Memory:
+        self._followed += sum(map(len, tables))
+        if self._followed > MOST_WAYS:
+            raise TooMuch
+        return together(tables)
 
     def _leave(
         self, state: int, rows: Memory, at: dict[int, list[Memory]]

@@ -1,23 +1,41 @@
-"""The symbols of one hit: which movements, stays and rests a line took, and how clearly.
+"""Which symbols a hit is made of, line by line: its own way is walked again, and followed back.
 
-A search tells only where hits are. Those that are shown are walked once more, in their own
-capture alone, along the values that the search has found.
+A search tells where hits are. For one that is shown its capture alone is walked once more, from its
+first symbols: now each way notes how clear it is, and where it comes from. Of the ways that have
+the frames of the hit the clearest is told, of those the one of most steps. What stood beside it is
+found by closing its brackets again, with all that could stand there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from bisect import bisect
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from lanindex.model import Symbol
-from lanindex.search.automaton import Program, State
-from lanindex.search.fast.answers import firsts, roots
-from lanindex.search.fast.arrows import NONE
+from lanindex.search.automaton import Group, Program, State
+from lanindex.search.fast.answers import firsts
+from lanindex.search.fast.asked import Asked
+from lanindex.search.fast.asking import asked_for
+from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Stretches
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.lines import COST_BITS, Backwards, cost_of, end_of, may_leave
+from lanindex.search.fast.conditions import Source
+from lanindex.search.fast.ends import Found
+from lanindex.search.fast.lines import may_leave
+from lanindex.search.fast.memory import EVENT, Memory, Nodes, distinct, together
+from lanindex.search.fast.others import Others
+from lanindex.search.fast.partners import Partners, Standing
+from lanindex.search.fast.ragged import Mask, Whole, starts_of
+from lanindex.search.fast.recall import Recall
+from lanindex.search.fast.setting import Due, Hulls, Setting
+from lanindex.search.language.query import Query
+
+COST, STEPS, END = range(-3, 0)
+"""What is noted besides of each way, in its last columns: what is missing to a fit of 1, of how
+many steps it is, and, while brackets close again, with which end of which line."""
 
 
 class Taken(NamedTuple):
@@ -27,6 +45,321 @@ class Taken(NamedTuple):
     rows: tuple[tuple[str, int], ...]
     start: int
     end: int
+
+
+class Told(NamedTuple):
+    """A hit: what is missing to a fit of 1, and what each line took, the leading one first."""
+
+    cost: int
+    lines: list[list[Taken]]
+
+
+class Teller:
+    """Tells the hits of a query in one capture.
+
+    Parameters
+    ----------
+    query : Query
+        What was found.
+    programs : tuple of Program
+        Of the query.
+    block : Block
+        Of the capture alone.
+    source : Source
+        What columns do not tell.
+    tick : callable
+        Is called now and then, and may raise.
+    """
+
+    def __init__(
+        self,
+        query: Query,
+        programs: tuple[Program, ...],
+        block: Block,
+        source: Source,
+        tick: Callable[[], None],
+    ) -> None:
+        self._settings = [_Setting(block, query, source, tick, program) for program in programs]
+
+    def told(
+        self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
+    ) -> Told | None:
+        """Return the hit that begins with some symbols and has these frames, None: there is none.
+
+        Raises
+        ------
+        TooMuch
+            Where there are too many ways.
+        """
+        best: tuple[tuple[int, int], _Line, int] | None = None
+        for setting in self._settings:
+            line = setting.walk(parts, rows, span)
+            place = line.best(span) if line else None
+            if line and place is not None and (not best or line.rank(place) < best[0]):
+                best = line.rank(place), line, place
+        return Told(best[0][0], list(best[1].lines(best[2]))) if best else None
+
+
+class _Noting(Asked):
+    """The clauses of a query, and what is noted besides."""
+
+    def __init__(self, query: Query) -> None:
+        super().__init__(query)
+        for it in ("cost", "steps", "end"):
+            self.columns["", it] = len(self.columns)
+
+    def noted(self, block: Block, state: State, events: Whole, seen: Whole) -> Whole:
+        found = super().noted(block, state, events, seen).copy()
+        found[COST] = np.maximum(found[COST], block.events(state).cost[events])
+        found[STEPS] = np.maximum(found[STEPS], 0) + 1
+        return found
+
+
+class _Setting(Setting):
+    """What the lines of a program share in one capture."""
+
+    company: _Partners
+
+    def __init__(
+        self,
+        block: Block,
+        query: Query,
+        source: Source,
+        tick: Callable[[], None],
+        program: Program,
+    ) -> None:
+        super().__init__(block, _Noting(query), source, tick)
+        self._program, self._clauses_alone = program, Asked(query)
+        self.span, self.lying_in = (0, 0), _lying_in(program)
+        self.enter(program)
+        self.company = _Partners(self, program)
+        self._line = _Line(self, program, timed=bool(self.asked.rhythm))
+
+    def due(self, program: Program) -> Due:
+        """Return when the conditions on labels can be told: nothing of what is noted besides."""
+        return Due(self._clauses_alone, program)
+
+    def walk(
+        self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
+    ) -> _Line | None:
+        """Return the leading line, walked from some symbols; None if it does not begin there."""
+        self.span = span
+        self.company.forget(self.lying_in)
+        begun = self._line.roots()
+        for entry, fits in zip(self._program.entries, begun, strict=True):
+            state = self._program.states[entry.state]
+            known = [parts]
+            place, order = firsts(state, known)
+            fits &= not place
+            for member, row in zip(order, rows, strict=False) if not place else ():
+                fits &= self.block.events(state).first[member] == row
+        if not any(fits.any() for fits in begun):
+            return None
+        frames = None if self._program.open_ended else np.array([span[1] - span[0]])
+        self._line.found(begun, frames)
+        return self._line
+
+
+class _Line(Recall):
+    """A line that is walked with notes of where each way comes from."""
+
+    _setting: _Setting
+
+    def __init__(self, setting: _Setting, program: Program, *, timed: bool = False) -> None:
+        super().__init__(setting, program, timed=timed, tracked=True)
+
+    def found(self, begun: list[Mask] | None = None, within: Whole | None = None) -> Found:
+        """Return all ways; of a line beside those that can lie in the hit, if they have to."""
+        self.nodes, self._begins = Nodes(), list[int]()
+        self._tables = list[tuple[int, Memory]]()
+        setting, beside = self._setting, begun is None
+        if begun is None and self._program in setting.lying_in:
+            low, high = setting.span
+            begun, within = self.roots(), np.array([high - low])
+            for entry, fits in zip(self._program.entries, begun, strict=True):
+                start = self._block.events(self._program.states[entry.state]).start
+                fits &= (low <= start) & (start <= high)
+        self.ends = found = super().found(begun, within)
+        if beside:
+            columns = found.memory.columns.copy()
+            columns[STEPS] = -1
+            columns[END] = setting.company.numbers(self, columns.shape[1])
+            found = replace(found, memory=replace(found.memory, columns=columns))
+        return found
+
+    def _settled(self, state: int, tables: list[Memory]) -> Memory:
+        """Return ways; of those that remember the same the clearest, and of most steps."""
+        rows = self._together(tables)
+        cost, steps = rows.columns[COST].copy(), rows.columns[STEPS].copy()
+        rows.columns[COST] = rows.columns[STEPS] = 0
+        which = rows.alike()[1]
+        rows.columns[COST], rows.columns[STEPS] = cost, steps
+        order = np.lexsort((-steps, cost, which))
+        best = rows.at(order[starts_of(which[order])])
+        self._begins.append(self.nodes.many)
+        self._tables.append((state, best))
+        return replace(best, came=self.nodes.add(len(best), rows.came, which))
+
+    def best(self, span: tuple[int, int]) -> int | None:
+        """Return the place of the best end that has these frames, None if there is none."""
+        chosen = asked_for(self._setting, self._program, self, self.ends, self._setting.company)
+        frames = (self.ends.low == span[0]) & (self.ends.high == span[1])
+        return min(chosen[frames[chosen]].tolist(), key=self.rank, default=None)
+
+    def rank(self, end: int) -> tuple[int, int]:
+        """Return what decides between ends of the same frames: the cost, then the most steps."""
+        columns = self.ends.memory.columns
+        return int(columns[COST, end]), -int(columns[STEPS, end])
+
+    def lines(self, end: int) -> Iterator[list[Taken]]:
+        """Yield what the line took on its way to an end, then what each one beside it took."""
+        ending, node = self.ends.at(np.array([end])), int(self.ends.node[end])
+        state, here = self._node(node)
+        beside = [self._left(state, here, ending.memory)]
+        own = [self._taken(state, here)]
+        while (node := int(here.came[0])) >= 0:
+            number, before = self._node(node)
+            beside.append(self._left(number, before, here, state))
+            own.append(self._taken(number, before))
+            state, here = number, before
+        yield own[::-1]
+        for joined in reversed(beside):
+            for other, place in joined:
+                yield from other.lines(place)
+
+    def _node(self, node: int) -> tuple[int, Memory]:
+        """Return the state of a node, and what it remembers."""
+        table = bisect(self._begins, node) - 1
+        state, rows = self._tables[table]
+        return state, rows.at(np.array([node - self._begins[table]]))
+
+    def _left(self, state: int, here: Memory, wanted: Memory, to: int | None = None) -> _Joined:
+        """Return what joined where a way left a state, by what it remembers then.
+
+        Parameters
+        ----------
+        state, here
+            Where it left.
+        wanted : Memory
+            What it remembers at the next state or, if that is None, at the end.
+        to : int, optional
+            The next state.
+        """
+        event, company = int(here.columns[EVENT, 0]), self._setting.company
+        edges = [it for it in self._program.edges[state] if it.entry.state == to]
+        exits = self._program.exits[state] if to is None else [it.exit for it in edges]
+        if not any(group.companions for way in exits for group in way.closes):
+            return ()
+        for place, way in enumerate(exits):
+            if not may_leave(self._block, self._program, way)[event]:
+                continue
+            company.again(int(wanted.columns[COST, 0]))
+            rows, told = self._closed(here.at(np.array([0])), state, way.closes), company.done()
+            rows.came = np.arange(len(rows))
+            if to is not None:
+                rows = self._over(edges[place], rows)
+            like = _like(rows, wanted)
+            if len(like):
+                return told[int(rows.came[like[0]])]
+        raise AssertionError("a way that is not there")
+
+    def _taken(self, state: int, here: Memory) -> Taken:
+        """Return what a state took at a node."""
+        told, place = self._program.states[state], int(here.columns[EVENT, 0])
+        events, rows = self._block.events(told), []
+        for part, first, last in zip(told.members, events.first, events.last, strict=True):
+            begin, end, passing = (
+                int(first[place]),
+                int(last[place]),
+                self._block.rows(part).passing,
+            )
+            rows += [(part, it) for it in range(begin, end + 1) if begin == end or not passing[it]]
+        return Taken(told, tuple(rows), int(events.start[place]), int(events.end[place]))
+
+
+_Joined = tuple[tuple[_Line, int], ...]
+"""The lines that joined, each with its end."""
+
+
+class _Partners(Partners):
+    """What stands beside lines: once more, to tell which of them it was."""
+
+    _setting: _Setting
+
+    def __init__(self, setting: _Setting, program: Program) -> None:
+        super().__init__(setting, program)
+        self._told: list[_Joined] | None = None
+        self._most = 0
+        self._lines: list[_Line] = []
+        self._begins = [0]
+
+    def forget(self, programs: set[Program]) -> None:
+        """Forget the ways of some lines."""
+        self._found = {it: found for it, found in self._found.items() if it[0] not in programs}
+
+    def numbers(self, line: _Line, ends: int) -> Whole:
+        """Return numbers by which the ends of a line are known."""
+        begin = self._begins[-1]
+        self._lines.append(line)
+        self._begins.append(begin + ends)
+        return np.arange(begin, begin + ends)
+
+    def _joined(self, number: int) -> tuple[_Line, int]:
+        place = bisect(self._begins, number) - 1
+        return self._lines[place], number - self._begins[place]
+
+    def again(self, most: int) -> None:
+        """Tell from now on what joins where brackets close at one node, if it is clear enough."""
+        self._told, self._most = [()], most
+
+    def done(self) -> list[_Joined]:
+        """Return what joined in each of the ways in which they can close."""
+        told, self._told = self._told, None
+        return told or []
+
+    def close(self, group: Group, lines: Stretches, hulls: Hulls, *, whole: bool) -> Hulls:
+        """Return the ways in which a group can close."""
+        if self._told is None:
+            return super().close(group, lines, hulls, whole=whole)
+        origin = hulls.line
+        for companion in sorted(group.companions, key=lambda it: it.relation in FORBIDDEN):
+            forbidden = companion.relation in FORBIDDEN
+            if forbidden and not self._programs(companion):
+                continue
+            lines, hulls.line = lines.at(hulls.line), np.arange(len(hulls.line))
+            hulls = (self._without if forbidden else self._with)(
+                companion, lines, hulls, whole=whole
+            )
+            hulls = self._noted(hulls, origin)
+            origin = origin[hulls.line]
+        hulls.line = origin
+        return hulls
+
+    def _noted(self, hulls: Hulls, origin: Whole) -> Hulls:
+        """Take note of what joined; go on with those that are no less clear than the hit."""
+        assert self._told is not None
+        hulls = hulls.at(np.flatnonzero(hulls.seen[COST] <= self._most))
+        ends = hulls.seen[END].copy()
+        hulls.seen[END] = -1
+        keys = [origin[hulls.line], hulls.low, hulls.high, *hulls.taken.first, *hulls.taken.last]
+        chosen = np.sort(distinct([*keys, *hulls.owed, *hulls.seen], len(ends))[0])
+        hulls = hulls.at(chosen)
+        self._told = [
+            (*self._told[line], *([self._joined(end)] if end >= 0 else []))
+            for line, end in zip(hulls.line.tolist(), ends[chosen].tolist(), strict=True)
+        ]
+        return hulls
+
+    def _walk(self, program: Program, enough: str | None) -> Recall:
+        return _Line(self._setting, program)
+
+    def _with_each(
+        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
+    ) -> Hulls:
+        joined = super()._with_each(relation, line, hulls, others, whole=whole)
+        if self._told is None:
+            joined.seen[END] = -1
+        return joined
 
 
 def labelled(
@@ -43,80 +376,24 @@ def labelled(
     return labels
 
 
-def trace(
-    block: Block,
-    program: Program,
-    parts: tuple[str, ...],
-    rows: tuple[int, ...],
-    low: int,
-    value: int,
-) -> list[Taken]:
-    """Return what matched the states of a line that remembers nothing, in order.
-
-    Parameters
-    ----------
-    block : Block
-        Of the hit's capture alone.
-    program : Program
-        Which answers.
-    parts, rows : tuple
-        The first symbols.
-    low : int
-        The first frame: one symbol may be both a movement and a stay with which the line begins.
-    value : int
-        End and cost, as from `lanindex.search.fast.lines.value_of`.
-    """
-    backwards = Backwards(block, program)
-    for entry in program.entries:
-        state = program.states[entry.state]
-        known = [parts]
-        place, order = firsts(state, known)
-        if place:
-            continue
-        events = block.events(state)
-        fits = roots(block, program, entry) & (backwards.values[entry.state] == value)
-        fits &= events.start == low
-        for member, row in zip(order, rows, strict=False):
-            fits &= events.first[member] == row
-        if fits.any():
-            return _followed(block, program, backwards, entry.state, int(np.flatnonzero(fits)[0]))
-    raise AssertionError("a hit that is not there")
+def _lying_in(program: Program) -> set[Program]:
+    """Return the lines beside a program that lie in the hit, wherever they are."""
+    inside: set[Program] = set()
+    outside: set[Program] = set()
+    todo = [(program, True)]
+    while todo:
+        line, within = todo.pop()
+        for group in (line.whole, *line.brackets):
+            for companion in group.companions:
+                adds = companion.relation not in (*NO_FRAMES, *FORBIDDEN)
+                for inner in companion.programs:
+                    lies = within and adds and not inner.open_ended
+                    (inside if lies else outside).add(inner)
+                    todo.append((inner, lies))
+    return inside - outside
 
 
-def _followed(
-    block: Block, program: Program, backwards: Backwards, state: int, place: int
-) -> list[Taken]:
-    value = backwards.values[state][place]
-    taken = []
-    step: tuple[int, int] | None = (state, place)
-    while step:
-        taken.append(_taken(block, program.states[step[0]], step[1]))
-        step = _next(block, program, backwards, step, int(value))
-    return taken
-
-
-def _next(
-    block: Block, program: Program, backwards: Backwards, step: tuple[int, int], value: int
-) -> tuple[int, int] | None:
-    state, place = step
-    events = block.events(program.states[state]).at(np.array([place]))
-    for edge in program.edges[state]:
-        if edge.exit.to_end and not may_leave(block, program, edge.exit)[place]:
-            continue
-        values = backwards.entered(edge)
-        _, targets = backwards.reach(edge, events).pairs()
-        reached = values[targets]
-        fits = (reached < NONE) & (end_of(reached) == value >> COST_BITS)
-        fits &= cost_of(reached) <= value & (1 << COST_BITS) - 1
-        if fits.any():
-            return edge.entry.state, int(targets[np.flatnonzero(fits)[0]])
-    return None
-
-
-def _taken(block: Block, state: State, place: int) -> Taken:
-    events, rows = block.events(state), []
-    for part, first, last in zip(state.members, events.first, events.last, strict=True):
-        begin, end = int(first[place]), int(last[place])
-        passing = block.rows(part).passing
-        rows += [(part, row) for row in range(begin, end + 1) if begin == end or not passing[row]]
-    return Taken(state, tuple(rows), int(events.start[place]), int(events.end[place]))
+def _like(rows: Memory, wanted: Memory) -> Whole:
+    """Return the places of the ways that remember what another one does."""
+    which = together([rows, wanted]).alike()[1]
+    return np.flatnonzero(which[:-1] == which[-1])

@@ -23,7 +23,7 @@ from lanindex.search.fuzzy.overlaps import staying
 from lanindex.search.fuzzy.wholes import Joining, Plan, Table
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
-from lanindex.search.plain import TOLERANCE
+from lanindex.search.language.times import TOLERANCE
 
 CLEAR = (15, 14, 12, 8)
 """How clear the best hits are looked for, in steps of a margin, one after the other."""

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor
 
-_TOLERANCE = Fraction(1, 5)
+TOLERANCE = Fraction(1, 10)
+"""Seconds by which edges may differ that should agree, if nothing else is said."""
+
+_ABOUT = Fraction(1, 5)
 """How far a bare length, ``1s``, may be off, in proportion."""
 
 
@@ -78,12 +81,12 @@ class Length:
             ">=": ceil(wanted),
             "+": ceil(wanted),
             "..": ceil(wanted),
-            "~": ceil(wanted * (1 - _TOLERANCE)),
+            "~": ceil(wanted * (1 - _ABOUT)),
         }
         below = {
             "<": ceil(wanted) - 1,
             "<=": floor(wanted),
             "..": floor(longest),
-            "~": floor(wanted * (1 + _TOLERANCE)),
+            "~": floor(wanted * (1 + _ABOUT)),
         }
         return above.get(self.form, 0), below.get(self.form)

@@ -1,18 +1,18 @@
-"""The plain matcher: programs and tracks → hits, as the language's page says, word for word.
+"""The oracle: programs and tracks → hits, as the language's page says, word for word.
 
-It is correct first, and the oracle of any faster one. Read it in this order:
+It tries every way and keeps what the page allows, in as little code as that takes; nothing in it is
+for speed, so it is for small captures alone. Nothing that is shown to anybody comes from here: it
+is what the engine (``lanindex.search.fast``) is held against. Read it in this order:
 
 1. ``track``: a track becomes events, which are movements, stays and rests; what follows what.
 2. ``candidates``: events become matches of a state, anywhere or over an arrow.
-3. ``paths``: what a walk remembers; matches joined by arrows become paths.
-4. ``relations``: how two lines must lie to each other.
-5. ``wanted``: what cannot serve two lines.
-6. ``clauses``: what rhythm and conditions ask of a way.
-7. ``beside``: what stands beside a line, or must not.
-8. ``walk``: all ways through a capture, and the best from each place.
-9. ``find``: which of them are hits.
+3. ``relations``: how two lines must lie to each other.
+4. ``ways``: matches joined by arrows become ways, with the lines beside them.
+5. ``clauses``: what rhythm and conditions ask of a way.
+6. ``walk``: all ways through a capture, and what stands beside them, or must not.
+7. ``find``: the best from each place, and which of them are hits.
 """
 
-from lanindex.search.plain.find import TOLERANCE, Teller, find
+from lanindex.search.plain.find import find, ties
 
-__all__ = ["TOLERANCE", "Teller", "find"]
+__all__ = ["find", "ties"]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
-from lanindex.errors import LanindexError
 from lanindex.model import Capture, Symbol, Track
 from lanindex.search.automaton import State
 from lanindex.search.language.query import Arrow
@@ -95,32 +93,18 @@ class Recording:
         Its rate, frames and tempo.
     tracks : Mapping of str to Track
         By part; a part that is not there never moves.
-    tick : callable, optional
-        Is called now and then while it is searched, and may raise.
     """
 
     def __init__(
         self,
         capture: Capture,
         tracks: Mapping[str, Track],
-        tick: Callable[[], None] = lambda: None,
     ) -> None:
-        self.capture, self._tracks, self.tick = capture, tracks, tick
+        self.capture, self._tracks = capture, tracks
         self._clock = Clock(capture.rate, capture.meter.speed / 60)
         self._timelines: dict[str, Timeline | None] = {}
         self._symbols: dict[str, list[Symbol]] = {}
         self._events: dict[State, tuple[list[Event], ...]] = {}
-        self._matches: dict[tuple[State, tuple[Event, ...]], Match | None] = {}
-        self._bounds: dict[Length, tuple[int, int | None]] = {}
-
-    def too_many(self, ways: int) -> LanindexError:
-        """Return what is said where a pattern fits in more ways than can be tried."""
-        return LanindexError(
-            f"the pattern fits in more than {ways} ways",
-            place=self.capture.path,
-            remedy='Put fewer "..." into repeats, name the part after "without", or ask less of '
-            'labels in "where"',
-        )
 
     def timeline(self, part: str) -> Timeline | None:
         """Return a part's timeline, None if the capture lacks the part."""
@@ -149,9 +133,7 @@ class Recording:
         """Tell whether a number of frames meets a condition on length."""
         if length is None:
             return True
-        if length not in self._bounds:
-            self._bounds[length] = length.bounds(self._clock)
-        least, most = self._bounds[length]
+        least, most = length.bounds(self._clock)
         return least <= frames and (most is None or frames <= most)
 
     def anywhere(self, state: State) -> Iterator[Match]:
@@ -226,14 +208,11 @@ class Recording:
         return not match.passing and self.meets(remaining, arrow.length)
 
     def _match(self, state: State, events: tuple[Event, ...]) -> Match | None:
-        key = (state, events)
-        if key not in self._matches:
-            match = _matched(state.manner, events)
-            if match and state.length:
-                fits = not match.starting and self.meets(match.end - match.start, state.length)
-                match = match if fits else None
-            self._matches[key] = match
-        return self._matches[key]
+        match = _matched(state.manner, events)
+        if match is None or state.length is None:
+            return match
+        fits = not match.starting and self.meets(match.end - match.start, state.length)
+        return match if fits else None
 
 
 def _allows(arrow: Arrow, count: int | None) -> bool:
@@ -243,11 +222,6 @@ def _allows(arrow: Arrow, count: int | None) -> bool:
 
 def _within(events: list[Event], origin: Origin, arrow: Arrow) -> Iterator[Event]:
     """Yield the events to which an arrow leads; a starting position never follows one."""
-    least, most = arrow.bounds
-    for index in range(bisect_left(events, origin.row, key=lambda it: it.first), len(events)):
-        event = events[index]
-        count = event.timeline.count(origin, event)
-        if count is None or (most is not None and count > most):
-            return
-        if count >= least and not event.starting:
+    for event in events:
+        if _allows(arrow, event.timeline.count(origin, event)) and not event.starting:
             yield event

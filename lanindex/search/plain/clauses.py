@@ -13,10 +13,10 @@ from fractions import Fraction
 
 from lanindex.model import Hit, Span, Symbol
 from lanindex.search.conditions import holds, names_in
-from lanindex.search.language.clauses import CLIP, MATCH
+from lanindex.search.language.clauses import CLIP
 from lanindex.search.language.query import Query
-from lanindex.search.plain.candidates import Recording
-from lanindex.search.plain.paths import Path, Seen
+from lanindex.search.plain.candidates import Match, Recording
+from lanindex.search.plain.ways import Seen, Way
 
 _OFF = Fraction(1, 4)
 """How far a step of a rhythm may be off, in proportion to its share."""
@@ -45,50 +45,32 @@ class Clauses:
     def __init__(self, query: Query, recording: Recording) -> None:
         self._recording = recording
         self._rhythm, self._where = query.rhythm, query.where
-        self._names = {condition: names_in([condition]) - {CLIP} for condition in query.where}
-        self.timed = bool(query.rhythm)
-        names = names_in(query.where)
-        self.labels = names - {CLIP, MATCH}
-        self.of_match = MATCH in names
 
-    def may_go_on(self, beats: tuple[int, ...]) -> bool:
-        """Tell whether there are not yet more steps than the rhythm has."""
-        return not self.timed or len(beats) <= len(self._rhythm)
-
-    def may_hold(self, seen: tuple[Seen, ...]) -> bool:
+    def may_hold(self, seen: Iterable[Seen]) -> bool:
         """Tell whether the conditions hold that speak of these labels and of the clip alone."""
-        told = {it.label for it in seen}
-        settled = [it for it in self._where if self._names[it] <= told]
-        if not settled:
-            return True
-        hit = Hit(self._recording.capture, Span(0, 0), 1.0, (), labels_of(self._recording, seen))
-        return all(holds(condition, hit) for condition in settled)
+        labels = labels_of(self._recording, seen)
+        hit = Hit(self._recording.capture, Span(0, 0), 1.0, (), labels)
+        told = {CLIP, *labels}
+        return all(holds(it, hit) for it in self._where if names_in([it]) <= told)
 
-    def met_by(self, path: Path) -> bool:
+    def met_by(self, way: Way) -> bool:
         """Tell whether a way through the whole pattern is as the clauses ask."""
-        return self._in_rhythm(path.memory.beats) and self._true_of(path)
+        return self._in_rhythm([it.match for it in way.nodes]) and self._true_of(way)
 
-    def _in_rhythm(self, beats: tuple[int, ...]) -> bool:
-        if not self.timed:
-            return True
-        if len(beats) != len(self._rhythm):
-            return False
+    def _in_rhythm(self, matches: list[Match]) -> bool:
+        beats = [it.end - it.start for it in matches]
+        if not self._rhythm or len(beats) != len(self._rhythm):
+            return not self._rhythm
         unit = Fraction(sum(beats)) / sum(self._rhythm)
         return all(
             abs(beat - share * unit) <= _OFF * share * unit
             for beat, share in zip(beats, self._rhythm, strict=True)
         )
 
-    def _true_of(self, path: Path) -> bool:
-        if not self._where:
-            return True
-        event = path.node.match.events[-1]
+    def _true_of(self, way: Way) -> bool:
+        event = way.node.match.events[-1]
         last = self._recording.symbols(event.timeline.part)[event.rows[-1]]
-        hit = Hit(
-            self._recording.capture,
-            Span(path.low, path.high),
-            path.fit,
-            ((last,),),
-            labels_of(self._recording, path.memory.seen),
-        )
+        labels = labels_of(self._recording, way.labelled())
+        span = Span(way.low, way.high)
+        hit = Hit(self._recording.capture, span, way.fit, ((last,),), labels)
         return all(holds(condition, hit) for condition in self._where)

@@ -1,36 +1,33 @@
-"""Query + recordings → hits: the plain matcher, which follows the language's page word for word.
-
-It is correct first and serves as the oracle of any faster one.
-"""
+"""Query + recordings → hits: from each beginning the best way, and which of them are hits."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Track
 from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.language.query import Query
+from lanindex.search.language.times import TOLERANCE
 from lanindex.search.plain.candidates import First, Recording
 from lanindex.search.plain.clauses import Clauses, labels_of
-from lanindex.search.plain.paths import Path
 from lanindex.search.plain.walk import Walker
-
-TOLERANCE = Fraction(1, 10)
-"""Seconds by which edges may differ that should agree."""
+from lanindex.search.plain.ways import Way
 
 OVERLAPS = ("none", "all")
 """Whether a capture's hits may overlap."""
 
+Recorded = tuple[Capture, Mapping[str, Track]]
+"""A capture, and its tracks by part."""
+
 
 def find(
     query: Query,
-    recordings: Iterable[tuple[Capture, Mapping[str, Track]]],
+    recordings: Iterable[Recorded],
     *,
     tolerance: Fraction = TOLERANCE,
     overlaps: str = "none",
-    tick: Callable[[], None] = lambda: None,
 ) -> Iterator[Hit]:
     """Find a pattern.
 
@@ -46,8 +43,6 @@ def find(
     overlaps : str, optional
         ``none``: from left to right, those that begin when the one before is over; ``all``: one
         for every place where the pattern can start.
-    tick : callable, optional
-        Is called now and then, also while one capture is searched, and may raise.
 
     Yields
     ------
@@ -77,90 +72,78 @@ def find(
         raise UsageError(f'overlaps "{overlaps}"', wanted=" or ".join(OVERLAPS))
     if tolerance < 0:
         raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
-    return _find(query, recordings, tolerance, overlaps, tick)
+    return (hits[0] for hits in _find(query, recordings, tolerance, overlaps))
+
+
+def ties(
+    query: Query,
+    recordings: Iterable[Recorded],
+    *,
+    tolerance: Fraction = TOLERANCE,
+    overlaps: str = "none",
+) -> Iterator[list[Hit]]:
+    """Find a pattern, and tell each hit in all ways that are as good: any of them may be shown.
+
+    Those of most steps come first.
+    """
+    return _find(query, recordings, tolerance, overlaps)
 
 
 def _find(
     query: Query,
-    recordings: Iterable[tuple[Capture, Mapping[str, Track]]],
+    recordings: Iterable[Recorded],
     tolerance: Fraction,
     overlaps: str,
-    tick: Callable[[], None],
-) -> Iterator[Hit]:
+) -> Iterator[list[Hit]]:
     programs = plan(query)
     counted = counts(query.pattern)
     for capture, tracks in recordings:
-        recording = Recording(capture, tracks, tick)
+        recording = Recording(capture, tracks)
         clauses = Clauses(query, recording)
         if not clauses.may_hold(()):
             continue
-        paths = _starts(Walker(recording, programs, tolerance, clauses), programs)
+        best = _best(Walker(recording, tolerance, clauses), programs)
         if overlaps == "none":
-            paths = list(_apart(paths if counted else _nearest(paths)))
-        yield from (_hit(recording, path) for path in paths)
+            best = list(_apart(best if counted else _nearest(best)))
+        yield from ([_hit(recording, way) for way in ways] for ways in best)
 
 
-class Teller:
-    """Tells single hits of a capture, from the symbols with which they begin.
-
-    Parameters
-    ----------
-    query : Query
-        What was found.
-    capture : Capture
-        Where.
-    tracks : Mapping of str to Track
-        Its tracks by part.
-    tolerance : Fraction
-        As for `find`.
-    """
-
-    def __init__(
-        self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
-    ) -> None:
-        self._recording, self._programs = Recording(capture, tracks), plan(query)
-        clauses = Clauses(query, self._recording)
-        self._walker = Walker(self._recording, self._programs, tolerance, clauses)
-
-    def hit(self, first: First) -> Hit | None:
-        """Return the best hit that begins with some symbols, None if there is none."""
-        paths = _starts(self._walker, self._programs, first)
-        return _hit(self._recording, paths[0]) if paths else None
-
-
-def _starts(
-    walker: Walker, programs: tuple[Program, ...], first: First | None = None
-) -> list[Path]:
-    """Return the best path from each place where the pattern can start, in order of time."""
-    best: dict[First, Path] = {}
+def _best(walker: Walker, programs: tuple[Program, ...]) -> list[list[Way]]:
+    """Return the best ways from each place where the pattern can start, in order of time."""
+    every: dict[First, list[Way]] = {}
     for program in programs:
-        for path in walker.leading(program, first):
-            here = path.first.first
-            if here not in best or path.rank < best[here].rank:
-                best[here] = path
-    return sorted(best.values(), key=lambda path: (path.low, path.high, -path.fit))
+        for ways in walker.leading(program):
+            for way in ways:
+                every.setdefault(way.nodes[0].match.first, []).append(way)
+    best = []
+    for ways in every.values():
+        rank = min(way.rank for way in ways)
+        tied = [way for way in ways if way.rank == rank]
+        best.append(sorted(tied, key=lambda way: -len(way.nodes)))
+    return sorted(best, key=lambda ways: (ways[0].low, ways[0].high, -ways[0].fit))
 
 
-def _nearest(paths: list[Path]) -> list[Path]:
-    """Return, of paths that end together, those that start last."""
+def _nearest(best: list[list[Way]]) -> list[list[Way]]:
+    """Return, of ways that end together, those that start last."""
     latest: dict[int, int] = {}
-    for path in paths:
-        latest[path.high] = max(path.low, latest.get(path.high, path.low))
-    return [path for path in paths if path.low == latest[path.high]]
+    for way, *_ in best:
+        latest[way.high] = max(way.low, latest.get(way.high, way.low))
+    return [ways for ways in best if ways[0].low == latest[ways[0].high]]
 
 
-def _apart(paths: list[Path]) -> Iterator[Path]:
-    """Yield, from left to right, those that begin at or after the end of the one before."""
+def _apart(best: list[list[Way]]) -> Iterator[list[Way]]:
+    """Yield, from left to right, those that begin at or after the end of the one before.
+
+    Those of other beginnings that are as good may be shown instead.
+    """
     end = 0
-    for path in paths:
-        if path.low >= end:
-            end = path.high
-            yield path
+    for ways in best:
+        if ways[0].low >= end:
+            end = ways[0].high
+            yield [way for tied in best if tied[0].rank == ways[0].rank for way in tied]
 
 
-def _hit(recording: Recording, path: Path) -> Hit:
-    lines = tuple(
-        tuple(recording.symbols(part)[row] for part, row in line) for line in path.lines()
-    )
-    labels = labels_of(recording, path.labelled())
-    return Hit(recording.capture, Span(path.low, path.high), path.fit, lines, labels)
+def _hit(recording: Recording, way: Way) -> Hit:
+    lines = tuple(tuple(recording.symbols(part)[row] for part, row in line) for line in way.lines())
+    labels = labels_of(recording, way.labelled())
+    return Hit(recording.capture, Span(way.low, way.high), way.fit, lines, labels)

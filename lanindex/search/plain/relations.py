@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 from lanindex.search.automaton import Companion
 from lanindex.search.plain.candidates import Recording
-from lanindex.search.plain.paths import Path
 
 
 class Stretch(NamedTuple):
-    """What another line is compared with.
+    """A line, as it is compared with others.
 
     Attributes
     ----------
@@ -37,40 +36,40 @@ FORBIDDEN = ("without", "never")
 NO_FRAMES = ("during", "after", "before")
 """Relations of lines that add no frames to the hit."""
 
-_AGREE: dict[str, Callable[[Stretch, Path, int], bool]] = {
-    "with": lambda it, path, slack: it.start < path.until and path.start < it.until,
-    "during": lambda it, path, slack: path.start <= it.start and it.until <= path.until,
-    "starting with": lambda it, path, slack: abs(path.start - it.start) <= slack,
-    "ending with": lambda it, path, slack: abs(path.until - it.until) <= slack,
-    "exactly with": lambda it, path, slack: (
-        abs(path.start - it.start) <= slack and abs(path.until - it.until) <= slack
+_AGREE: dict[str, Callable[[Stretch, Stretch, int], bool]] = {
+    "with": lambda it, other, slack: it.start < other.until and other.start < it.until,
+    "during": lambda it, other, slack: other.start <= it.start and it.until <= other.until,
+    "starting with": lambda it, other, slack: abs(other.start - it.start) <= slack,
+    "ending with": lambda it, other, slack: abs(other.until - it.until) <= slack,
+    "exactly with": lambda it, other, slack: (
+        abs(other.start - it.start) <= slack and abs(other.until - it.until) <= slack
     ),
-    "without": lambda it, path, slack: it.start < path.until and path.start < it.until,
-    "never": lambda it, path, slack: True,
+    "without": lambda it, other, slack: it.start < other.until and other.start < it.until,
+    "never": lambda it, other, slack: True,
 }
 """Whether they lie as a relation says that has no limit; slack in frames."""
 
-_BETWEEN: dict[str, Callable[[Stretch, Path], int]] = {
-    "with": lambda it, path: max(0, path.start - it.until, it.start - path.until),
-    "without": lambda it, path: max(0, path.start - it.until, it.start - path.until),
-    "after": lambda it, path: it.start - path.until,
-    "before": lambda it, path: path.start - it.until,
+_BETWEEN: dict[str, Callable[[Stretch, Stretch], int]] = {
+    "with": lambda it, other: max(0, other.start - it.until, it.start - other.until),
+    "without": lambda it, other: max(0, other.start - it.until, it.start - other.until),
+    "after": lambda it, other: it.start - other.until,
+    "before": lambda it, other: other.start - it.until,
 }
 """How many frames lie between; less than none: it is the other one that comes first."""
 
 
 def stands(
-    companion: Companion, stretch: Stretch, path: Path, recording: Recording, slack: int
+    companion: Companion, line: Stretch, other: Stretch, recording: Recording, slack: int
 ) -> bool:
-    """Tell whether a path stands to a stretch as a companion of it must, or must not.
+    """Tell whether another line stands to a line as a companion of it must, or must not.
 
     Parameters
     ----------
     companion : Companion
         The relation, and how many frames may lie between.
-    stretch : Stretch
+    line : Stretch
         The leading line, or the hit.
-    path : Path
+    other : Stretch
         The other line.
     recording : Recording
         Whose clock tells how long that is.
@@ -79,12 +78,12 @@ def stands(
     """
     relation, within = companion.relation, companion.within
     if relation in ("after", "before"):
-        between = _BETWEEN[relation](stretch, path)
-        if path.alone or stretch.alone or between < 0:
+        between = _BETWEEN[relation](line, other)
+        if other.alone or line.alone or between < 0:
             return False
         return recording.meets(between, within)
-    if path.alone and not stretch.alone:
+    if other.alone and not line.alone:
         return False
     if within:
-        return recording.meets(_BETWEEN[relation](stretch, path), within)
-    return _AGREE[relation](stretch, path, slack)
+        return recording.meets(_BETWEEN[relation](line, other), within)
+    return _AGREE[relation](line, other, slack)

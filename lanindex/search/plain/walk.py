@@ -1,26 +1,26 @@
 """Walk a program through a capture: all the ways in which a line and those beside it match.
 
-A walk goes from match to match. Two ways that stand at the same match and remember the same are
-one node, so their number stays small whatever the pattern repeats.
+"One movement, stay or rest serves one line only"; and "what must not happen does not count where
+the hit itself uses it": of the hit as a whole, so what disturbs a bracket may still be forgiven
+later on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from fractions import Fraction
-from heapq import heappop, heappush
-from math import floor, inf
+from math import floor
 
-from lanindex.search.automaton import Edge, Exit, Program, State
-from lanindex.search.plain.beside import Company
-from lanindex.search.plain.candidates import First, Match, Recording
+from lanindex.errors import LanindexError
+from lanindex.search.automaton import Companion, Edge, Exit, Group, Program
+from lanindex.search.plain.candidates import Recording
 from lanindex.search.plain.clauses import Clauses
-from lanindex.search.plain.paths import Memory, Node, Open, Path, Seen, distinct, longest, seen_in
+from lanindex.search.plain.relations import FORBIDDEN, Stretch, stands
 from lanindex.search.plain.track import Claim
-from lanindex.search.plain.wanted import Sides, Wanted
+from lanindex.search.plain.ways import Node, Open, Past, Way, longest
 
-MOST_NODES = 200_000
-"""How many nodes a walk from one first match may have, before it is given up."""
+MOST_WAYS = 100_000
+"""How many steps are taken in one capture, and lines joined, before it is given up."""
 
 
 class Walker:
@@ -30,161 +30,131 @@ class Walker:
     ----------
     recording : Recording
         The capture.
-    programs : sequence of Program
-        Of the leading lines.
     tolerance : Fraction
         Seconds by which edges may differ that should agree.
     clauses : Clauses
         What is asked of each way, besides.
     """
 
-    def __init__(
-        self,
-        recording: Recording,
-        programs: Sequence[Program],
-        tolerance: Fraction,
-        clauses: Clauses,
-    ) -> None:
-        self._recording, self._programs, self._clauses = recording, programs, clauses
-        self._timed = frozenset(programs) if clauses.timed else frozenset()
-        self._wanted = Wanted(recording, programs)
-        self._paths: dict[Sides, list[Path]] = {}
-        slack = floor(tolerance * recording.capture.rate)
-        wholes = frozenset(program.whole for program in programs)
-        self._company = Company(recording, self.paths, slack, clauses, wholes)
+    def __init__(self, recording: Recording, tolerance: Fraction, clauses: Clauses) -> None:
+        self._recording, self._clauses = recording, clauses
+        self._slack = floor(tolerance * recording.capture.rate)
+        self._beside: dict[tuple[Program, ...], list[Way]] = {}
+        self._tried = 0
 
-    def leading(self, program: Program, first: First | None = None) -> Iterator[Path]:
-        """Yield the best path of a leading line from each of its first matches, or from one.
+    def leading(self, program: Program) -> Iterator[list[Way]]:
+        """Yield, for each first match of a leading line, the ways that are all that is asked for.
 
-        "The earliest end is taken, then the latest start, then the greatest fit"; but "a repeat or
-        ``?`` that ends a line runs on as long as it can".
+        A starting position alone is no movement; nothing happens that must not. "A line that may
+        end in an open count runs on for as long as the whole pattern allows".
         """
         for root in self._roots(program):
-            if first is not None and root.match.first != first:
-                continue
-            whole: list[Path] = []
-            soonest: float = inf
-            for end, ending in self._from(program, root):
-                if end > soonest:  # no path ends before the last match of its own line
-                    break
-                good = [path for path in ending if self._is_whole(path)]
-                whole += good
-                if not program.open_ended:
-                    soonest = min([soonest, *(path.high for path in good)])
-            yield from sorted(longest(whole), key=lambda path: path.rank)[:1]
+            ways = (way for way in self._from(program, root) if not way.alone and way.paid)
+            yield longest(way for way in ways if self._clauses.met_by(way))
 
-    def _is_whole(self, path: Path) -> bool:
-        """Tell whether a path is all that is asked for.
-
-        A starting position alone is no movement; nothing happens that must not.
-        """
-        return not path.alone and not path.memory.owed and self._clauses.met_by(path)
-
-    def paths(self, line: Sides) -> list[Path]:
-        """Return all paths of a line that stands beside another, from wherever it can begin.
-
-        Of what they have used they remember what others may want.
-        """
-        if line not in self._paths:
-            found = [
-                path
+    def ways(self, line: tuple[Program, ...]) -> list[Way]:
+        """Return all ways of a line that stands beside another, a program a side."""
+        if line not in self._beside:
+            self._beside[line] = [
+                way
                 for program in line
                 for root in self._roots(program)
-                for _, ending in self._from(program, root)
-                for path in ending
+                for way in self._from(program, root)
             ]
-            outside = self._wanted.outside(line)
-            for path in found:
-                used = frozenset(it for it in path.memory.used if it[1:] in outside)
-                path.memory = path.memory._replace(used=used)
-            runs_on = any(program.open_ended for program in line)
-            self._paths[line] = found if runs_on else distinct(found)
-        return self._paths[line]
+        return self._beside[line]
 
     def _roots(self, program: Program) -> Iterator[Node]:
         for entry in program.entries:
             state = program.states[entry.state]
             for match in self._recording.anywhere(state):
                 if all(self._recording.begins(match, arrow) for arrow in entry.from_start):
-                    opened = Open(match.start, match.start, 0, match.starting)
-                    groups = (opened,) * (1 + len(entry.opens))
-                    memory = Memory(groups, self._claims(match), seen=self._seen(state, match))
-                    yield Node(state, match, self._timing(program, match, memory))
+                    opened = Open(match.start, match.start, match.end, match.starting)
+                    past = Past((opened,) * (1 + len(entry.opens)), match.claims)
+                    yield Node(None, (), state, match, past)
 
-    def _claims(self, match: Match) -> frozenset[Claim]:
-        return frozenset(it for it in match.claims if it[1:] in self._wanted.twice)
+    def _from(self, program: Program, node: Node) -> Iterator[Way]:
+        """Yield all ways that go on from a node, those that end there first."""
+        self._count()
+        for leaving in program.exits[node.state.number] if node.match.may_border else ():
+            for past in self._left(program, node, leaving):
+                yield Way(node, past)
+        for edge in program.edges[node.state.number]:
+            for after in self._over(program, node, edge):
+                yield from self._from(program, after)
 
-    def _seen(self, state: State, match: Match) -> tuple[Seen, ...]:
-        spoken = [label for label in state.labels if label in self._clauses.labels]
-        return tuple(seen for label in spoken for seen in seen_in(match, label))
-
-    def _timing(self, program: Program, match: Match, memory: Memory) -> Memory:
-        """Return a memory with how long a match has lasted, if a rhythm is asked for."""
-        if program not in self._timed:
-            return memory
-        return memory._replace(beats=(*memory.beats, match.end - match.start))
-
-    def _from(self, program: Program, root: Node) -> Iterator[tuple[int, list[Path]]]:
-        """Yield, in order of time, where nodes end that one first match leads to, and what does.
-
-        So all nodes from which one may come are settled before it.
-        """
-        seen: dict[tuple[State, Match, Memory], Node] = {}
-        todo = [(root.match.end, 0, 0, root)]
-        while todo:
-            end, *_, node = heappop(todo)
-            self._recording.tick()
-            node.settle()
-            exits = program.exits[node.state.number]
-            yield end, [path for leaving in exits for path in self._finish(root, node, leaving)]
-            for edge in program.edges[node.state.number]:
-                for new in self._cross(program, node, edge):
-                    known = seen.setdefault((new.state, new.match, new.memory), new)
-                    if known is new:
-                        row = new.match.events[0].last
-                        heappush(todo, (new.match.end, row, len(seen), new))
-                    else:
-                        known.came += new.came
-            if len(seen) > MOST_NODES:
-                raise self._recording.too_many(MOST_NODES)
-
-    def _finish(self, root: Node, node: Node, leaving: Exit) -> Iterator[Path]:
-        """Yield the paths that end at a node."""
-        if not node.match.may_border:
-            return
-        for memory, beside in self._leave(node, leaving):
-            (line,) = memory.groups
-            until = node.match.until if line.alone else node.match.end
-            yield Path(root.match, node, memory, until, max(line.beyond, node.match.end), beside)
-
-    def _cross(self, program: Program, node: Node, edge: Edge) -> Iterator[Node]:
+    def _over(self, program: Program, node: Node, edge: Edge) -> Iterator[Node]:
         """Yield the nodes to which an edge leads."""
         state, entry = program.states[edge.entry.state], edge.entry
-        ways = self._leave(node, edge.exit)
-        if not ways:
-            return
-        for match in self._recording.following(state, node.match, edge.arrow, edge.same):
-            if not all(self._recording.begins(match, arrow) for arrow in entry.from_start):
-                continue
-            claims, seen = self._claims(match), self._seen(state, match)
-            opened = (Open(match.start, match.start, 0, False),) * len(entry.opens)
-            for memory, beside in ways:
-                if not claims & memory.used:
-                    moved = tuple(it.moved(match.start, match.end) for it in memory.groups)
-                    new = memory._replace(groups=moved + opened).using(claims, seen)
-                    new = self._timing(program, match, new)
-                    if self._clauses.may_go_on(new.beats):
-                        yield Node(state, match, new, [(node, beside)])
+        for past in self._left(program, node, edge.exit):
+            for match in self._recording.following(state, node.match, edge.arrow, edge.same):
+                begins = all(self._recording.begins(match, arrow) for arrow in entry.from_start)
+                if begins and not match.claims & past.used:
+                    new = past.with_match(match, len(entry.opens))
+                    yield Node(node, past.joined, state, match, new)
 
-    def _leave(self, node: Node, leaving: Exit) -> list[tuple[Memory, tuple[Path, ...]]]:
-        """Return the ways in which the groups that end at a node can close."""
+    def _left(self, program: Program, node: Node, leaving: Exit) -> list[Past]:
+        """Return the ways in which the brackets that end at a node can close, inner ones first."""
         if not all(self._recording.ends(node.match, arrow) for arrow in leaving.to_end):
             return []
-        ways: list[tuple[Memory, tuple[Path, ...]]] = [(node.memory, ())]
+        pasts = [node.past]
         for group in leaving.closes:
-            ways = [
-                (closed, (*beside, *more))
-                for memory, beside in ways
-                for closed, more in self._company.close(group, node.match, memory)
-            ]
-        return ways
+            whole = group is program.whole
+            pasts = [it for past in pasts for it in self._closed(group, node, past, whole)]
+        return pasts
+
+    def _closed(self, group: Group, node: Node, past: Past, whole: bool) -> Iterator[Past]:
+        """Yield the ways in which a bracket can close: with each choice of lines beside it."""
+        match, own = node.match, past.opened[-1]
+        frames = match.end - own.start
+        if group.length and (own.alone or not self._recording.meets(frames, group.length)):
+            return
+        line = Stretch(own.start, match.until if own.alone else match.end, own.alone)
+        pasts = [past]
+        for companion in group.companions:
+            if companion.relation not in FORBIDDEN:
+                pasts = [
+                    one.with_line(way, companion.relation)
+                    for one in pasts
+                    for way in self._partners(companion, line, Way(node, one), whole)
+                ]
+        for one in pasts:
+            *outer, own = one.opened
+            hull = Stretch(own.low, max(own.high, line.until), own.alone)
+            owed = one.owed.union(*(self._disturbing(it, hull) for it in group.companions))
+            opened = tuple(it.around(own.low, own.high) for it in outer)
+            yield one._replace(opened=opened, owed=owed)
+
+    def _partners(self, companion: Companion, line: Stretch, so_far: Way, whole: bool) -> list[Way]:
+        """Return the lines that stand beside a line as a companion must.
+
+        One that may end in an open count "runs on for as long as it can stand there and meets the
+        conditions on its labels".
+        """
+        said = list(so_far.labelled()) if whole else []
+        ways = []
+        for way in self.ways(companion.programs):
+            self._count()
+            if (
+                stands(companion, line, way.stretch, self._recording, self._slack)
+                and not way.past.used & so_far.past.used
+                and self._clauses.may_hold([*said, *way.labelled()])
+            ):
+                ways.append(way)
+        return longest(ways)
+
+    def _disturbing(self, companion: Companion, hull: Stretch) -> Iterator[frozenset[Claim]]:
+        """Yield what the matches of a line use that must not happen beside a hull."""
+        if companion.relation in FORBIDDEN:
+            for way in self.ways(companion.programs):
+                self._count()
+                if way.paid and stands(companion, hull, way.stretch, self._recording, self._slack):
+                    yield way.past.used
+
+    def _count(self) -> None:
+        self._tried += 1
+        if self._tried > MOST_WAYS:
+            raise LanindexError(
+                f"the pattern fits in more than {MOST_WAYS} ways",
+                place=self._recording.capture.path,
+                remedy="Search with the engine: this is for comparing it on small captures.",
+            )
