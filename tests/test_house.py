@@ -89,10 +89,10 @@ def test_a_search_loads_what_it_needs_alone(repository: Path, tmp_path: Path) ->
     library = str(tmp_path / "l.db")
     score = str(repository / "corpus" / "semaphore.lnd")
     assert loaded("ingest", score, "--db", library)
-    needless = {"sqlalchemy.orm", "alembic", "rapidfuzz", "numba", "scipy", "rich", "numpy.ma"}
+    needless = {"sqlalchemy", "alembic", "rapidfuzz", "numba", "scipy", "rich", "numpy.ma"}
     for words in (("-n", "5"), ("--count",), ("--json", "--in", "*.lnd")):
         held = loaded("search", "r_arm high", "--db", library, *words)
-        assert {"numpy", "sqlalchemy"} <= held
+        assert "numpy" in held
         assert held & needless == set()
 
 
