@@ -12,14 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.example.align import POSE, changes, likeness
-from lanindex.search.example.moves import Clips, Floats, Moves, Numbers
+from lanindex.search.example.align import POSE, REPLACED, changes, likeness
+from lanindex.search.example.moves import STEP, Clips, Floats, Moves, Numbers
 
 _CELLS = 1 << 20
 """Pairs of movements that are compared at a time."""
 
 LONGEST = 2048
 """Movements of one part of the example that are each compared with every movement."""
+
+_FARTHEST = 2.0
+"""How far a movement can go."""
 
 
 class Promise(NamedTuple):
@@ -74,9 +77,9 @@ def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
     best = np.zeros(len(rows.rows), np.float32)
     beginning = np.zeros(len(rows.rows), bool)
     beginning[first] = True
-    if len(own.rows) > LONGEST:  # no movement saves more than it and its like cost
-        most += 2 * own.sizes[1:].sum()
-        return most, np.where(beginning, np.float32(0), 2 * rows.sizes)
+    if len(own.rows) > LONGEST:
+        most += _most(own)[1:].sum()
+        return most, np.where(beginning, np.float32(0), _most(rows))
     step = max(1, _CELLS // max(1, len(rows.rows)))
     for begin in range(1, len(own.rows), step):
         some = own.some(slice(begin - 1, begin + step))
@@ -86,6 +89,18 @@ def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
         most += np.maximum.reduceat(saving, first, axis=1).sum(axis=0)
         np.maximum(best, saving.max(axis=0), out=best)
     return most, best
+
+
+def _most(moves: Moves) -> Floats:
+    """Return what each movement saves at most, whatever it may take the place of.
+
+    That is what it and its like cost, and what is not asked for how much farther the other goes; a
+    starting position behind a gap, which costs nothing of its own, may stand for a whole movement.
+    """
+    farther = np.float32((1 - REPLACED) * _FARTHEST)
+    starting = np.float32(STEP + _FARTHEST)
+    most: Floats = 2 * moves.sizes + np.where(moves.starts < moves.stops, farther, starting)
+    return most
 
 
 def _begun(own: Moves, begins: Moves) -> Floats:
