@@ -12,6 +12,8 @@ from lanindex.search.automaton import Program
 from lanindex.search.fast.answers import Answers, joined, of_line, own_rows, roots, table
 from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
+from lanindex.search.fast.claims import contested
+from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import Backwards, remembers
@@ -21,6 +23,7 @@ from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Alive, Setting, alive_in
 from lanindex.search.fast.tails import enough
+from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language.times import Length, Time
 
 FEW = 4
@@ -42,10 +45,36 @@ def answers_of(
     if setting.asked:
         return remembering(setting, number, program, parts)
     if remembers(program):
+        try:
+            return with_company(setting.block, number, program, parts)
+        except (NotCovered, TooMuch) as error:
+            if isinstance(error, TooMuch) and len(setting.block) > 1:
+                raise  # fewer captures are tried this way first
         return in_some(setting, number, program, parts)
     found, passing = of_line(setting.block, number, program, parts)
     if passing:
         found += remembering(setting, number, program, parts, passing_only=True)
+    return found
+
+
+def with_company(
+    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
+) -> list[Answers]:
+    """Return the answers of a program with lines beside; their fits are not known.
+
+    Raises
+    ------
+    NotCovered
+        Where ways must remember more than that.
+    """
+    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
+    found = []
+    for place, entry in enumerate(program.entries):
+        own = entries == place
+        state = program.states[entry.state]
+        events = block.events(state).at(roots_at[own])
+        unknown = np.full(len(events), -1)
+        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
     return found
 
 

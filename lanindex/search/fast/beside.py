@@ -16,16 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lanindex.search import compiled
-from lanindex.search.fast.ragged import (
-    FAR,
-    Mask,
-    Numbers,
-    Whole,
-    best_of_each,
-    in_order,
-    spread,
-    starts_of,
-)
+from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, best_of_each, spread, starts_of
+from lanindex.search.fast.ways import Used, smallest, stacked
 
 FORBIDDEN = ("without", "never")
 """Relations of what must not happen."""
@@ -44,6 +36,8 @@ class Stretches:
         (N,) int64.
     alone : ndarray
         (N,) bool: whether it is no more than a starting position.
+    used : tuple of Used
+        What they took that another line could want.
     """
 
     capture: Whole
@@ -52,6 +46,7 @@ class Stretches:
     low: Whole
     high: Whole
     alone: Mask
+    used: tuple[Used, ...] = ()
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -59,7 +54,9 @@ class Stretches:
 
     def at(self, chosen: Whole | Mask) -> Stretches:
         """Return some of them."""
-        return Stretches(*(getattr(self, name)[chosen] for name in _FIELDS))
+        found = Stretches(*(getattr(self, name)[chosen] for name in _FIELDS))
+        found.used = tuple(it.at(chosen) for it in self.used)
+        return found
 
     @property
     def plain(self) -> bool:
@@ -75,7 +72,9 @@ def gathered(tables: list[Stretches]) -> Stretches:
     capture, start, until, low, high, alone = (
         np.concatenate([getattr(it, name) for it in tables]) for name in _FIELDS
     )
-    return Stretches(capture, start, until, low, high, alone)
+    found = Stretches(capture, start, until, low, high, alone)
+    found.used = stacked([(it.used, len(it)) for it in tables])
+    return found
 
 
 def different(lines: Stretches) -> Stretches:
@@ -88,6 +87,7 @@ def different(lines: Stretches) -> Stretches:
         columns.append(lines.alone.astype(np.int8))
     if not lines.plain:
         columns += [lines.low, lines.high]
+    columns += [rows for it in lines.used for rows in it[1:]]
     chosen = best_of_each(tuple(columns), ())
     grown = chosen[1:] > chosen[:-1]
     return lines if len(chosen) == len(lines) and grown.all() else lines.at(chosen)
@@ -320,15 +320,3 @@ def outermost(lines: Stretches) -> Whole:
         kept[1:] = until[1:] > np.maximum.accumulate(until)[:-1]
         found.append(order[kept])
     return np.concatenate(found)
-
-
-def smallest(line: Whole, low: Whole, high: Whole) -> tuple[Whole, Whole, Whole]:
-    """Return the hulls of each line that hold no other one of its own, in order of the lines."""
-    if (line[1:] > line[:-1]).all():
-        return line, low, high
-    order = in_order((line, high, -low))
-    line, low, high = line[order], low[order], high[order]
-    best = np.maximum.accumulate(line * FAR + low)
-    kept = np.ones(len(line), bool)
-    kept[1:] = (line[1:] * FAR + low[1:]) > best[:-1]
-    return line[kept], low[kept], high[kept]

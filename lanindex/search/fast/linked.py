@@ -9,26 +9,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 
 from lanindex.model.columns import PASSING, STARTING, Columns, Roster
 from lanindex.search import compiled
 from lanindex.search.automaton import Group, Program
-from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block, slabs
 from lanindex.search.fast.chains import answers as line_answers
 from lanindex.search.fast.chains import chains_of
-from lanindex.search.fast.claims import contested
+from lanindex.search.fast.claims import Contested, all_lines, contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.events import cells_of
 from lanindex.search.fast.links import Chain, Links
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.planes import Part, part_of
 from lanindex.search.fast.ragged import Mask, Whole, best_of_each
+from lanindex.search.fast.walk import Ends, NotCovered
 
 MOST_ROWS = 1 << 19
 """How many rows of a part are gone through at once."""
@@ -41,10 +40,12 @@ def covered(programs: tuple[Program, ...]) -> Ways | None:
     """Return the chains of programs and of all lines beside them, None if they are more."""
     found: Ways = {}
     for program in programs:
-        if contested(program):
+        try:
+            if contested(program).states:
+                return None
+        except NotCovered:
             return None
-        beside_it = program.whole.companions
-        for line in (program, *(inner for it in beside_it for inner in standing(program, it))):
+        for line in all_lines(program):
             chains = chains_of(replace(line, whole=Group()))
             if chains is None or not all(map(_linked, chains)):
                 return None
@@ -99,7 +100,8 @@ class Linked:
                 part = program.states[0].members[0]
                 if part not in self._columns:
                     continue
-                rows, low, high = self._leading(chains, program, captures)
+                company = _Linked(self._block, self._columns, chains, captures)
+                rows, low, high = company.best(program)
                 place, _ = firsts(program.states[0], parts)
                 capture = np.searchsorted(self._columns[part].bounds, rows, side="right") - 1
                 every = np.stack((rows, np.full(len(rows), -1)), axis=1)
@@ -123,51 +125,75 @@ class Linked:
             there &= Narrowing(self._columns, self._block).possible(self._programs)
         return np.flatnonzero(there)
 
-    def _leading(
-        self, chains: Ways, program: Program, captures: Whole
-    ) -> tuple[Whole, Whole, Whole]:
+
+class _Linked(Company):
+    """Programs in some captures, whose chains are known; the rows are those of all captures."""
+
+    def __init__(
+        self, block: Block, columns: Mapping[str, Columns], chains: Ways, captures: Whole
+    ) -> None:
+        super().__init__(block, Contested({}, set()))
+        self._columns, self._chains, self._captures = columns, chains, captures
+
+    def best(self, program: Program) -> tuple[Whole, Whole, Whole]:
         """Return where a program begins, and low and high of the best way from there."""
         fast = compiled.chosen("chains", 0)
-        movement = self._one_movement(chains, program) if fast else None
+        movement = self._one_movement(program) if fast else None
         if fast is None or movement is None:
-            return Company(self._block, program, partial(self._ways, chains), captures).leading()
+            return self.leading(program)[1:]
         part, fits = movement
         columns = self._columns[program.states[0].members[0]]
         found = [np.empty((3, 0), np.int64)]
-        for chain in chains[program]:
-            capture, first, last = rows_of(columns, chain, captures)
-            ways = capture, first, columns.start[first], columns.stop[last]
+        for chain in self._chains[program]:
+            capture, first, last = rows_of(columns, chain, self._captures)
+            start, stop = columns.start[first], columns.stop[last]
+            ways = capture, first, start, stop
             found.append(fast.sharing(*ways, part.cell, part.bounds, part.start, part.stop, fits))
         rows, low, high = np.concatenate(found, axis=1)
         chosen = best_of_each((rows,), (high, -low))
         return rows[chosen], low[chosen], high[chosen]
 
-    def _one_movement(self, chains: Ways, program: Program) -> tuple[Columns, Mask] | None:
+    def _one_movement(self, program: Program) -> tuple[Columns, Mask] | None:
         """Return what stands beside a program and which cells it fits, if a movement is all."""
         group = program.whole
         if group.length or [it.relation for it in group.companions] != ["with"]:
             return None
         (beside,) = group.companions
-        programs = standing(program, beside)
-        if beside.within or any(it.whole.companions or it.whole.length for it in programs):
+        lines = [self._chains[it] for it in beside.programs]
+        if beside.within or any(it.whole.companions or it.whole.length for it in beside.programs):
             return None
-        others = [chain for it in programs for chain in chains[it]]
-        parts = {state.members[0] for chain in others for state in chain.states}
-        if len(parts) != 1 or any(len(chain.states) > 1 for chain in others):
+        chains = [chain for line in lines for chain in line]
+        parts = {state.members[0] for chain in chains for state in chain.states}
+        if len(parts) > 1 or any(len(chain.states) > 1 for chain in chains):
             return None
         (part,) = parts
-        fits = np.any([_tables(chain)[0] for chain in others], axis=0)
+        fits = np.any([_tables(chain)[0] for chain in chains], axis=0)
         return (self._columns[part], fits) if part in self._columns else None
 
-    def _ways(self, chains: Ways, program: Program, captures: Whole) -> tuple[Whole, Stretches]:
-        """Return all ways of a line in some captures: their first rows, and their frames."""
-        columns = self._columns.get(program.states[0].members[0])
-        pieces = [rows_of(columns, it, captures) for it in chains[program]] if columns else []
-        found = np.concatenate([np.empty((3, 0), np.int64), *pieces], axis=1)
-        capture, first, last = found
-        start = columns.start[first].astype(np.int64) if columns else first
-        stop = columns.stop[last].astype(np.int64) if columns else last
-        return first, Stretches(capture, start, stop, start, stop, np.zeros(len(first), bool))
+    def _found(self, program: Program) -> tuple[Ends, Stretches]:
+        """Return the ways of a line; what is looked for later, only in the captures of these."""
+        part = program.states[0].members[0]
+        if part not in self._columns:
+            return _ends(np.empty((3, 0), np.int64), None)
+        columns = self._columns[part]
+        pieces = [rows_of(columns, chain, self._captures) for chain in self._chains[program]]
+        return _ends(np.concatenate(pieces, axis=1), columns)
+
+    def _look_only_in(self, program: Program, captures: Whole) -> None:
+        """Look for the lines beside a program in some captures alone."""
+        there = np.zeros(len(self._block), bool)
+        there[captures] = True
+        self._captures = np.flatnonzero(there)
+
+
+def _ends(found: Whole, columns: Columns | None) -> tuple[Ends, Stretches]:
+    """Return as ways of a line what begins and ends at some rows of some captures."""
+    capture, first, last = found
+    nothing = np.zeros(len(first), np.int64)
+    ends = Ends(nothing, first, nothing, last, np.empty((len(first), 0), np.int64))
+    start = columns.start[first].astype(np.int64) if columns else nothing
+    stop = columns.stop[last].astype(np.int64) if columns else nothing
+    return ends, Stretches(capture, start, stop, start, stop, nothing > 0)
 
 
 def rows_of(columns: Columns, chain: Chain, captures: Whole) -> Whole:

@@ -19,6 +19,7 @@ from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
 from lanindex.search.fast.tails import enough_beside
 from lanindex.search.fast.taken import Taken, filled, sets_together
+from lanindex.search.fast.ways import smallest
 
 _LONGER_TOO = ("with", "during", "starting with", "before")
 """Relations to which a line stands if one stands to it that it goes on."""
@@ -255,7 +256,7 @@ class Partners:
                 return hulls.at(np.flatnonzero(np.isin(line.place, place)))
             low, high = others.lines.low[other], others.lines.high[other]
             if not of_frames:
-                place, low, high = beside.smallest(place, low, high)
+                place, low, high = smallest(place, low, high)
         way, which = beside.matched(line.place, place)
         joined = hulls.at(way)
         joined.low = np.minimum(joined.low, low[which])

@@ -1,5 +1,7 @@
 """Too much at once, time that runs out, and hits that are looked at when all has changed."""
 
+import tomllib
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -11,7 +13,9 @@ from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
+from lanindex.search.automaton import plan
 from lanindex.search.fast import Timeout, ragged, recall
+from lanindex.search.fast.claims import contested
 from lanindex.search.language import parse
 from lanindex.search.plain import find
 
@@ -112,3 +116,10 @@ def test_hits_of_what_is_gone_or_others_are_refused(place):
 def test_a_thousand_steps_in_a_row_come_to_an_end():
     capture, tracks = random_library(Random(0))[0]
     assert len(find_fast(parse("r_arm any x1000"), [(capture, tracks)])) == 0
+
+
+def test_patterns_that_people_write_need_not_remember_what_they_took():
+    page = (Path(__file__).parents[2] / "benchmarks" / "bandai2.toml").read_text(encoding="utf-8")
+    for entry in tomllib.loads(page).values():
+        for program in plan(parse(entry["pattern"])):
+            contested(program)  # else minutes, on a minute of dance
