@@ -272,12 +272,6 @@ class Part:
         planes = [self.saying(kind, codes) for kind, codes in fits.items() if kind in kinds]
         return reduce(np.bitwise_and, planes) if planes else self.together(0)
 
-    def captures_with(self, plane: Plane) -> Mask:
-        """Tell which captures have a shown row that a plane holds, (C,)."""
-        before = Counted(plane).before(self.ranks(self.bounds))
-        found: Mask = before[1:] > before[:-1]
-        return found
-
     def change(self, code: int) -> Mask:
         """Tell which shown rows' level compares with that before as a code says, -1: not at all."""
         level = self.seen >> 4 & 3

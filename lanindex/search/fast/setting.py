@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 from typing import NamedTuple, Protocol
@@ -340,13 +340,6 @@ class _Line:
     def holds(self, place: int) -> bool:
         """Return whether a line is this one, or stands beside it."""
         return self.first <= place < self.last
-
-
-def lines_of(program: Program) -> Iterator[Program]:
-    """Yield a line and all beside it, wherever they stand."""
-    lines: list[_Line] = []
-    _list_lines(program, lines)
-    return (it.program for it in lines)
 
 
 def _list_lines(program: Program, lines: list[_Line], *, again: bool = False) -> None:
