@@ -2,7 +2,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scores import scores
 
@@ -13,6 +13,7 @@ from lanindex.notation import lnd
 from lanindex.perform import perform
 from lanindex.perform.figure import standard
 from lanindex.perform.reach import great_circle, minimum_jerk
+from lanindex.perform.stage import LONGEST
 
 
 def act(*lines: str, rate: Fraction | int = 60, **options: float) -> Motion:
@@ -189,6 +190,7 @@ def test_minimum_jerk_starts_and_ends_at_rest() -> None:
 @given(scores(), st.fractions(1, 50, max_denominator=1001))
 @settings(max_examples=25, deadline=None)
 def test_any_score_at_any_rate(score: Score, rate: Fraction) -> None:
+    assume(score.frames * rate / score.rate <= LONGEST)  # more is refused
     motion = perform(score, rate=rate)
     assert motion.rate == rate
     assert len(motion) == -(-score.frames * rate // score.rate)
