@@ -35,9 +35,10 @@ ENVIRONMENT = {key: value for key, value in os.environ.items() if key != "PYTHON
 def spent(*words: str, **more: str) -> float:
     """Return the seconds that the processor spends on a process of Python."""
     begun = os.times()
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    subprocess.run([sys.executable, *words], env=ENVIRONMENT | more, **quiet)
+    done = subprocess.run([sys.executable, *words], env=ENVIRONMENT | more, capture_output=True)
     ended = os.times()
+    if done.returncode not in (0, 1):
+        sys.exit(done.stderr.decode())
     return sum(ended[2:4]) - sum(begun[2:4])
 
 

@@ -101,6 +101,7 @@ def mirrored(columns: Columns) -> Columns:
         columns.start,
         columns.stop,
         columns.gaps,
+        columns.swings,
     )
 
 
@@ -163,7 +164,9 @@ def varied(source: Columns, sources, slower, turned, random) -> tuple[Columns, A
     gaps = source.taken(sources).gaps
     gaps = np.column_stack([gaps[:, 0], gaps[:, 1:] * slower[gaps[:, 0], None] // 16])
     margin = margin.clip(0, 1000).astype(np.uint16)
-    found = Columns(source.part, bounds, cell, runner, margin, start, stop, gaps.astype(np.int32))
+    swings = None if source.swings is None else source.swings[picked]
+    gaps = gaps.astype(np.int32)
+    found = Columns(source.part, bounds, cell, runner, margin, start, stop, gaps, swings)
     return found, picked
 
 
