@@ -198,7 +198,7 @@ class Library(Asking, Exploring):
             search(self, query, numbers, how, patience.of("captures"), sooner), str(pattern)
         )
         told = piped(query.stages, found)
-        return told.by_fit()[:best] if best is not None and isinstance(told, Hits) else told
+        return told.by_fit(best)[:best] if best is not None and isinstance(told, Hits) else told
 
     def explain(
         self,

@@ -41,7 +41,7 @@ class Lazy(Protocol):
     def arranged(self, order: Sequence[int]) -> Sequence[Hit]:
         """Return the same hits in another order."""
 
-    def by_fit(self) -> Sequence[Hit]:
+    def by_fit(self, most: int | None = None) -> Sequence[Hit]:
         """Return the same hits, the clearest first."""
 
     def numpy(self) -> NDArray[Any]:
@@ -165,10 +165,16 @@ class Hits(Sequence[Hit]):
             return ["  library.suggest(pattern) tells what is near"]
         return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
 
-    def by_fit(self) -> Hits:
-        """Return the same hits, the clearest first."""
+    def by_fit(self, most: int | None = None) -> Hits:
+        """Return the same hits, the clearest first.
+
+        Parameters
+        ----------
+        most : int, optional
+            So many will be looked at; the order of the others may be any.
+        """
         if isinstance(self._hits, Lazy):
-            return Hits(self._hits.by_fit(), self.pattern)
+            return Hits(self._hits.by_fit(most), self.pattern)
         return Hits(sorted(self._hits, key=lambda hit: -hit.fit), self.pattern)
 
     def dicts(self) -> list[dict[str, Any]]:

@@ -112,7 +112,7 @@ def run(
         elif count:
             _count(out, library, found)
         else:
-            _show(out, found.by_fit() if sort == "fit" else found, limit, best)
+            _show(out, found.by_fit(_most(out, limit)) if sort == "fit" else found, limit, best)
         if not found:
             if not quiet:
                 _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
@@ -164,9 +164,13 @@ def _said(value: str | float | None) -> str:
 def _show(out: Output, found: Hits, limit: int | None, best: int | None = None) -> None:
     from lanindex.app import formatting
 
-    most = limit or (ON_A_TERMINAL if out.terminal else len(found))
+    most = _most(out, limit) or len(found)
     formatting.hits(out, found[:most], found.pattern)
     _summary(out, found, min(most, len(found)), len(found) == best)
+
+
+def _most(out: Output, limit: int | None) -> int | None:
+    return limit or (ON_A_TERMINAL if out.terminal else None)
 
 
 def _advise(out: Output, advice: Advice) -> None:

@@ -24,7 +24,8 @@ class Answers:
     capture, low, high : ndarray
         (A,) where, and the frames of it.
     cost : ndarray
-        (A,) what is missing to a fit of 1, in thousandths.
+        (A,) what is missing to a fit of 1, in thousandths; where that is not known ``~missing``
+        of as much as is missing at least.
     program : ndarray
         (A,) which one answers.
     parts : ndarray

@@ -73,8 +73,8 @@ def with_company(
         own = entries == place
         state = program.states[entry.state]
         events = block.events(state).at(roots_at[own])
-        unknown = np.full(len(events), -1)
-        found.append(table(number, state, parts, events, (low[own], high[own], unknown)))
+        ends = low[own], high[own], ~events.cost
+        found.append(table(number, state, parts, events, ends))
     return found
 
 
@@ -237,8 +237,7 @@ def _answers(
         own = np.flatnonzero(found.entry == place)
         state = program.states[entry.state]
         events = setting.block.events(state).at(found.root[own])
-        unknown = np.full(len(own), -1)
-        frames = found.low[own], found.high[own], unknown
+        frames = found.low[own], found.high[own], ~events.cost
         answers.append(table(number, state, parts, events, frames))
     return answers
 

@@ -119,7 +119,7 @@ class Finder:
         if best is None:
             return found
         self._watch = watch  # not of hits that are looked at later on
-        found = found.by_fit()[:best]
+        found = found.by_fit(best)[:best]
         self._watch, self._tellers = None, {}
         return found
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lanindex.model import Hit
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.search.fast.answers import Answers
-from lanindex.search.fast.placed import Holder, Placed
+from lanindex.search.fast.placed import TOGETHER, Holder, Placed
 from lanindex.search.fast.ragged import Numbers, Whole, starts_of
 
 
@@ -67,10 +67,53 @@ class Found(Placed):
         group = int(np.searchsorted(self._alike, place, "right"))
         return int(self._alike[group - 1]), int(self._alike[group])
 
-    def _clear(self) -> NDArray[np.float64]:
+    def clear(self) -> NDArray[np.float64]:
         """Return how clear each hit is; those of which it is not known are made for it."""
-        fits = THOUSANDTHS - self._answers.cost[self._chosen]
-        for index in np.flatnonzero(fits > THOUSANDTHS).tolist():
+        cost = self._answers.cost[self._chosen]
+        fits = THOUSANDTHS - cost
+        for index in np.flatnonzero(cost < 0).tolist():
             fits[index] = round(self[index].fit * THOUSANDTHS)
         clear: NDArray[np.float64] = fits / THOUSANDTHS
         return clear
+
+    def by_fit(self, most: int | None = None) -> Found:
+        """Return the same hits, the clearest first; as `Placed.by_fit`.
+
+        Where only some will be looked at, no more are made than may be among those.
+        """
+        if most is None or most >= len(self):
+            return super().by_fit()
+        clearest = self.clearest(most)
+        rest = np.ones(len(self), np.bool_)
+        rest[clearest] = False
+        return self._some(np.append(clearest, np.flatnonzero(rest)))
+
+    def clearest(self, most: int) -> Whole:
+        """Return the places of so many hits, the clearest first, of these that which stands first.
+
+        Those that might be are made, the likely ones first.
+        """
+        least = self._least_missing()
+        likely = np.argsort(least, kind="stable")
+        found, missing = np.empty((2, 0), np.int64)
+        for first in range(0, len(likely), TOGETHER):
+            if len(found) == most:
+                following = int(likely[first])
+                if (missing[-1], found[-1]) < (least[following], following):
+                    break
+            some = np.sort(likely[first : first + TOGETHER])
+            found = np.append(found, some)
+            clear = self._some(some).clear()
+            missing = np.append(missing, np.rint(THOUSANDTHS * (1 - clear)).astype(np.int64))
+            order = np.lexsort((found, missing))[:most]
+            found, missing = found[order], missing[order]
+        return found
+
+    def _least_missing(self) -> Whole:
+        """Return what is missing at least to a fit of 1, of the clearest with the same frames."""
+        cost = self._answers.cost
+        least = np.where(cost < 0, ~cost, cost)
+        if len(least):
+            least = np.minimum.reduceat(least, self._alike[:-1])
+        found: Whole = least[np.searchsorted(self._alike, self._chosen, "right") - 1]
+        return found

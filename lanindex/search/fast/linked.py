@@ -12,7 +12,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.model.columns import PASSING, STARTING, Columns, Roster
+from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns, Roster
 from lanindex.search import compiled
 from lanindex.search.automaton import Group, Program
 from lanindex.search.fast.answers import Answers, best, firsts, joined, own_rows
@@ -105,8 +105,9 @@ class Linked:
                 place, _ = firsts(program.states[0], parts)
                 capture = np.searchsorted(self._columns[part].bounds, rows, side="right") - 1
                 every = np.stack((rows, np.full(len(rows), -1)), axis=1)
-                unknown, one = np.full(len(rows), -1), np.ones(len(rows), np.int64)
-                found.append(Answers(capture, low, high, unknown, number * one, place * one, every))
+                margin = np.minimum(self._columns[part].margin[rows], THOUSANDTHS).astype(np.int64)
+                cost, one = ~(THOUSANDTHS - margin), np.ones(len(rows), np.int64)
+                found.append(Answers(capture, low, high, cost, number * one, place * one, every))
             answers = best(joined(found))
             yield (
                 int(captures[0]),

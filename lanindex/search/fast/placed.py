@@ -54,7 +54,7 @@ class Placed(Sequence[Hit]):
         """Return some of them, in whatever order."""
 
     @abstractmethod
-    def _clear(self) -> NDArray[np.float64]:
+    def clear(self) -> NDArray[np.float64]:
         """Return how clear each hit is, (H,) from 0 to 1."""
 
     def __len__(self) -> int:
@@ -108,16 +108,22 @@ class Placed(Sequence[Hit]):
         """Return the same hits in another order."""
         return self._some(np.array(order, np.int64))
 
-    def by_fit(self) -> Self:
-        """Return the same hits, the clearest first."""
-        return self._some(np.argsort(-self._clear(), kind="stable"))
+    def by_fit(self, most: int | None = None) -> Self:
+        """Return the same hits, the clearest first.
+
+        Parameters
+        ----------
+        most : int, optional
+            So many will be looked at; the order of the others may be any.
+        """
+        return self._some(np.argsort(-self.clear(), kind="stable"))
 
     def numpy(self) -> NDArray[Any]:
         """Return the hits as an array, as `lanindex.search.hits.Hits.numpy`."""
         fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
         found = np.empty(len(self), fields)
         found["capture_id"] = self._holder.numbers(self.place)
-        found["start"], found["stop"], found["fit"] = self.low, self.high, self._clear()
+        found["start"], found["stop"], found["fit"] = self.low, self.high, self.clear()
         return found
 
     def _counted(self) -> tuple[Whole, Whole]:
