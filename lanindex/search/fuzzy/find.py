@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from lanindex.errors import UsageError
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import plan
-from lanindex.search.fast.find import Watch
+from lanindex.search.fast.find import Finder, Watch
+from lanindex.search.fast.found import Found as Exact
 from lanindex.search.fast.ragged import best_of_each
 from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.align import Ask
@@ -19,6 +20,7 @@ from lanindex.search.fuzzy.allowance import Allowance
 from lanindex.search.fuzzy.apart import Refusal
 from lanindex.search.fuzzy.costs import BUCKETS, UNIT
 from lanindex.search.fuzzy.found import Found, Source
+from lanindex.search.fuzzy.lines import LIFTED
 from lanindex.search.fuzzy.overlaps import staying
 from lanindex.search.fuzzy.wholes import Joining, Plan, Table
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
@@ -111,6 +113,10 @@ def find(
         for program in plan(Query(Choice((lines,))))
     ]
     search = _Search(plans, roster, columns, recordings, tolerance, overlaps, watch)
+    if any(one.leaps for one in plans):
+        exact = Finder(query, roster, columns, recordings, tolerance).find("all", watch)
+        every = search.found(exact)
+        return every if best is None else every.by_fit(best)[:best]
     return search.found() if best is None else search.best(best)
 
 
@@ -152,9 +158,9 @@ class _Search:
         if self._watch:
             self._watch(self._done, len(self._roster))
 
-    def found(self) -> Found:
-        """Return all hits."""
-        return self._among(None, BUCKETS)
+    def found(self, exact: Exact | None = None) -> Found:
+        """Return all hits; of exact ones those, too, where none that costs nothing begins."""
+        return self._among(None, BUCKETS, exact)
 
     def best(self, number: int) -> Found:
         """Return so many hits that fit best, the clearest first.
@@ -190,7 +196,7 @@ class _Search:
         found = np.flatnonzero(most)
         return found, most[found]
 
-    def _among(self, places: Whole | None, most: int) -> Found:
+    def _among(self, places: Whole | None, most: int, exact: Exact | None = None) -> Found:
         """Return all hits in some captures; None: in all."""
         roster, columns, recordings = self._roster, self._columns, self._recordings
         tables = []
@@ -204,22 +210,40 @@ class _Search:
                 args = apart, roster, columns, recordings, self._tolerance, self._watch
                 table = table.chosen(~Refusal(*args).disturbed(table))
             tables.append((table, one.steps))
-        plan, match = _kept([table for table, _ in tables], self._overlaps, self._ask)
-        return Found(Source(roster, recordings, list(columns), tables), plan, match)
+        held = [table for table, _ in tables]
+        exact = None if exact is None else _besides(exact, held)
+        plan, match = _kept(held, exact, self._overlaps, self._ask)
+        return Found(Source(roster, recordings, list(columns), tables, exact), plan, match)
 
 
-def _kept(tables: list[Table], overlaps: str, ask: Ask) -> tuple[Whole, Whole]:
+def _besides(exact: Exact, tables: list[Table]) -> Exact:
+    """Return the exact hits where no match that costs nothing begins."""
+    free = [table.chosen(table.cost == 0) for table in tables]
+    begun = np.concatenate([table.capture * LIFTED + table.low for table in free])
+    own = exact.place * LIFTED + exact.low
+    return exact.arranged(np.flatnonzero(~np.isin(own, begun)).tolist())
+
+
+def _kept(tables: list[Table], exact: Exact | None, overlaps: str, ask: Ask) -> tuple[Whole, Whole]:
     """Return which matches are shown, by capture, start and end: of which table, and which."""
-    plan = np.repeat(np.arange(len(tables)), [len(table.capture) for table in tables])
-    match = np.concatenate([np.arange(len(table.capture)) for table in tables])
-    names = ("capture", "low", "high", "cost")
-    capture, low, high, cost = (
-        np.concatenate([getattr(table, name) for table in tables]) for name in names
+    leads = [(table.lines[0], table.places[:, 0]) for table in tables]
+    parts = [line.net.part for (line, _), _ in leads]
+    sets = [
+        (it.capture, it.low, it.high, it.cost, found.first[places], parts.index(line.net.part))
+        for it, ((line, found), places) in zip(tables, leads, strict=True)
+    ]
+    if exact is not None:
+        places = np.arange(len(exact))
+        sets.append((exact.place, exact.low, exact.high, 0 * places, places, len(parts)))
+    match = np.concatenate([np.arange(len(it[0])) for it in sets])
+    plan, part = (
+        np.repeat(of_each, [len(it[0]) for it in sets])
+        for of_each in (np.arange(len(sets)), [it[5] for it in sets])
     )
-    parts = [table.lines[0][0].net.part for table in tables]
-    part = np.array([parts.index(it) for it in parts])[plan]
-    first = np.concatenate([table.lines[0][1].first[table.places[:, 0]] for table in tables])
-    once = best_of_each((part, first), (cost, high, -low)) if len(tables) > 1 else match
+    capture, low, high, cost, first = (
+        np.concatenate([it[number] for it in sets]) for number in range(5)
+    )
+    once = best_of_each((part, first), (cost, high, -low)) if len(sets) > 1 else match
     if overlaps == "none":
         rank = np.empty(len(once), np.int64)
         rank[np.lexsort((-low[once], high[once], cost[once]))] = np.arange(len(once))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import Roster
+from lanindex.search.fast.found import Found as Exact
 from lanindex.search.fast.placed import Placed
 from lanindex.search.fast.ragged import Numbers, Whole
 from lanindex.search.fast.source import Recordings
@@ -29,6 +31,8 @@ class Source:
         Of which tracks are fetched.
     tables : list of tuple of Table, int
         The matches of each plan, and how many steps it has.
+    exact : lanindex.search.fast.found.Found, optional
+        Hits without an edit besides; they count as of one plan more.
     """
 
     def __init__(
@@ -37,8 +41,9 @@ class Source:
         recordings: Recordings,
         parts: Sequence[str],
         tables: list[tuple[Table, int]],
+        exact: Exact | None = None,
     ) -> None:
-        self.roster, self.tables = roster, tables
+        self.roster, self.tables, self.exact = roster, tables, exact
         self._recordings, self._parts = recordings, parts
         self._fetched: dict[int, tuple[Capture, Mapping[str, Track]]] = {}
         self._symbols: dict[tuple[int, str], list[Symbol]] = {}
@@ -59,6 +64,8 @@ class Source:
 
     def hit(self, plan: int, match: int, fit: float) -> Hit:
         """Return a match of a plan as an object."""
+        if self.exact is not None and plan == len(self.tables):
+            return self.exact[match]
         table, _ = self.tables[plan]
         place = int(table.capture[match])
         if place not in self._fetched:
@@ -86,32 +93,57 @@ class Found(Placed):
         Where they come from.
     plan, match : ndarray
         (H,) int64: of which plan each is, and which of its matches.
-
-    Attributes
-    ----------
-    fit : ndarray
-        (H,) float64: the smallest margin of the symbols that are what was asked for, in
-        proportion less for all that was edited.
     """
 
     def __init__(self, source: Source, plan: Whole, match: Whole) -> None:
         super().__init__(source, *np.zeros((3, len(plan)), np.int64))
         self._source, self._plan, self._match = source, plan, match
-        self.fit = np.zeros(len(plan))
+        self._fit = np.zeros(len(plan))
         for number, (table, steps) in enumerate(source.tables):
             here = plan == number
             own = match[here]
             self.place[here], self.low[here] = table.capture[own], table.low[own]
             self.high[here] = table.high[own]
-            self.fit[here] = fits(table.cost[own], table.blur[own], steps)
+            self._fit[here] = fits(table.cost[own], table.blur[own], steps)
+        self._exact = np.flatnonzero(plan == len(source.tables))
+        if found := self._exactly():
+            here = self._exact
+            self.place[here], self.low[here], self.high[here] = found.place, found.low, found.high
+
+    @cached_property
+    def fit(self) -> NDArray[np.float64]:
+        """The smallest margin of what was asked for, less in proportion for what was edited."""
+        if found := self._exactly():
+            self._fit[self._exact] = found.clear()
+        return self._fit
+
+    def by_fit(self, most: int | None = None) -> Found:
+        """Return the same hits, the clearest first; as `Placed.by_fit`."""
+        found = self._exactly()
+        if not found or most is None or most >= len(found):
+            return super().by_fit()
+        other = np.ones(len(self), np.bool_)
+        other[self._exact] = False
+        likely = np.append(np.flatnonzero(other), self._exact[found.clearest(most)])
+        likely.sort()
+        likely = likely[np.argsort(-self._some(likely).fit, kind="stable")]
+        return self._some(np.append(likely, np.setdiff1d(self._exact, likely)))
+
+    def _exactly(self) -> Exact | None:
+        """Return those without an edit that are beside the others, if there are any."""
+        exact = self._source.exact
+        if exact is None or not len(self._exact):
+            return None
+        return exact.arranged(self._match[self._exact].tolist())
 
     def _hit(self, index: int) -> Hit:
         return self._source.hit(
-            int(self._plan[index]), int(self._match[index]), float(self.fit[index])
+            int(self._plan[index]), int(self._match[index]), float(self._fit[index])
         )
 
     def _some(self, chosen: Numbers | slice) -> Found:
         return Found(self._source, self._plan[chosen], self._match[chosen])
 
-    def _clear(self) -> NDArray[np.float64]:
+    def clear(self) -> NDArray[np.float64]:
+        """Return how clear each hit is, (H,) from 0 to 1."""
         return self.fit

@@ -99,6 +99,11 @@ class Net:
         """Whether a step may come again: an open count."""
         return any(after <= before for before, after, _ in self.edges)
 
+    @property
+    def leaps(self) -> bool:
+        """Whether anything may lie between two of its steps."""
+        return any(later for _, _, later in self.edges)
+
     def missing(self, most: int) -> list[tuple[int, int, int]]:
         """Return from which doors one comes to which others by steps that are missing.
 
@@ -117,7 +122,7 @@ class Net:
 
     def reach(self, most: int) -> int | None:
         """Return how many shown symbols a match may cover; None: any number."""
-        if self.circles or any(later for _, _, later in self.edges):
+        if self.circles or self.leaps:
             return None
         return len(self.states) + most // SKIPPED
 

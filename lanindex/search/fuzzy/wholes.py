@@ -67,6 +67,12 @@ class Plan(NamedTuple):
     steps: int
     most: int
 
+    @property
+    def leaps(self) -> bool:
+        """Whether another end than the nearest may go with what is asked for beside it."""
+        nets = self.net, *(net for one in self.beside for net in one.nets)
+        return bool(self.beside or self.apart) and any(net.leaps for net in nets)
+
     @classmethod
     def of(cls, program: Program, lines: Lines, allowance: Allowance) -> Plan:
         """Return the plan of a program of some lines.
