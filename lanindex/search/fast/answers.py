@@ -13,6 +13,7 @@ from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import Events
 from lanindex.search.fast.lines import Backwards, cost_of, end_of
 from lanindex.search.fast.ragged import Mask, Whole, best_of_each, in_order
+from lanindex.search.language.times import Length
 
 
 @dataclass(slots=True, eq=False)
@@ -131,6 +132,14 @@ def of_line(
             table(number, state, parts, events, (events.start, end_of(values), cost_of(values)))
         )
     return found, passing
+
+
+def lasting(block: Block, answers: Answers, lengths: tuple[Length, ...]) -> Answers:
+    """Return the answers that last as long as they shall."""
+    for length in lengths:
+        frames = answers.high - answers.low
+        answers = answers.at(block.meets(answers.capture, frames, length))
+    return answers
 
 
 def best(answers: Answers) -> Answers:

@@ -9,14 +9,22 @@ from fractions import Fraction
 import numpy as np
 
 from lanindex.search.automaton import Program
-from lanindex.search.fast.answers import Answers, joined, of_line, own_rows, roots, table
+from lanindex.search.fast.answers import (
+    Answers,
+    joined,
+    lasting,
+    of_line,
+    own_rows,
+    roots,
+    table,
+)
 from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.claims import contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
-from lanindex.search.fast.lines import Backwards, remembers
+from lanindex.search.fast.lines import Backwards, limited, remembers
 from lanindex.search.fast.others import MOST_MARKS
 from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each
@@ -44,14 +52,16 @@ def answers_of(
     """
     if setting.asked:
         return remembering(setting, number, program, parts)
-    if remembers(program):
+    bare, lengths = limited(program)
+    if remembers(bare):
         try:
             return with_company(setting.block, number, program, parts)
         except (NotCovered, TooMuch) as error:
             if isinstance(error, TooMuch) and len(setting.block) > 1:
                 raise  # fewer captures are tried this way first
         return in_some(setting, number, program, parts)
-    found, passing = of_line(setting.block, number, program, parts)
+    found, passing = of_line(setting.block, number, bare, parts)
+    found = [lasting(setting.block, it, lengths) for it in found]
     if passing:
         found += remembering(setting, number, program, parts, passing_only=True)
     return found

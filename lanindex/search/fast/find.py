@@ -21,6 +21,7 @@ from lanindex.search.fast.answers import (
     best,
     firsts,
     joined,
+    lasting,
     own_rows,
 )
 from lanindex.search.fast.asked import Asked
@@ -29,6 +30,7 @@ from lanindex.search.fast.block import Block, slabs
 from lanindex.search.fast.chains import chains_of
 from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.found import Found
+from lanindex.search.fast.lines import limited
 from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import TooMuch, Whole
@@ -127,7 +129,8 @@ class Finder:
         """Return all answers where no program is more than chains, else None."""
         if self._asked:
             return None
-        chained = [chains_of(program) for program in self._programs]
+        lines = [limited(program) for program in self._programs]
+        chained = [chains_of(program) for program, _ in lines]
         found: list[Answers] = []
         for number, chains in enumerate(chained):
             if chains is None:
@@ -138,7 +141,10 @@ class Finder:
             place, _ = firsts(state, self._parts)
             if None not in chained and state.members[0] in self._columns:
                 columns = self._columns[state.members[0]]
-                found.append(table_of(columns, chains, number, place))
+                answers = table_of(columns, chains, number, place)
+                if lengths := lines[number][1]:
+                    answers = lasting(self._block(np.arange(len(self._roster))), answers, lengths)
+                found.append(answers)
         every = best(joined(found))
         return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
 
