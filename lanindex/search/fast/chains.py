@@ -7,6 +7,7 @@ planes. What lies further apart is cut there, and what passing symbols match loo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise, product
@@ -48,6 +49,9 @@ CHEAP = 4
 
 FEW = 32
 """What is less than one in so many rows is looked up, not counted."""
+
+AT_ONCE = 1 << 14
+"""Rows of which it is told at once what lies beyond, if each wants a few arrays for it."""
 
 
 def chains_of(program: Program) -> list[Chain] | None:
@@ -248,30 +252,38 @@ def _cut(links: Links) -> tuple[Whole, Whole]:
         if behind == steps:
             own = _ending(part, rows[-1])
         else:
-            own = _beyond(part, rows[-1], arrows[behind - 1], begins, values)
-            some = np.flatnonzero(own < NONE)
-            own, rows = own[some], [it[some] for it in rows]
+            some, own = _beyond(part, rows[-1], arrows[behind - 1], begins, values)
+            rows = [it[some] for it in rows]
             own = with_cost(own, part.cost(rows[-1]))
         begins, values = _best(*_valued(part, rows, own))
     return begins, values
 
 
-def _beyond(part: Part, rows: Whole, arrow: Arrow, begins: Whole, values: Whole) -> Whole:
-    """Return the best of the values at some rows that ``...`` leads to from others."""
-    low, high = _reached(part, rows, arrow)
-    if FEW * len(rows) < len(part):
-        low, high = np.searchsorted(begins, low), np.searchsorted(begins, high)
-    else:
-        there = np.zeros(len(part) + 1, bool)
-        there[begins] = True
-        counted = Counted(packed(there))
-        low, high = counted.before(low), counted.before(high)
-    if not _growing(part, begins, values):
-        return smallest_in(values, low, high, NONE)
-    found = np.full(len(rows), NONE)
-    some = low < high
-    found[some] = values[low[some]]
-    return found
+def _beyond(
+    part: Part, rows: Whole, arrow: Arrow, begins: Whole, values: Whole
+) -> tuple[Whole, Whole]:
+    """Return the places of rows that ``...`` leads on from, and the best values it leads to."""
+    before = _before(part, begins, len(rows))
+    growing = _growing(part, begins, values)
+    at_once = AT_ONCE if growing else len(rows)
+    found = [(rows[:0], rows[:0])]
+    for first in range(0, len(rows), max(at_once, 1)):
+        low, high = map(before, _reached(part, rows[first : first + at_once], arrow))
+        some = np.flatnonzero(low < high)
+        low, high = low[some], high[some]
+        best = values[low] if growing else smallest_in(values, low, high, NONE)
+        found.append((some + first, best))
+    places, best = (np.concatenate(one) for one in zip(*found, strict=True))
+    return places, best
+
+
+def _before(part: Part, begins: Whole, many: int) -> Callable[[Whole], Whole]:
+    """Return what tells how many of some rows come before others, if it is asked of so many."""
+    if FEW * many < len(part):
+        return lambda rows: np.searchsorted(begins, rows)
+    there = np.zeros(len(part) + 1, bool)
+    there[begins] = True
+    return Counted(packed(there)).before
 
 
 def _growing(part: Part, rows: Whole, values: Whole) -> bool:

@@ -100,8 +100,12 @@ class Links:
     def linked(self, first: int, last: int) -> list[Whole]:
         """Return the rows that the steps from one to another match, over ``->``: step by step."""
         ranks = places(self.apart(first, tuple(range(last - first + 1))))
-        shown = [self.part.rows(ranks + step) for step in range(last - first + 1)]
+        shown = [
+            self.part.rows(ranks + step if step else ranks) for step in range(last - first + 1)
+        ]
         through = self.through(first, last)
+        if not len(through[0]):
+            return shown
         return [np.concatenate(both) for both in zip(shown, through, strict=True)]
 
     def through(self, first: int, last: int) -> list[Whole]:
