@@ -29,6 +29,9 @@ from lanindex.search.language.query import Arrow
 NONE = 1 << 42
 """A value that is none: more than any."""
 
+AT_ONCE = 1 << 14
+"""How many pairs of an event and one that follows it are looked at, to find the best."""
+
 FEW = 16
 """What is less than one in so many rows is looked up, not counted."""
 
@@ -164,9 +167,10 @@ class Reach:
         least, most = self._block.bounds(self._way.arrow.length)
         return least[self._before.capture], most[self._before.capture]
 
-    def pairs(self) -> tuple[Whole, Whole]:
-        """Return all pairs of an event before and one that follows it, by place."""
-        sources, targets = spread(self.low, self.high)
+    def pairs(self, here: slice = slice(0, None)) -> tuple[Whole, Whole]:
+        """Return all pairs of an event before, of some, and one that follows it, by place."""
+        sources, targets = spread(self.low[here], self.high[here])
+        sources += here.start
         if self._exact:
             return sources, targets
         fits = np.ones(len(sources), bool)
@@ -205,10 +209,13 @@ class Reach:
         if not len(values):
             return found
         if not self._exact:
-            sources, targets = self.pairs()
-            if len(sources):
-                places = np.flatnonzero(starts_of(sources))
-                found[sources[places]] = np.minimum.reduceat(values[targets], places)
+            many = np.cumsum(np.maximum(self.high - self.low, 0)) // AT_ONCE
+            cuts = [*np.flatnonzero(starts_of(many)).tolist(), len(many)]
+            for here in map(slice, cuts, cuts[1:]):
+                sources, targets = self.pairs(here)
+                if len(sources):
+                    places = np.flatnonzero(starts_of(sources))
+                    found[sources[places]] = np.minimum.reduceat(values[targets], places)
             return found
         some = self.low < self.high
         low, high = self.low[some], self.high[some]
