@@ -67,16 +67,18 @@ def _origins(rows: Rows, way: Way, member: int, before: Events) -> tuple[Whole, 
         row = before.last[member]
         rests = holds and way.source.manner not in ("at", "hold")
         own_rest = ~rows.passing[row] if rests else np.zeros(len(row), bool)
-        return row + 1 - own_rest, rows.rank[row + 1], rows.stretch[row]
+        behind = rows.rank[row + 1].astype(np.int64)
+        return row + 1 - own_rest, behind, rows.stretch[row].astype(np.int64)
     stretch = rows.stretch_at(before.capture, before.end)
     begun, frames = rows.beginnings(way.target.manner)
     if not len(begun):
         nothing = np.zeros(len(stretch), np.int64)
         return nothing, nothing, np.full(len(stretch), -1)
-    place = np.searchsorted(rows.stretch[begun] * FAR + frames, stretch * FAR + before.end)
+    keys = rows.stretch[begun].astype(np.int64) * FAR + frames
+    place = np.searchsorted(keys, stretch * FAR + before.end)
     row = begun[np.minimum(place, len(begun) - 1)]
     found = (stretch >= 0) & (place < len(begun)) & (rows.stretch[row] == stretch)
-    behind, origin = rows.rank[row], row
+    behind, origin = rows.rank[row].astype(np.int64), row
     if holds:
         behind = behind + 1
     else:

@@ -232,7 +232,7 @@ class Clauses:
                 told = {
                     "direction": (cell & 15) - 1,
                     "level": ((cell & CELL) >> 4) - 1,
-                    "margin": THOUSANDTHS - rows.cost,
+                    "margin": THOUSANDTHS - rows.cost.astype(np.int64),
                 }[field]
             self._values[part, field] = told
         return self._values[part, field]

@@ -89,7 +89,7 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
     table = cells_of(state, member)
     fits, cost = table[rows.cell], rows.cost
     if state.near:
-        margin = THOUSANDTHS - rows.cost
+        margin = THOUSANDTHS - cost.astype(np.int64)
         across = ~fits & table[rows.runner] & (margin < state.near)
         cost = np.where(across, nearly.across(margin, state.near), nearly.own(margin, state.near))
         fits |= across
@@ -110,11 +110,12 @@ def events_of(rows: Rows, state: State, member: int) -> Events:
 
 def _movements(rows: Rows, fits: Mask, cost: Whole) -> Events:
     row = np.flatnonzero(fits)
-    start, end, starting = rows.start[row], rows.stop[row], rows.starting[row]
+    start, end = rows.start[row].astype(np.int64), rows.stop[row].astype(np.int64)
+    starting = rows.starting[row]
     until, waiting = end.copy(), np.flatnonzero(starting)
     until[waiting] = np.maximum(rows.until(row[waiting]), start[waiting] + 1)
-    own = ((row,), (row,), start, end, until, cost[row], rows.passing[row], starting)
-    return Events(rows.capture[row], *own)
+    capture, cost = rows.capture[row].astype(np.int64), cost[row].astype(np.int64)
+    return Events(capture, (row,), (row,), start, end, until, cost, rows.passing[row], starting)
 
 
 def _stays(rows: Rows, fits: Mask, cost: Whole) -> Events:
@@ -124,7 +125,8 @@ def _stays(rows: Rows, fits: Mask, cost: Whole) -> Events:
     else:
         first, last, start, end, cost = staying(rows, fits, cost)
     nothing = np.zeros(len(first), bool)
-    return Events(rows.capture[first], (first,), (last,), start, end, end, cost, nothing, nothing)
+    capture = rows.capture[first].astype(np.int64)
+    return Events(capture, (first,), (last,), start, end, end, cost, nothing, nothing)
 
 
 def staying(rows: Rows, fits: Mask, costs: Whole) -> Whole:
@@ -143,13 +145,13 @@ def staying(rows: Rows, fits: Mask, costs: Whole) -> Whole:
 
 
 def _rests(rows: Rows, fits: Mask, cost: Whole) -> Events:
-    row = rows.shown[fits[rows.shown]]
+    row = rows.shown[fits[rows.shown]].astype(np.int64)
     end = rows.until(row)
     waits = rows.stop[row] < end
     row, end = row[waits], end[waits]
     nothing = np.zeros(len(row), bool)
-    own = ((row,), (row,), rows.stop[row], end, end, cost[row], nothing, nothing)
-    return Events(rows.capture[row], *own)
+    capture, start, cost = (it[row].astype(np.int64) for it in (rows.capture, rows.stop, cost))
+    return Events(capture, (row,), (row,), start, end, end, cost, nothing, nothing)
 
 
 def overlapping(one: Events, other: Events) -> tuple[Whole, Whole]:

@@ -34,11 +34,11 @@ class Rows:
     cell : ndarray
         (S,) uint8, as in `Columns`.
     capture, start, stop : ndarray
-        (S,) int64.
+        (S,) int32, as the columns are: rows are many, and of most little is asked.
     passing, starting : ndarray
         (S,) bool.
     stretch : ndarray
-        (S,): which stretch of known frames each row lies in, counted over all captures.
+        (S,) int32: which stretch of known frames each lies in, counted over all captures.
     stretch_rows : ndarray
         (stretches + 1,): the first row of each.
     stretch_begin, stretch_end : ndarray
@@ -48,21 +48,22 @@ class Rows:
     def __init__(self, columns: Columns, places: Whole, frames: Whole) -> None:
         self.frames, self._columns = frames, columns
         firsts, behind = columns.bounds[places], columns.bounds[places + 1]
-        self._here: Whole | slice
+        self._here: Numbers | slice
         if len(places) and places[-1] - places[0] < len(places):
             self.bounds = np.append(firsts, behind[-1]) - firsts[0]
             self._here = slice(int(firsts[0]), int(behind[-1]))
         else:
-            self.bounds, self._here = ranges(firsts, behind)
-        self.capture = np.repeat(np.arange(len(places)), np.diff(self.bounds))
+            self.bounds, here = ranges(firsts, behind)
+            self._here = here.astype(np.int32)
+        self.capture = np.repeat(np.arange(len(places), dtype=np.int32), np.diff(self.bounds))
         self.cell = columns.cell[self._here]
-        self.start = columns.start[self._here].astype(np.int64)
-        self.stop = columns.stop[self._here].astype(np.int64)
+        self.start: Numbers = columns.start[self._here]
+        self.stop: Numbers = columns.stop[self._here]
         self.passing: Mask = (self.cell & PASSING) > 0
         self.starting: Mask = (self.cell & STARTING) > 0
         begins = self.starting.copy()
         begins[self.bounds[:-1][self.bounds[:-1] < self.bounds[1:]]] = True
-        self.stretch = np.cumsum(begins) - 1
+        self.stretch = np.cumsum(begins, dtype=np.int32) - 1
         self.stretch_rows = np.append(np.flatnonzero(begins), len(self.cell))
         self._known(columns.gaps, places)
 
@@ -73,7 +74,7 @@ class Rows:
     def _known(self, gaps: Numbers, places: Whole) -> None:
         """Work out the frames of each stretch."""
         rows = self.stretch_rows[:-1]
-        capture, begin = self.capture[rows], self.start[rows]
+        capture, begin = (it[rows].astype(np.int64) for it in (self.capture, self.start))
         self.stretch_begin, self.stretch_end = np.zeros_like(begin), self.frames[capture].copy()
         if not len(rows):
             return
@@ -99,20 +100,19 @@ class Rows:
         return self._columns.runner[self._here]
 
     @cached_property
-    def cost(self) -> Whole:
-        """What is missing to a margin of 1, in thousandths, (S,)."""
-        cost: Whole = THOUSANDTHS - self._columns.margin[self._here].astype(np.int64)
-        return cost
+    def cost(self) -> Numbers:
+        """What is missing to a margin of 1, in thousandths, (S,) int16."""
+        return THOUSANDTHS - self._columns.margin[self._here].astype(np.int16)
 
     @cached_property
-    def shown(self) -> Whole:
-        """Which rows are shown."""
-        return np.flatnonzero(~self.passing)
+    def shown(self) -> Numbers:
+        """Which rows are shown, int32."""
+        return np.flatnonzero(~self.passing).astype(np.int32)
 
     @cached_property
-    def rank(self) -> Whole:
-        """How many shown rows come before each, (S + 1,)."""
-        rank = np.zeros(len(self) + 1, np.int64)
+    def rank(self) -> Numbers:
+        """How many shown rows come before each, (S + 1,) int32."""
+        rank = np.zeros(len(self) + 1, np.int32)
         np.cumsum(~self.passing, out=rank[1:])
         return rank
 
@@ -143,9 +143,9 @@ class Rows:
         return change
 
     @cached_property
-    def arrival(self) -> Whole:
-        """The frame in which each row is achieved, (S,)."""
-        arrival: Whole = np.where(self.starting, self.start, self.stop - 1)
+    def arrival(self) -> Numbers:
+        """The frame in which each row is achieved, (S,) int32."""
+        arrival: Numbers = np.where(self.starting, self.start, self.stop - 1)
         return arrival
 
     @cached_property
@@ -157,29 +157,30 @@ class Rows:
 
     def row_of(self, rank: Whole) -> Whole:
         """Return the first row before which at least so many rows are shown."""
-        row: Whole = self._behind[np.clip(rank, 0, len(self._behind) - 1)]
+        row: Whole = self._behind[np.clip(rank, 0, len(self._behind) - 1)].astype(np.int64)
         return row
 
     @cached_property
-    def _behind(self) -> Whole:
-        """The first row, those behind each shown one, and that behind the last."""
-        return np.concatenate(([0], self.shown + 1, [len(self)]))
+    def _behind(self) -> Numbers:
+        """The first row, those behind each shown one, and that behind the last, int32."""
+        return np.concatenate(([0], self.shown + 1, [len(self)]), dtype=np.int32)
 
     def beginnings(self, manner: str) -> tuple[Whole, Whole]:
         """Return the shown rows that begin something, and when: a movement, stay or rest."""
-        rows = self.shown
+        rows, frames = self.shown, self.start
         if manner == "at":
-            return rows, self.arrival[rows]
-        if manner == "hold":
-            rows = rows[self.stop[rows] < self.until(rows)]
-            return rows, self.stop[rows]
-        rows = rows[~self.starting[rows]]
-        return rows, self.start[rows]
+            frames = self.arrival
+        elif manner == "hold":
+            rows, frames = rows[self.stop[rows] < self.until(rows)], self.stop
+        else:
+            rows = rows[~self.starting[rows]]
+        return rows.astype(np.int64), frames[rows].astype(np.int64)
 
     @cached_property
     def stretch_keys(self) -> Whole:
         """Capture and first frame of each stretch as one number, growing."""
-        keys: Whole = self.capture[self.stretch_rows[:-1]] * FAR + self.stretch_begin
+        capture = self.capture[self.stretch_rows[:-1]].astype(np.int64)
+        keys: Whole = capture * FAR + self.stretch_begin
         return keys
 
     def stretch_at(self, capture: Whole, frame: Whole) -> Whole:
