@@ -15,6 +15,13 @@ from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
 from lanindex.search.fast.rows import Rows
 from lanindex.search.language.times import Clock, Length
 
+LARGE = 1 << 19
+"""Rows of a part in a library whose blocks are as large as any: in smaller ones they are smaller,
+so that what a search takes stays little beside the columns that it reads."""
+
+FEWEST_ROWS = 1 << 14
+"""How many rows a block may have in any library: each block costs some time of its own."""
+
 MOST_CLOCKS = 16
 """Clocks that are looked for one by one, before all are put in order."""
 
@@ -116,7 +123,7 @@ _KEPT = "lanindex.search.fast.block"
 """Where it is kept with a roster which different clocks there are, and each capture's: 4 bytes."""
 
 
-def slabs(columns: Collection[Columns], places: Whole, rows: int) -> list[Whole]:
+def slabs(columns: Collection[Columns], places: Whole, most: int) -> list[Whole]:
     """Return captures, some at once: those in which no part has more rows than so many.
 
     Parameters
@@ -125,13 +132,15 @@ def slabs(columns: Collection[Columns], places: Whole, rows: int) -> list[Whole]
         Of the parts.
     places : ndarray
         (N,) int64, growing: which captures.
-    rows : int
-        How many at once, captures too; one capture may have more.
+    most : int
+        How many at once in a `LARGE` library, captures too; one capture may have more.
     """
-    most = np.ones(len(places), np.int64)
+    library = max(map(len, columns), default=0)
+    rows = max(min(most, FEWEST_ROWS), most * min(library, LARGE) // LARGE)
+    longest = np.ones(len(places), np.int64)
     for own in columns:
-        most = np.maximum(most, own.bounds[places + 1] - own.bounds[places])
-    slab = np.cumsum(most) // rows
+        longest = np.maximum(longest, own.bounds[places + 1] - own.bounds[places])
+    slab = np.cumsum(longest) // rows
     return np.split(places, np.flatnonzero(starts_of(slab))[1:]) if len(places) else []
 
 

@@ -29,7 +29,7 @@ from lanindex.search.fast.planes import Part, part_of
 from lanindex.search.fast.ragged import Mask, Whole, best_of_each
 from lanindex.search.fast.walk import Ends, NotCovered
 
-MOST_ROWS = 1 << 19
+MOST_ROWS = 1 << 18
 """How many rows of a part are gone through at once."""
 
 Ways = dict[Program, list[Chain]]

@@ -11,7 +11,7 @@ import numpy as np
 from lanindex.model.columns import PASSING, THOUSANDTHS
 from lanindex.search.fast.lines import COST_BITS
 
-_CHUNK = 1024  # words at once, so that what is worked out of them stays close to the processor
+_CHUNK = 512  # words at once, so that what is worked out of them stays close to the processor
 _FIRST = 64 * _CHUNK
 _ONE, _TWO, _NIL = np.uint64(1), np.uint64(2), np.uint64(0)
 # every other bit, pair of bits, four of them, and the first of each eight
