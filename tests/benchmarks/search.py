@@ -41,6 +41,9 @@ SINGLE = (
 HIT = 64
 """Bytes of a hit, as the columns of `Answers` are."""
 
+MOST_HITS = 3
+"""A search may take as much as the columns that it reads, and so many times what its hits do."""
+
 PEAKS = 20_000
 """Captures, some 3 million symbols, of which the memory of searches is told."""
 
@@ -73,8 +76,12 @@ def told(patterns, roster, columns) -> None:
 
 
 def peaks(patterns, roster, columns) -> None:
-    """Say how much memory a search takes beyond the columns, beside what it reads and finds."""
+    """Say how much memory a search takes beyond the columns, beside what it reads and finds.
+
+    What is kept with the columns, and compiled loops, are there already: of an earlier search.
+    """
     for pattern in patterns:
+        finder(pattern, roster, columns).find()
         search = finder(pattern, roster, columns)
         tracemalloc.start()
         found = search.find()
@@ -87,7 +94,8 @@ def peaks(patterns, roster, columns) -> None:
         )
         hits = len(found) * HIT
         print(
-            f"  {peak / 1e6:6.1f} MB, of columns {read / 1e6:5.1f}, of hits {hits / 1e6:4.1f}"
+            f"  {peak / 1e6:6.1f} MB, of columns {read / 1e6:5.1f}, of hits {hits / 1e6:4.1f}:"
+            f" {peak / (read + MOST_HITS * hits):4.0%} of what it may"
             f"  {' '.join(pattern.split())[:80]}",
             flush=True,
         )

@@ -12,8 +12,8 @@ from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.model import Hit
 from lanindex.search import compiled
+from lanindex.search.fast import arrows, chains, order
 from lanindex.search.fast import find as find_module
-from lanindex.search.fast import order
 from lanindex.search.language import parse
 from lanindex.search.nearly import NEAR
 from lanindex.search.plain import ties
@@ -24,6 +24,8 @@ def test_a_hundred_patterns_of_the_whole_grammar(seed: int, monkeypatch) -> None
     if seed % 2:  # leave out what cannot have a hit, as in a large library
         monkeypatch.setattr(find_module, "MANY", 1)
         monkeypatch.setattr(order, "FEW", 0)
+        monkeypatch.setattr(arrows, "AT_ONCE", 2)
+        monkeypatch.setattr(chains, "AT_ONCE", 2)
     monkeypatch.setattr(compiled, "chosen", fast if seed % 4 < 2 else plain)
     for case in range(100):
         random = Random(f"{seed} {case}")
