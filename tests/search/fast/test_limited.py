@@ -1,0 +1,83 @@
+"""Lines of which only the length of all is limited: told as lines alone, and no longer ones."""
+
+from random import Random
+
+import numpy as np
+import pytest
+from fast_search import find_fast, numbered, told
+from random_library import random_library
+
+from lanindex.model.columns import columns_of, roster_of
+from lanindex.search.automaton import plan
+from lanindex.search.fast import arrows, block, chains
+from lanindex.search.fast.lines import limited
+from lanindex.search.language import parse
+from lanindex.search.plain import find
+
+LIMITED = {
+    "(r_arm low ... high -> low) <4s": ["<4s"],
+    "((r_arm low -> any) <=0.8s) <3s": ["<3s", "<=0.8s"],
+    "(r_arm low ... high or r_arm mid ... low) <1s": ["<1s"],
+    "(arms any ... any) <=0.6s": ["<=0.6s"],
+    "(r_arm any -> l_arm any) <6f": ["<6f"],
+    "start -> (r_arm any ... any) <0.5s": ["<0.5s"],
+    "(r_arm via any -> any) <0.5s": ["<0.5s"],
+}
+
+OTHERS = (
+    "(r_arm low ... high) >1s",
+    "(r_arm low ... high) 1s",
+    "(r_arm low x1+) <2s",
+    "(r_arm low -> high) <1s ... low",
+    "(r_arm low -> high) <1s x2",
+    "(r_arm low with l_arm high) <2s",
+    "(r_arm low -> high) <2s with l_arm any",
+    "((r_arm low -> high) <1s or r_arm mid) <2s",
+    "r_arm low <2s",
+)
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    random = Random(11)
+    return numbered([it for _ in range(30) for it in random_library(random)])
+
+
+@pytest.mark.parametrize("text", LIMITED)
+@pytest.mark.parametrize("overlaps", ["all", "none"])
+def test_a_line_that_shall_be_short_is_told_as_it_is_plainly(
+    text, overlaps, recordings, monkeypatch
+):
+    for program in plan(parse(text)):
+        bare, lengths = limited(program)
+        assert list(map(str, lengths)) == LIMITED[text]
+        assert not bare.brackets
+    wanted = told(find(parse(text), recordings, overlaps=overlaps))
+    assert told(find_fast(parse(text), recordings, overlaps=overlaps)) == wanted != []
+    for module in (arrows, chains):
+        monkeypatch.setattr(module, "AT_ONCE", 3)
+    assert told(find_fast(parse(text), recordings, overlaps=overlaps)) == wanted
+
+
+@pytest.mark.parametrize("text", OTHERS)
+def test_no_other_line_is_taken_for_one(text):
+    assert all(limited(it) == (it, ()) for it in plan(parse(text)))
+
+
+def test_blocks_of_a_small_library_are_smaller(recordings, monkeypatch):
+    captures = [capture for capture, _ in recordings]
+    columns = columns_of("r_arm", captures, [tracks.get("r_arm") for _, tracks in recordings])
+    places = np.arange(len(roster_of(captures)))
+
+    def largest(most: int) -> int:
+        slabs = block.slabs([columns], places, most)
+        assert np.concatenate(slabs).tolist() == places.tolist()
+        return max(columns.bounds[it[-1] + 1] - columns.bounds[it[0]] for it in slabs)
+
+    longest = np.diff(columns.bounds).max()
+    monkeypatch.setattr(block, "FEWEST_ROWS", 10)
+    monkeypatch.setattr(block, "LARGE", len(columns))
+    assert 40 < largest(80) < 80 + longest
+    monkeypatch.setattr(block, "LARGE", 4 * len(columns))
+    assert largest(80) < 20 + longest
+    assert largest(8) < 8 + longest  # never more than is asked for
