@@ -37,8 +37,8 @@ CALM = 1.0
 SQUARE = 1 << 20
 """Pairs of movements that are laid upon each other in one go; of longer parts, piece by piece."""
 
-_CELLS = 1 << 15
-"""Cells of a row of the alignment that are worked on at a time: what a processor keeps near."""
+_ROWS = 1 << 13
+"""Rows of the other side that are worked on at a time: what a processor keeps near."""
 
 
 def likeness(apart: Floats, whole: Floats) -> Floats:
@@ -69,43 +69,62 @@ def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
 
 def paired(one: Clips, ours: Windows, two: Clips, theirs: Windows) -> Floats:
     """Return how alike stretches of clips are to others, pair by pair: (B,) float32, 0 to 1."""
-    apart = differences(one.moves, ours, two.moves, theirs).sum(axis=0)
-    whole = sizes(one.moves, ours).sum(axis=0) + sizes(two.moves, theirs).sum(axis=0)
-    return likeness(apart, whole)
+    whole = sizes(one.moves, ours) + sizes(two.moves, theirs)
+    saved = savings(one.moves, ours, two.moves, theirs, whole)
+    return likeness((whole - saved).sum(axis=0), whole.sum(axis=0))
 
 
 def sizes(moves: Moves, windows: Windows) -> Floats:
     """Return what it costs to leave out each part of each stretch: (P, B) float32."""
-    reach = np.concatenate([[0], np.cumsum(moves.sizes, dtype=np.float64)])
-    there = windows.low < windows.high
+    counts = np.maximum(windows.high - windows.low - 1, 0).ravel()
+    ends = np.cumsum(counts)
+    rows = np.arange(counts.sum()) + np.repeat(windows.low.ravel() + 1 - ends + counts, counts)
+    reach = np.concatenate([[0], np.cumsum(moves.sizes[rows], dtype=np.float64)])
+    inside = (reach[ends] - reach[ends - counts]).reshape(windows.low.shape)
     begun = np.append(moves.swings, np.float32(0))[windows.low]
-    inside = reach[windows.high] - reach[np.minimum(windows.low + 1, windows.high)]
-    return np.asarray(np.where(there, inside + begun, 0), np.float32)
+    return np.asarray(np.where(windows.low < windows.high, inside + begun, 0), np.float32)
 
 
-def differences(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> Floats:
-    """Return what stretches of clips do not share, pair by pair: (P, B) float32, by part."""
-    found = sizes(one, ours) + sizes(two, theirs)
+def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, whole: Floats) -> Floats:
+    """Return by how much stretches of clips differ less than if all were left out, pair by pair.
+
+    Parameters
+    ----------
+    one, two : Moves
+        Both sides' rows.
+    ours, theirs : Windows
+        B stretches of each.
+    whole : ndarray
+        (P, B) float32, the sizes of both together.
+
+    Returns
+    -------
+    ndarray
+        (P, B) float32, by part: the most that is saved by replacing movements.
+    """
     mine, others = ours.high - ours.low, theirs.high - theirs.low
     both = (mine > 0) & (others > 0)
-    found[both] += _begun(one, ours.low[both], two, theirs.low[both])
+    found = np.zeros_like(whole)
+    found[both] = _begun(one, ours.low[both], two, theirs.low[both])
     # where one side never moves, all that the other does is left out, and there is no choice
     both &= (mine > 1) & (others > 1)
     for lane in np.argwhere(mine * others * both > SQUARE):
         both[tuple(lane)] = False
-        found[tuple(lane)] = _by_pieces(one, _cell(ours, lane), two, _cell(theirs, lane))
+        pieces = _by_pieces(one, _cell(ours, lane), two, _cell(theirs, lane))
+        found[tuple(lane)] = whole[tuple(lane)] - pieces
+    low, begin = ours.low[both], theirs.low[both]
+    more = np.zeros(len(low), np.float32)
     fast = compiled.chosen("example", int((mine * others)[both].sum()))
     if fast:
-        own = (one.points, one.sizes, one.paces, one.swings, ours.low[both], ours.high[both])
-        other = (two.points, two.sizes, two.paces, two.swings, theirs.low[both], theirs.high[both])
-        values = np.empty(np.count_nonzero(both), np.float32)
-        fast.differences(*own, *other, values)
-        found[both] = values
-        return found
-    for parts, stretches in _lanes(np.where(both, mine, 0), others):
-        lanes = _Lanes(one, two, ours.low[parts, stretches], theirs.low[parts, stretches])
-        counts = others[parts, stretches] - 1
-        found[parts, stretches] = lanes.walked(mine[parts, stretches], counts)
+        own = (one.points, one.sizes, one.paces, one.swings, low, ours.high[both])
+        other = (two.points, two.sizes, two.paces, two.swings, begin, theirs.high[both])
+        fast.savings(*own, *other, more)
+    else:
+        rows, counts, most = mine[both], others[both], whole[both]
+        for some in _lanes(rows, counts):
+            here = _flat(one, low[some], rows[some]), _flat(two, begin[some], counts[some])
+            more[some] = _saved(*here, most[some])
+    found[both] += more
     return found
 
 
@@ -124,7 +143,8 @@ def _by_pieces(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> float:
     size = float((ours.high - ours.low).item()) * float((theirs.high - theirs.low).item())
     count = int(np.ceil(np.sqrt(size / SQUARE))) + 1
     mine, others = _pieces(ours, count), _pieces(theirs, count)
-    return float(differences(one, mine, two, others).sum())
+    whole = sizes(one, mine) + sizes(two, others)
+    return float((whole - savings(one, mine, two, others, whole)).sum())
 
 
 def _pieces(windows: Windows, count: int) -> Windows:
@@ -134,101 +154,86 @@ def _pieces(windows: Windows, count: int) -> Windows:
 
 
 def _begun(one: Moves, ours: Numbers, two: Moves, theirs: Numbers) -> Floats:
-    """Return what it costs more to lay beginnings upon each other than to leave both out."""
-    own, other = one.swings[ours], two.swings[theirs]
+    """Return what is saved by laying beginnings upon each other; less than 0 where far apart."""
     away = one.points[ours] - two.points[theirs]
-    more: Floats = np.float32(POSE) * np.sqrt(np.square(away).sum(axis=1))
-    more += np.abs(own - other) - own - other
-    return more
+    saved: Floats = 2 * np.minimum(one.swings[ours], two.swings[theirs])
+    saved -= np.float32(POSE) * np.sqrt(np.square(away).sum(axis=1))
+    return saved
 
 
-def _lanes(mine: Numbers, others: Numbers) -> Iterator[tuple[Numbers, Numbers]]:
-    """Yield parts and stretches to work on together: of about one length, little is padded.
-
-    About is four times: finer, there are so many small arrays that calling costs more than padding.
-    Those with most rows of the one side go first; where one side has none there is no work.
-    """
-    scale = 2 * np.ceil(np.log2(np.maximum(others, 1)) / 2).astype(np.int64)
-    parts, stretches = np.nonzero((others > 0) & (mine > 0))
-    scales = scale[parts, stretches]
-    order = np.lexsort((-mine[parts, stretches], scales))
-    borders = np.flatnonzero(np.diff(scales[order])) + 1
-    for alike in np.split(order, borders):
-        if len(alike):
-            most = max(1, _CELLS >> int(scales[alike[0]]))
-            for first in range(0, len(alike), most):
-                lanes = alike[first : first + most]
-                yield parts[lanes], stretches[lanes]
+def _lanes(rows: Numbers, counts: Numbers) -> Iterator[Numbers]:
+    """Yield which pairs to work on together: those with most rows of the one side first."""
+    order = np.argsort(-rows, kind="stable")
+    full = np.cumsum(counts[order]) // _ROWS
+    yield from np.split(order, np.flatnonzero(np.diff(full)) + 1) if len(order) else ()
 
 
-class _Lanes:
-    """Alignments that go side by side: one a lane, each of one part of one pair.
+class _Flat(NamedTuple):
+    """Movements of one side of pairs, those of each pair, a lane, behind those of the one before.
 
-    Parameters
+    Attributes
     ----------
-    one, two : Moves
-        Both sides' rows.
-    mine, low : ndarray
-        (L,) where each lane begins in these.
+    first, counts : ndarray
+        (L,) where each lane begins, and how many rows it has, its beginning counted.
+    columns : ndarray
+        (6, N) float32: the three coordinates where each leads to, times `REPLACED`; what it costs,
+        less half of what follows; twice what its pace and its swings cost. So what two differ in
+        is what both cost, less the smaller of each.
     """
 
-    def __init__(self, one: Moves, two: Moves, mine: Numbers, low: Numbers) -> None:
-        self.one, self.two, self.mine, self.low = one, two, mine, low
-
-    def walked(self, rows: Numbers, counts: Numbers) -> Floats:
-        """Return differences: row by row of one side, all lanes at once.
-
-        Parameters
-        ----------
-        rows : ndarray
-            (L,) rows of the one side, its beginning counted; the most first.
-        counts : ndarray
-            (L,) movements of the other.
-        """
-        index = self.low + np.minimum(np.arange(counts.max() + 1)[:, None], counts)
-        self.points = np.moveaxis(self.two.points[index], -1, 0).copy()
-        self.paces, self.swings = self.two.paces[index], self.two.swings[index]
-        gaps = self.two.sizes[index]
-        gaps[0] = 0
-        self.reach = np.cumsum(gaps, axis=0)
-        lanes = np.arange(len(counts))
-        found = np.zeros(len(counts), np.float32)
-        cost = before = self.reach
-        for row in range(int(rows[0])):
-            alive = int(np.searchsorted(-rows, -row))
-            cost, before = self._row(row, alive, cost[:, :alive], before[:, :alive])
-            found[:alive] = cost[counts[:alive], lanes[:alive]]
-        return found
-
-    def _row(self, row: int, alive: int, cost: Floats, before: Floats) -> tuple[Floats, Floats]:
-        """Return the costs of one more row of the one side, and how far it is from each row."""
-        own, one = self.mine[:alive] + row, self.one
-        here = _apart(self.points[:, :, :alive], one.points[own])
-        swings = np.abs(self.swings[:, :alive] - one.swings[own])
-        reach = self.reach[:, :alive]
-        if row == 0:
-            return reach + np.float32(POSE) * here[0] + swings[0], here
-        change = here[1:] + before[:-1]
-        change *= np.float32(REPLACED)
-        change += np.float32(PACE) * np.abs(self.paces[1:, :alive] - one.paces[own])
-        change += swings[1:]
-        change += cost[:-1]
-        best = cost + one.sizes[own]
-        np.minimum(best[1:], change, out=best[1:])
-        # What is put in adds up along the clip: a running minimum of what is left without it.
-        best -= reach
-        np.minimum.accumulate(best, axis=0, out=best)
-        best += reach
-        return best, here
+    first: Numbers
+    counts: Numbers
+    columns: Floats
 
 
-def _apart(points: Floats, own: Floats) -> Floats:
-    """Return how far points lie from one point a lane: (3, M, L) and (L, 3) to (M, L)."""
-    total: Floats = np.square(points[0] - own[:, 0])
-    total += np.square(points[1] - own[:, 1])
-    total += np.square(points[2] - own[:, 2])
-    np.sqrt(total, out=total)
-    return total
+def _flat(moves: Moves, low: Numbers, counts: Numbers) -> _Flat:
+    """Return so many rows from `low` on of each lane."""
+    first = np.cumsum(counts) - counts
+    rows = np.arange(counts.sum()) + np.repeat(low - first, counts)
+    columns = np.empty((6, len(rows)), np.float32)
+    columns[:3] = moves.points[rows].T
+    columns[:3] *= np.float32(REPLACED)
+    columns[4], columns[5] = np.float32(PACE) * moves.paces[rows], moves.swings[rows]
+    columns[3] = moves.sizes[rows] - columns[4] - columns[5]
+    columns[4:] *= 2
+    return _Flat(first, counts, columns)
+
+
+def _saved(one: _Flat, two: _Flat, most: Floats) -> Floats:
+    """Return the most that each lane saves: row by row of the one side, all lanes at once.
+
+    No lane can save as much as there is between where it and the next begin to count (`most` and a
+    little), so that what is saved before a place is a running maximum along all of them.
+    """
+    begun = np.cumsum(most + 1.0, dtype=np.float64) - most
+    best = np.repeat(begun, two.counts)
+    # Numbers above 0 are in order as integers are; a running maximum of these takes a fifth.
+    bits = best.view(np.int64)
+    own = np.repeat(one.first, two.counts)
+    two.columns[3, two.first] = -np.inf  # a beginning takes the place of none
+    ends = two.first + two.counts
+    before = _apart(one.columns[:3].take(own, axis=1), two.columns)
+    for row in range(1, int(one.counts[0])):
+        end = ends[np.searchsorted(-one.counts, -row) - 1]
+        mine, other = one.columns.take(own[:end] + row, axis=1), two.columns[:, :end]
+        here = _apart(mine, other)
+        saved = np.minimum(mine[4], other[4])
+        saved += np.minimum(mine[5], other[5])
+        saved += mine[3]
+        saved += other[3]
+        saved[1:] -= here[1:] + before[: end - 1]
+        np.maximum(best[1:end], best[: end - 1] + saved[1:], out=best[1:end])
+        np.maximum.accumulate(bits[:end], out=bits[:end])
+        before = here
+    return np.asarray(best[ends - 1] - begun, np.float32)
+
+
+def _apart(one: Floats, two: Floats) -> Floats:
+    """Return how far points lie apart, coordinates first."""
+    total = np.square(one[0] - two[0])
+    total += np.square(one[1] - two[1])
+    total += np.square(one[2] - two[2])
+    return np.asarray(np.sqrt(total, out=total), np.float32)
 
 
 class Pair(NamedTuple):

@@ -41,6 +41,15 @@ def test_it_is_what_the_plain_one_says(one, many) -> None:
 
 
 @settings(max_examples=40)
+@given(clips(), st.lists(clips(), min_size=1, max_size=4))
+def test_it_is_the_same_however_many_are_worked_on_at_a_time(one, many) -> None:
+    wanted = alike(one, many)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(align, "_ROWS", 4)
+        assert alike(one, many) == pytest.approx(wanted, abs=1e-6)
+
+
+@settings(max_examples=40)
 @given(clips(), clips())
 def test_laws(one, two) -> None:
     (value,) = alike(one, [two])
