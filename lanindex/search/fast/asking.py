@@ -17,6 +17,7 @@ from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import Backwards, remembers
+from lanindex.search.fast.mirrored import Mirroring, repeats
 from lanindex.search.fast.others import MOST_MARKS
 from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each
@@ -43,6 +44,9 @@ def answers_of(
         Where there are too many ways.
     """
     if setting.asked:
+        lines = repeats(setting.asked, program)
+        if lines:
+            return Mirroring(setting.block, lines).answers(number, parts, setting.tick)
         return remembering(setting, number, program, parts)
     if remembers(program):
         try:

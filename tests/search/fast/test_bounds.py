@@ -14,6 +14,7 @@ from random_library import DIRECTIONS, PARTS, random_library
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
 from lanindex.search.automaton import plan
+from lanindex.search.conditions import holds
 from lanindex.search.fast import Timeout, ragged, recall
 from lanindex.search.fast.claims import contested
 from lanindex.search.language import parse
@@ -82,6 +83,17 @@ def test_the_best_hits_are_told_in_time_and_others_whenever():
     searched = searched[:many]
     with pytest.raises(KeyboardInterrupt):
         find_fast(query, recordings, watch=impatient, best=1)
+
+
+def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
+    monkeypatch.setattr(ragged, "MOST_PAIRS", 10_000)  # else it grows with the fourth power
+    monkeypatch.setattr(recall, "MOST_WAYS", 10_000)
+    query = parse("a: (r_arm any x1+) with b: (l_arm any x1+) where a mirrors b")
+    recordings = [random_library(Random(9), captures=1, most=400)[0]]
+    hits = list(find_fast(query, recordings, overlaps="all"))
+    assert len(hits) > 40
+    assert all(holds(query.where[0], hit) for hit in hits)
+    assert max(len(hit.labels["a"]) for hit in hits) > 1
 
 
 @pytest.fixture
