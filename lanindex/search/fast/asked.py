@@ -125,7 +125,7 @@ class Asked:
         first, last = ends
         rows = block.rows(part)
         named = self._parts[mirrored_part(part) if mirrored else part] << 8
-        cells = _MIRRORED_CELLS if mirrored else np.arange(CELL + 1)
+        cells = MIRRORED_CELLS if mirrored else np.arange(CELL + 1)
         for behind in range(int((last - first).max(initial=-1)) + 1):
             row = first + behind
             here = np.flatnonzero(row <= last)
@@ -161,7 +161,7 @@ class Asked:
         return fits
 
 
-_MIRRORED_CELLS = np.array(
+MIRRORED_CELLS = np.array(
     [
         cell_of(MIRRORED[direction] if 0 <= direction < len(MIRRORED) else direction, level)
         for level, direction in ((it // 16 - 1, it % 16 - 1) for it in range(CELL + 1))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 
@@ -20,24 +18,23 @@ from lanindex.search.fast.answers import (
 )
 from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import contested
+from lanindex.search.fast.claims import Contested, contested
 from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import Backwards, limited, remembers
+from lanindex.search.fast.mirrored import Mirroring, repeats
 from lanindex.search.fast.others import MOST_MARKS
 from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Alive, Setting, alive_in
+from lanindex.search.fast.soon import FAIRLY_SOON, SOON, settled, wanders, widening
 from lanindex.search.fast.tails import enough
 from lanindex.search.fast.walk import NotCovered
-from lanindex.search.language.times import Length, Time
 
 FEW = 4
 """What is less than one in so many captures is gone through on its own."""
-
-_SOON = Length("<=", Time(Fraction(4), "s"))
 
 
 def answers_of(
@@ -51,6 +48,9 @@ def answers_of(
         Where there are too many ways.
     """
     if setting.asked:
+        lines = repeats(setting.asked, program)
+        if lines:
+            return Mirroring(setting.block, lines).answers(number, parts, setting.tick)
         return remembering(setting, number, program, parts)
     bare, lengths = limited(program)
     if remembers(bare):
@@ -77,15 +77,42 @@ def with_company(
     NotCovered
         Where ways must remember more than that.
     """
-    entries, roots_at, low, high = Company(block, contested(program)).leading(program)
-    found = []
-    for place, entry in enumerate(program.entries):
+    claims, found, tables = contested(program), [], []
+    left = [roots(block, program, entry) for entry in program.entries]
+    for within in widening(block, left, FAIRLY_SOON if wanders(program) else None):
+        entry, root, low, high = _leading(block, program, left, within, claims)
+        best = settled(block, program, left, within, (entry, root, high))
+        tables.append((entry[best], root[best], low[best], high[best]))
+    entries, roots_at, low, high = (np.concatenate(it) for it in zip(*tables, strict=True))
+    for place, way_in in enumerate(program.entries):
         own = entries == place
-        state = program.states[entry.state]
+        state = program.states[way_in.state]
         events = block.events(state).at(roots_at[own])
         ends = low[own], high[own], ~events.cost
         found.append(table(number, state, parts, events, ends))
     return found
+
+
+def _leading(
+    block: Block, program: Program, left: list[Mask], within: Whole | None, claims: Contested
+) -> tuple[Whole, Whole, Whole, Whole]:
+    """Return the best ways from some beginnings: looked for in their captures, if these are few."""
+    captures = [block.events(program.states[it.state]).capture for it in program.entries]
+    there = np.zeros(len(block), bool)
+    for capture, fits in zip(captures, left, strict=True):
+        there[capture[fits]] = True
+    places = np.flatnonzero(there)
+    if FEW * len(places) > len(block) or not len(places):
+        return Company(block, claims).leading(program, left, within)
+    own = [np.flatnonzero(there[capture]) for capture in captures]
+    some = [fits[at] for fits, at in zip(left, own, strict=True)]
+    company = Company(block.taken(places), claims)
+    entry, root, low, high = company.leading(
+        program, some, None if within is None else within[places]
+    )
+    for place, at in enumerate(own):
+        root[entry == place] = at[root[entry == place]]
+    return entry, root, low, high
 
 
 def possible(block: Block, program: Program, alive: Alive | None = None) -> Mask:
@@ -183,15 +210,13 @@ def _best_of_all(
 ) -> list[Found]:
     """Return the best ways from some beginnings; from fewer at once where one capture has many."""
     tables, left = [], [fits.copy() for fits in begun]
+    soon = SOON if recall.wanders and not program.open_ended else None
     try:
-        for within in _limits(setting, recall, program):
+        for within in widening(setting.block, left, soon):
             found = recall.found(left, within)
             found = found.at(_best(setting, program, recall, found, partners))
-            if within is not None:
-                found = found.at(found.high - found.start <= within[found.capture])
-            tables.append(found)
-            for place, fits in enumerate(left):
-                fits[found.root[found.entry == place]] = False
+            ways = found.entry, found.root, found.high
+            tables.append(found.at(settled(setting.block, program, left, within, ways)))
         return tables
     except TooMuch:
         if len(setting.block) > 1 or sum(map(np.count_nonzero, left)) < 2:
@@ -203,20 +228,6 @@ def _best_of_all(
         few = np.split(half, bounds[:-1])
         tables += _best_of_all(setting, program, recall, partners, few)
     return tables
-
-
-def _limits(setting: Setting, recall: Recall, program: Program) -> Iterator[Whole | None]:
-    """Yield in how many frames ways are looked for, by capture: soon at first, at last in all.
-
-    A way that ends soon is better than any that goes on for longer.
-    """
-    block = setting.block
-    if recall.wanders and not program.open_ended:
-        within, most = block.bounds(_SOON)[1], int(block.frames.max(initial=0))
-        while int(within.min(initial=most)) < most:
-            yield within
-            within = 4 * within
-    yield None
 
 
 def _best(

@@ -49,8 +49,10 @@ class Company:
         self._places: Whole = np.arange(len(block))
         self._inner: Company | None = None
 
-    def leading(self, program: Program) -> tuple[Whole, Whole, Whole, Whole]:
-        """Return the best way of a program from each beginning.
+    def leading(
+        self, program: Program, begun: list[Mask] | None = None, within: Whole | None = None
+    ) -> tuple[Whole, Whole, Whole, Whole]:
+        """Return the best way of a program from each beginning; `begun`, `within` as in `Walk`.
 
         Returns
         -------
@@ -59,7 +61,7 @@ class Company:
         """
         if program.open_ended:
             check_running_on(program)
-        ends, lines = self._found(program)
+        ends, lines = self._found(program, begun, within)
         chosen = np.flatnonzero(~lines.alone)
         ends, lines = ends.at(chosen), lines.at(chosen)
         self._look_only_in(program, lines.capture)
@@ -170,9 +172,12 @@ class Company:
             self._lines[key] = beside.different(lines)
         return self._lines[key]
 
-    def _found(self, program: Program) -> tuple[Ends, Stretches]:
+    def _found(
+        self, program: Program, begun: list[Mask] | None = None, within: Whole | None = None
+    ) -> tuple[Ends, Stretches]:
         """Return the ways of a line, and their frames."""
-        ends = Walk(self._block, program, self._contested.states.get(program, ())).ends()
+        used = self._contested.states.get(program, ())
+        ends = Walk(self._block, program, used, begun, within).ends()
         return ends, self._stretches(program, ends)
 
     def _stretches(self, program: Program, ends: Ends) -> Stretches:

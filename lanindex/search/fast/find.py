@@ -36,7 +36,8 @@ from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import TooMuch, Whole
 from lanindex.search.fast.setting import Setting
 from lanindex.search.fast.source import Recordings, Source
-from lanindex.search.fast.trace import Teller, labelled
+from lanindex.search.fast.told import labelled
+from lanindex.search.fast.trace import Teller
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
 

@@ -171,8 +171,10 @@ class _Linked(Company):
         fits = np.any([_tables(chain)[0] for chain in chains], axis=0)
         return (self._columns[part], fits) if part in self._columns else None
 
-    def _found(self, program: Program) -> tuple[Ends, Stretches]:
-        """Return the ways of a line; what is looked for later, only in the captures of these."""
+    def _found(
+        self, program: Program, begun: list[Mask] | None = None, within: Whole | None = None
+    ) -> tuple[Ends, Stretches]:
+        """Return the ways of a line, all; what is looked for later, only in their captures."""
         part = program.states[0].members[0]
         if part not in self._columns:
             return _ends(np.empty((3, 0), np.int64), None)

@@ -17,12 +17,9 @@ from lanindex.search.fast.others import MOST_MARKS, Others, gathered
 from lanindex.search.fast.ragged import FAR, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
-from lanindex.search.fast.tails import enough_beside
+from lanindex.search.fast.tails import LONGER_BESIDE, enough_beside
 from lanindex.search.fast.taken import Taken, filled, sets_together
 from lanindex.search.fast.ways import smallest
-
-_LONGER_TOO = ("with", "during", "starting with", "before")
-"""Relations to which a line stands if one stands to it that it goes on."""
 
 _BOTH = ("start", "until")
 _COMPARED = {
@@ -136,7 +133,7 @@ class Partners:
         only where it does, too.
         """
         others = self.others(program, companion)
-        if others.nodes and others.free and companion.relation in _LONGER_TOO:
+        if others.nodes and others.free and companion.relation in LONGER_BESIDE:
             if program not in self._last:
                 self._last[program] = others.last()
             return self._last[program]

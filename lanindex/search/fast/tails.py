@@ -39,7 +39,7 @@ _SHORTER_TOO = ("starting with", "after", "before", "during", "without", "never"
 _LONGER_TOO = ("with", "starting with", "after", "never")
 """Relations to which a line stands if one stands to it that it goes on."""
 
-_LONGER_BESIDE = ("with", "during", "starting with", "before")
+LONGER_BESIDE = ("with", "during", "starting with", "before")
 """The same of a line beside another."""
 
 
@@ -58,7 +58,7 @@ def enough(program: Program) -> str | None:
 def enough_beside(program: Program, companion: Companion) -> str | None:
     """Return which end of a line beside another is enough, None: it takes all of them."""
     if program.open_ended and companion.relation not in FORBIDDEN:
-        return ONLY if companion.relation in _LONGER_BESIDE else None
+        return ONLY if companion.relation in LONGER_BESIDE else None
     if companion.relation == "after" and companion.within:
         return None
     return _OTHERS.get(companion.relation)

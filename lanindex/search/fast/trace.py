@@ -9,13 +9,11 @@ found by closing its brackets again, with all that could stand there.
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.model import Symbol
 from lanindex.search.automaton import Group, Program, State
 from lanindex.search.fast.answers import firsts
 from lanindex.search.fast.asked import Asked
@@ -26,32 +24,18 @@ from lanindex.search.fast.conditions import Source
 from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import may_leave
 from lanindex.search.fast.memory import EVENT, Memory, Nodes, distinct, together
+from lanindex.search.fast.mirrored import Mirrored, Mirroring, repeats
 from lanindex.search.fast.others import Others
 from lanindex.search.fast.partners import Partners, Standing
 from lanindex.search.fast.ragged import Mask, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Due, Hulls, Setting
+from lanindex.search.fast.told import Taken, Told, took
 from lanindex.search.language.query import Query
 
 COST, STEPS, END = range(-3, 0)
 """What is noted besides of each way, in its last columns: what is missing to a fit of 1, of how
 many steps it is, and, while brackets close again, with which end of which line."""
-
-
-class Taken(NamedTuple):
-    """What matched a state: parts and rows, and the frames of it."""
-
-    state: State
-    rows: tuple[tuple[str, int], ...]
-    start: int
-    end: int
-
-
-class Told(NamedTuple):
-    """A hit: what is missing to a fit of 1, and what each line took, the leading one first."""
-
-    cost: int
-    lines: list[list[Taken]]
 
 
 class Teller:
@@ -79,7 +63,12 @@ class Teller:
         source: Source,
         tick: Callable[[], None],
     ) -> None:
-        self._settings = [_Setting(block, query, source, tick, program) for program in programs]
+        asked = Asked(query)
+        repeated = [(program, repeats(asked, program)) for program in programs]
+        self._settings = [
+            Mirroring(block, lines) if lines else _Setting(block, query, source, tick, program)
+            for program, lines in repeated
+        ]
 
     def told(
         self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
@@ -91,7 +80,7 @@ class Teller:
         TooMuch
             Where there are too many ways.
         """
-        best: tuple[tuple[int, int], _Line, int] | None = None
+        best: tuple[tuple[int, int], _Line | Mirrored, int] | None = None
         for setting in self._settings:
             line = setting.walk(parts, rows, span)
             place = line.best(span) if line else None
@@ -265,16 +254,7 @@ class _Line(Recall):
 
     def _taken(self, state: int, here: Memory) -> Taken:
         """Return what a state took at a node."""
-        told, place = self._program.states[state], int(here.columns[EVENT, 0])
-        events, rows = self._block.events(told), []
-        for part, first, last in zip(told.members, events.first, events.last, strict=True):
-            begin, end, passing = (
-                int(first[place]),
-                int(last[place]),
-                self._block.rows(part).passing,
-            )
-            rows += [(part, it) for it in range(begin, end + 1) if begin == end or not passing[it]]
-        return Taken(told, tuple(rows), int(events.start[place]), int(events.end[place]))
+        return took(self._block, self._program.states[state], int(here.columns[EVENT, 0]))
 
 
 _Joined = tuple[tuple[_Line, int], ...]
@@ -360,20 +340,6 @@ class _Partners(Partners):
         if self._told is None:
             joined.seen[END] = -1
         return joined
-
-
-def labelled(
-    taken: Iterable[Taken], symbols: Mapping[tuple[str, int], Symbol]
-) -> dict[str, tuple[Symbol, ...]]:
-    """Return, by label, what matched under it; one stayed at or rested in lasts as long as that."""
-    labels: dict[str, tuple[Symbol, ...]] = {}
-    for it in taken:
-        found = [symbols[row] for row in it.rows]
-        if it.state.manner in ("at", "hold"):
-            found = [replace(symbol, start=it.start, stop=it.end) for symbol in found]
-        for label in it.state.labels:
-            labels[label] = (*labels.get(label, ()), *found)
-    return labels
 
 
 def _lying_in(program: Program) -> set[Program]:

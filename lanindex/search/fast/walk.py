@@ -17,6 +17,8 @@ from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.lines import components, may_leave
 from lanindex.search.fast.ragged import (
+    FAR,
+    Mask,
     TooMuch,
     Whole,
     best_of_each,
@@ -98,10 +100,24 @@ class Walk:
         Whose inner brackets have lengths only.
     used : tuple of int
         The states of which it shall be told what was taken there.
+    begun : list of ndarray, optional
+        By entry, at which events of its state the line may begin, (N,) bool; None: wherever it can.
+    within : ndarray, optional
+        (captures,) int64: in how many frames after its beginning each way must have ended.
     """
 
-    def __init__(self, block: Block, program: Program, used: tuple[int, ...] = ()) -> None:
+    def __init__(
+        self,
+        block: Block,
+        program: Program,
+        used: tuple[int, ...] = (),
+        begun: list[Mask] | None = None,
+        within: Whole | None = None,
+    ) -> None:
         self._block, self._program, self._used = block, program, used
+        self._begun = begun or [roots(block, program, entry) for entry in program.entries]
+        self._soon, self._latest = within, np.empty(0, np.int64)
+        self._ending_at: dict[int, tuple[Whole, bool]] = {}
         self._outer = len(outer_groups(program))
         self._depths = _depths(program, self._outer)
         self._taken = OPENED + max(self._depths)
@@ -127,7 +143,11 @@ class Walk:
         """Return entry, root, state and event of the ways that begin by one entry."""
         program = self._program
         events = self._block.events(program.states[entry.state])
-        chosen = np.flatnonzero(roots(self._block, program, entry))
+        chosen = np.flatnonzero(self._begun[number])
+        if self._soon is not None:
+            frames = self._soon[events.capture]
+            chosen = chosen[(events.end - events.start <= frames)[chosen]]
+            self._latest = events.capture * FAR + events.start + frames
         if program.edges[entry.state] and events.passing[chosen].any():
             raise NotCovered
         rows = np.full((self._width, len(chosen)), -1)
@@ -240,6 +260,12 @@ class Walk:
         reach = self._reaches[id(edge)]
         low, high, targets = reach.listed()
         low, high = low[rows[EVENT]], high[rows[EVENT]]
+        ends: Whole | None = None
+        latest = self._latest
+        if self._soon is not None:
+            (ends, rising), latest = self._ends(edge.entry.state), self._latest[rows[ROOT]]
+            if rising and targets is None:
+                high, ends = np.minimum(high, np.searchsorted(ends, latest, "right")), None
         groups = reach.open_groups()
         if groups is not None and len(groups):
             # All that is later than a row is also later than an earlier one of the same beginning.
@@ -248,9 +274,22 @@ class Walk:
             others = [rows[column][some] for column in (ROOT, *range(OPENED, self._width))]
             first = some[best_of_each((group[some], *others), (low[some],))]
             sources, places = spread(low[first], high[first])
-            return first[sources], places
-        sources, places = spread(low, high)
-        return sources, targets[places] if targets is not None else places
+            sources = first[sources]
+        else:
+            sources, places = spread(low, high)
+            places = targets[places] if targets is not None else places
+        if ends is not None:
+            fits = ends[places] <= latest[sources]
+            sources, places = sources[fits], places[fits]
+        return sources, places
+
+    def _ends(self, state: int) -> tuple[Whole, bool]:
+        """Return when a state's events end, with their captures as one number; if in order."""
+        if state not in self._ending_at:
+            events = self._block.events(self._program.states[state])
+            ends = events.capture * FAR + events.end
+            self._ending_at[state] = ends, bool((ends[1:] >= ends[:-1]).all())
+        return self._ending_at[state]
 
 
 def _depths(program: Program, outer: int) -> list[int]:

@@ -1,6 +1,7 @@
 """Too much at once, time that runs out, and hits that are looked at when all has changed."""
 
 import tomllib
+from fractions import Fraction
 from pathlib import Path
 from random import Random
 
@@ -14,9 +15,11 @@ from random_library import DIRECTIONS, PARTS, random_library
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
 from lanindex.search.automaton import plan
-from lanindex.search.fast import Timeout, ragged, recall
+from lanindex.search.conditions import holds
+from lanindex.search.fast import Timeout, asking, ragged, recall, soon, walk
 from lanindex.search.fast.claims import contested
 from lanindex.search.language import parse
+from lanindex.search.language.times import Time
 from lanindex.search.plain import find
 
 
@@ -82,6 +85,57 @@ def test_the_best_hits_are_told_in_time_and_others_whenever():
     searched = searched[:many]
     with pytest.raises(KeyboardInterrupt):
         find_fast(query, recordings, watch=impatient, best=1)
+
+
+def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
+    monkeypatch.setattr(ragged, "MOST_PAIRS", 10_000)  # else it grows with the fourth power
+    monkeypatch.setattr(recall, "MOST_WAYS", 10_000)
+    query = parse("a: (r_arm any x1+) with b: (l_arm any x1+) where a mirrors b")
+    recordings = [random_library(Random(9), captures=1, most=400)[0]]
+    hits = list(find_fast(query, recordings, overlaps="all"))
+    assert len(hits) > 40
+    assert all(holds(query.where[0], hit) for hit in hits)
+    assert max(len(hit.labels["a"]) for hit in hits) > 1
+
+
+def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
+    followed, once = [], walk.Walk.ends
+
+    def ends(self):
+        found = once(self)
+        followed.append(len(found.root))
+        return found
+
+    monkeypatch.setattr(walk.Walk, "ends", ends)
+    query, ways = parse("r_arm place ... not mid x1..2 -> rising? with head"), {}
+    for most in (300, 1200):
+        followed.clear()
+        find_fast(query, [random_library(Random(1), captures=1, most=most)[0]])
+        ways[most] = sum(followed)
+    assert ways[300] > 1000
+    assert ways[1200] < 8 * ways[300]  # else it grows with the square
+
+
+def test_what_is_looked_for_soon_at_first_is_found_as_plainly(monkeypatch):
+    monkeypatch.setattr(asking, "SOON", 2)
+    monkeypatch.setattr(asking, "FAIRLY_SOON", 2)
+    monkeypatch.setattr(soon, "Time", lambda number, unit: Time(number, "f"))
+    widened, once = [], soon.settled
+
+    def settled(block, program, left, within, ways):
+        widened.append(within is not None)
+        return once(block, program, left, within, ways)
+
+    monkeypatch.setattr(asking, "settled", settled)
+    for seed in range(120):
+        random = Random(seed)
+        text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
+        recordings, query = random_library(random), parse(text)
+        for overlaps in ("all", "none"):
+            options = {"tolerance": Fraction(1, 5), "overlaps": overlaps}
+            found = told(find_fast(query, recordings, **options))
+            assert found == told(find(query, recordings, **options)), text
+    assert sum(widened) > 50
 
 
 @pytest.fixture
