@@ -17,13 +17,13 @@ bandai2                                       1-NN all, others  MAP all, others 
   alignment with angles (whole clips)             .912  .725      .537  .641        4.9
   as `search --like` does (stretches, too)        .912  .725      .532  .635       25
   warped joint positions, by the frame            .675  .588      .429  .535      413
-  warped joint positions, in all                  .775  .650      .477  .536
+  warped joint positions, in all                  .662  .487      .403  .424
 mae_openni
   edit distance of symbols                        .750  .786      .559  .577        0.8
   alignment with angles (whole clips)             .857  .845      .759  .797        1.9
   as `search --like` does (stretches, too)        .857  .845      .759  .797
   warped joint positions, by the frame            .810  .738      .633  .692      308
-  warped joint positions, in all                  .786  .738      .634  .654
+  warped joint positions, in all                  .750  .667      .588  .617
 
 So what a search ranks by beats edit distance and warping in all four figures of both sets, plain in
 an eighty-fifth (bandai2) and a hundred-and-sixtieth (mae_openni) of the processor's time that
