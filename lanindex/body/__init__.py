@@ -3,6 +3,6 @@
 `understand` is the one function that a format calls; names and exporters are data in `names.toml`.
 """
 
-from lanindex.body.understand import Understanding, body_of, sampled, understand
+from lanindex.body.understand import Stated, Understanding, body_of, sampled, understand
 
-__all__ = ["Understanding", "body_of", "sampled", "understand"]
+__all__ = ["Stated", "Understanding", "body_of", "sampled", "understand"]

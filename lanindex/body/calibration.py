@@ -84,7 +84,9 @@ def told_up(up: str) -> str:
     return up.lower()
 
 
-def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float, tuple[str, ...]]:
+def unit_of(
+    lengths: Mapping[str, float], unit: str | None, stated: str | None = None
+) -> tuple[str, float, tuple[str, ...]]:
     """Return the unit.
 
     Parameters
@@ -94,6 +96,9 @@ def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float,
         as they are there.
     unit : str or None
         What the user says.
+    stated : str or None
+        What the file says; it is not believed where the body then has no usual size, and has one
+        in another unit.
 
     Returns
     -------
@@ -105,23 +110,34 @@ def unit_of(lengths: Mapping[str, float], unit: str | None) -> tuple[str, float,
     >>> from lanindex.body.calibration import unit_of
     >>> unit_of({"Hip Knee Ankle": 84.0}, None), unit_of({"Hip Knee Ankle": 84.0}, "mm")
     (('cm (detected)', 10.0, ()), ('mm', 1.0, ()))
+    >>> unit_of({"Hip Knee Ankle": 0.84}, None, "mm")
+    ('m (detected)', 1000.0, ('says mm, in which its leg is 1 mm: m believed',))
     """
     if unit is not None:
         name = told_unit(unit)
         return name, UNITS[name], ()
+    said = _OTHER_NAMES.get((stated or "").lower(), (stated or "").lower())
     known = [
         (limb, length, typical)
         for limb, typical in _LENGTHS
         if (length := lengths.get(" ".join(limb), 0.0)) > 0
     ]
     if not known:
+        if said in UNITS:
+            return said, UNITS[said], ()
         return "cm (assumed)", UNITS["cm"], ("no length tells the unit: cm assumed",)
     limb, length, typical = known[0]
+    part = "leg" if limb[0] == "Hip" else "arm"
     name = min(UNITS, key=lambda unit: abs(UNITS[unit] * length - typical))
     size = UNITS[name] * length
-    if _SIZES[0] <= size / typical <= _SIZES[1]:
+    usual = _SIZES[0] <= size / typical <= _SIZES[1]
+    if said in UNITS:
+        if name == said or not usual or _SIZES[0] <= UNITS[said] * length / typical <= _SIZES[1]:
+            return said, UNITS[said], ()
+        found = f"says {said}, in which its {part} is {UNITS[said] * length:.0f} mm"
+        return f"{name} (detected)", UNITS[name], (f"{found}: {name} believed",)
+    if usual:
         return f"{name} (detected)", UNITS[name], ()
-    part = "leg" if limb[0] == "Hip" else "arm"
     warning = f"in no known unit the body has a usual size: in {name} its {part} is {size:.0f} mm"
     return f"{name} (detected)", UNITS[name], (f"{warning}. If that is wrong, give --unit",)
 
@@ -150,7 +166,9 @@ def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
     }
 
 
-def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ...]]:
+def up_of(
+    body: NDArray[np.float64], up: str | None, stated: str | None = None
+) -> tuple[str, tuple[str, ...]]:
     """Return the vertical axis: where the body points, from the ankles to the neck.
 
     Parameters
@@ -159,6 +177,8 @@ def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ..
         (S, 20, 3) float64, any unit, NaN where absent.
     up : str or None
         What the user says.
+    stated : str or None
+        What the file says; it is not believed where the body stands upright along another axis.
 
     Returns
     -------
@@ -182,10 +202,15 @@ def up_of(body: NDArray[np.float64], up: str | None) -> tuple[str, tuple[str, ..
     mean = (spine.sum(axis=0) / len(spine)).tolist()
     axis = max((1, 2, 0), key=lambda k: abs(mean[k]))
     upright = abs(mean[axis]) >= _UPRIGHT * length
+    seen = ("-" if mean[axis] < 0 else "") + "xyz"[axis]
+    if stated is not None and stated in AXES:
+        if seen == stated or not upright:
+            return stated, ()
+        return seen, (f"says that {stated} is up, but the body stands along {seen}: that believed",)
     if axis == 0 or not upright or math.isnan(length):
         doubt = "the body is not upright: y taken as up. If that is wrong, give --up"
         return "y", () if math.isnan(length) else (doubt,)
-    return ("-" if mean[axis] < 0 else "") + "xyz"[axis], ()
+    return seen, ()
 
 
 def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArray[np.float64]:

@@ -2,8 +2,8 @@
 
 Names first (`by_name`), then, for what names do not tell, the shape of the skeleton (`by_shape`).
 
-A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
-down to the ankles or both arms from shoulder to wrist.
+A body is human enough to be encoded if both legs are there from hip to ankle, or both arms from
+shoulder to wrist: two hips, or two shoulders, tell where it faces.
 
 Source: ``encode/METHOD.md``, stage 0.
 """
@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +92,33 @@ class Understanding:
             np.multiply(places[..., source], factor, out=result[..., axis], casting="same_kind")
         return result
 
+    def turned(self, axes: NDArray[Any]) -> NDArray[np.float32]:
+        """Turn the axes of rotations, (..., 3) of any length, to y up."""
+        turned: NDArray[np.float32] = self.oriented(axes) / np.float32(self.scale)
+        return turned
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stated:
+    """What a file says of itself, each None where it does not.
+
+    Attributes
+    ----------
+    unit : str or None
+        Of its lengths.
+    up : str or None
+        Its vertical axis.
+    body : ndarray or None
+        (20,) int16: which of its joints play the body, where the format leaves no doubt.
+    """
+
+    unit: str | None = None
+    up: str | None = None
+    body: NDArray[np.int16] | None = None
+
+
+_NOTHING = Stated()
+
 
 def sampled(frames: int) -> NDArray[np.int64]:
     """Return the frames whose poses tell the body: spread over the capture, at most `POSES`.
@@ -112,6 +140,7 @@ def understand(
     rate: Fraction,
     told: Reading,
     path: str = "",
+    stated: Stated = _NOTHING,
 ) -> Understanding:
     """Find the body among named joints.
 
@@ -131,6 +160,8 @@ def understand(
         Unit and vertical axis, where the user knows them.
     path : str
         The file, for errors.
+    stated : Stated, optional
+        What the file says of itself.
 
     Returns
     -------
@@ -157,10 +188,15 @@ def understand(
     >>> found.unit, found.scale, found.up, names[found.body[0]]
     ('m (detected)', 1000.0, 'y', 'Hips')
     """
-    body, doubts = find_body(Rig(names, parents, poses), path)
+    if stated.body is None:
+        body, doubts = find_body(Rig(names, parents, poses), path)
+    else:
+        body, doubts = stated.body, ()
     seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)
-    unit, scale, unit_doubts = calibration.unit_of(calibration.body_lengths(seen), told.unit)
-    up, up_doubts = calibration.up_of(seen, told.up)
+    unit, scale, unit_doubts = calibration.unit_of(
+        calibration.body_lengths(seen), told.unit, stated.unit
+    )
+    up, up_doubts = calibration.up_of(seen, told.up, stated.up)
     facing_doubts = calibration.facing_doubt(seen, up)
     found = Understanding(body, unit, scale, up, 0, ())
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
@@ -250,9 +286,8 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
 
 
 def is_human(body: dict[str, int]) -> bool:
-    """Tell whether enough of a body is there to encode it."""
-    limbs = [all(side + joint in body for side in "RL" for joint in limb) for limb in LIMBS]
-    return any(limbs) and "RHip" in body and "LHip" in body
+    """Tell whether enough of a body is there to encode it: both legs, or both arms."""
+    return any(all(side + joint in body for side in "RL" for joint in limb) for limb in LIMBS)
 
 
 def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
@@ -261,7 +296,7 @@ def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
         f"no human skeleton: among {len(rig.names)} joints there is no "
         f"{', '.join(missing)}{_guess(rig, body, missing)}",
         place=path,
-        wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
+        wanted="both legs from hip to ankle, or both arms from shoulder to wrist",
     )
 
 

@@ -19,6 +19,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import CaptureError
+from lanindex.formats import sniff
 from lanindex.formats.file import File, Wanted, opened
 from lanindex.formats.not_read import UNREAD, unread
 
@@ -45,10 +46,6 @@ Cutter = Callable[["Span"], bytes]
 _HEAD = 4096
 
 
-def _is_bvh(head: bytes) -> bool:
-    return head.removeprefix(b"\xef\xbb\xbf").lstrip()[:9].upper() == b"HIERARCHY"
-
-
 @dataclass(frozen=True, slots=True)
 class Format:
     """One kind of capture file.
@@ -64,7 +61,9 @@ class Format:
     sniff : Callable
         Whether a file's first bytes are of this format.
     module : str
-        Where it is read, cut and written; imported when needed.
+        Where in this folder it is read, cut and written; imported when needed.
+    certain : bool
+        Whether a file of such an ending is meant as a capture; else a folder's is looked into.
     """
 
     name: str
@@ -72,21 +71,25 @@ class Format:
     suffixes: tuple[str, ...]
     sniff: Callable[[bytes], bool]
     module: str
+    certain: bool = True
 
     @property
     def does(self) -> Any:
         """The module, imported."""
-        return importlib.import_module(self.module)
+        return importlib.import_module(f"lanindex.formats.{self.module}")
 
 
 FORMATS: tuple[Format, ...] = (
-    Format(
-        "bvh",
-        "BVH, which begins with the word HIERARCHY",
-        (".bvh",),
-        _is_bvh,
-        "lanindex.formats.bvh",
-    ),
+    Format("bvh", "BVH, which begins with the word HIERARCHY", (".bvh",), sniff.bvh, "bvh"),
+    # Format("amc", "AMC, which begins with :FULLY-SPECIFIED", (".amc",), sniff.amc, "amc"),
+    # Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d"),
+    # Format("trc", "TRC, which begins with PathFileType", (".trc",), sniff.trc, "trc"),
+    # Format("mvnx", "MVNX, the XML of Xsens", (".mvnx",), sniff.mvnx, "mvnx"),
+    # Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False),
+    # Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
+    # Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
+    # Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf"),
+    # Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx"),
 )
 """All formats that are read."""
 

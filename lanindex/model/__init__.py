@@ -6,7 +6,7 @@ seconds exist only on screens and in JSON. Intervals are half-open: [start, stop
 
 from lanindex.model.capture import Capture
 from lanindex.model.hit import Hit
-from lanindex.model.motion import Motion, Skeleton, Source
+from lanindex.model.motion import Markers, Motion, Skeleton, Source
 from lanindex.model.reading import Reading
 from lanindex.model.score import Meter, Score, Track
 from lanindex.model.span import Span
@@ -16,6 +16,7 @@ __all__ = [
     "SYMBOL",
     "Capture",
     "Hit",
+    "Markers",
     "Meter",
     "Motion",
     "Reading",

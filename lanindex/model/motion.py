@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
@@ -73,6 +74,10 @@ class Source:
         who said so; empty where the format leaves no choice.
     joints : tuple of str
         All that the file has, of which a motion may hold those of the body alone.
+    set : str
+        What its set of markers is called, where joints were made of markers; else empty.
+    made : mapping of str to str
+        Then, by joint of the body, what it was made of.
     """
 
     path: str
@@ -82,6 +87,44 @@ class Source:
     up: str
     compose: str = ""
     joints: tuple[str, ...] = ()
+    set: str = ""
+    made: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Markers:
+    """What was on the skin, beside the joints that were made of it.
+
+    Attributes
+    ----------
+    names : tuple of str
+        (M) as the file has them.
+    positions : ndarray
+        (T, M, 3) float32, mm, y up, right-handed; NaN where unknown.
+    """
+
+    names: tuple[str, ...]
+    positions: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        """Check the shape and freeze the array."""
+        if self.positions.ndim != 3 or self.positions.shape[1:] != (len(self.names), 3):
+            raise EncodeError(
+                f"markers have shape {self.positions.shape}", wanted=f"(T, {len(self.names)}, 3)"
+            )
+        object.__setattr__(self, "positions", frozen(self.positions))
+
+    def __getitem__(self, name: str) -> NDArray[np.float32]:
+        """Return the places of one marker, (T, 3).
+
+        Raises
+        ------
+        KeyError
+            There is none of that name.
+        """
+        if name not in self.names:
+            raise KeyError(name)
+        return self.positions[:, self.names.index(name)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +149,8 @@ class Motion:
         (T, J, 4) float32, unit quaternions (w, x, y, z) from each joint's rest to the world, in
         the axes of `positions`; NaN where unknown. None where the source has none: a twist cannot
         be told from positions.
+    markers : Markers or None
+        Of a source that has them, where all of it was read.
 
     Examples
     --------
@@ -126,6 +171,7 @@ class Motion:
     first: int = 0
     warnings: tuple[str, ...] = ()
     rotations: NDArray[np.float32] | None = None
+    markers: Markers | None = None
 
     def __post_init__(self) -> None:
         """Check shapes and rate and freeze the arrays."""

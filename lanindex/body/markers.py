@@ -1,0 +1,253 @@
+"""Markers on the skin → joints within: which set they are, and what each joint is made of.
+
+The sets are data (`markers.toml`). A joint lies in the middle of its markers; hip centres follow
+from the hip bone's four, shoulders lie below the marker on top of them.
+
+Source: Harrington et al. (2007), *J. Biomech.* 40, 595-602 (hips, from pelvic width and depth);
+Bell et al. (1990), *J. Biomech.* 23, 617-621 (hips, from the two in front); Rab et al. (2002),
+*Gait & Posture* 15, 23-33 (shoulders, 17 % of the way between them below the top).
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, JOINTS
+
+Floats = NDArray[np.float64]
+Way = tuple[int, ...]
+"""The markers, by index, in whose middle a joint lies."""
+
+SHOULDER_BELOW = 0.17
+"""Of the way between the shoulders: how far a joint lies below the marker on top of it."""
+
+HARRINGTON = ((-0.24, -9.9), (-0.30, -10.9), (0.33, 7.3))
+"""Forward by pelvic depth, up and outwards by pelvic width: a share, and mm besides."""
+
+BELL = (-0.22, -0.30, 0.36)
+"""Forward, up and outwards from the middle of the front, in shares of pelvic width."""
+
+_OTHER = re.compile(r"[\W_]+")
+_HIPS = frozenset(("RHip", "LHip"))
+_HIP_CODES = [JOINT_CODES[name] for name in sorted(_HIPS)]
+_LIMB = {"arm": {"Shoulder", "Elbow", "Wrist"}, "leg": {"Hip", "Knee", "Ankle"}}
+
+
+@dataclass(frozen=True, slots=True)
+class Making:
+    """How the joints of a body are made of a file's markers.
+
+    Attributes
+    ----------
+    set : str
+        What the set of markers is called; several names where one gives what another lacks.
+    ways : mapping of str to tuple of int
+        By joint of ``alphabet.JOINTS``: the markers in whose middle it lies.
+    caps : frozenset of str
+        Shoulders whose markers lie on top of them.
+    pelvis : tuple of tuple of int
+        Right and left in front, and behind: where the hips are told by them; else empty.
+    """
+
+    set: str
+    ways: Mapping[str, Way]
+    caps: frozenset[str] = frozenset()
+    pelvis: tuple[Way, ...] = ()
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that it makes, in their order."""
+        made = self.ways.keys() | (_HIPS if self.pelvis else set())
+        return tuple(
+            name for name in JOINTS if name in made or (name == "Pelvis" and made >= _HIPS)
+        )
+
+    def told(self, names: Sequence[str]) -> dict[str, str]:
+        """Return of each joint the markers that it is made of, by their names."""
+        said = {joint: " ".join(names[index] for index in way) for joint, way in self.ways.items()}
+        said |= {joint: f"{said[joint]}, below" for joint in self.caps}
+        if self.pelvis:
+            pelvis = " ".join(names[index] for way in self.pelvis for index in way)
+            said |= dict.fromkeys(_HIPS, f"{pelvis}, by regression")
+        said.setdefault("Pelvis", "the middle of the hips")
+        return {joint: said[joint] for joint in self.joints}
+
+    def places(self, markers: NDArray[Any], scale: float) -> Floats:
+        """Return where the joints are.
+
+        Parameters
+        ----------
+        markers : ndarray
+            (T, M, 3) in units of the file, NaN where unknown.
+        scale : float
+            Millimetres in one of these units.
+
+        Returns
+        -------
+        ndarray
+            (T, 20, 3) float64, units of the file; NaN where one of a joint's markers is unknown.
+        """
+        found = np.full((len(markers), len(JOINTS), 3), np.nan)
+        for joint, way in self.ways.items():
+            found[:, JOINT_CODES[joint]] = _middle(markers, way)
+        if self.pelvis:
+            self._hips(markers, scale, found)
+        if "Pelvis" not in self.ways:
+            found[:, JOINT_CODES["Pelvis"]] = found[:, _HIP_CODES].mean(axis=1)
+        if self.caps == {"RShoulder", "LShoulder"}:
+            self._lower(found)
+        return found
+
+    def _lower(self, found: Floats) -> None:
+        """Move shoulders from their tops to where the joints are, down along the trunk."""
+        shoulders = [JOINT_CODES[name] for name in ("RShoulder", "LShoulder")]
+        tops = found[:, shoulders]
+        width = np.nanmedian(_length(tops[:, 0] - tops[:, 1])) if _known(tops).any() else 0.0
+        for joint in ("Pelvis", "Chest"):
+            down = found[:, JOINT_CODES[joint]] - tops.mean(axis=1)
+            if _known(down).any():
+                found[:, shoulders] += SHOULDER_BELOW * width * _held(_unit(down))[:, None]
+                return
+
+    def _hips(self, markers: NDArray[Any], scale: float, found: Floats) -> None:
+        """Find the hip centres in the frame of the pelvis: forward, up and to the right."""
+        right, left = (_middle(markers, way) for way in self.pelvis[:2])
+        front, across = (right + left) / 2, right - left
+        width = np.nanmedian(_length(across)) if _known(across).any() else np.nan
+        if len(self.pelvis) > 2:
+            behind = front - _middle(markers, self.pelvis[2])
+            depth = np.nanmedian(_length(behind)) if _known(behind).any() else np.nan
+            up = _unit(np.cross(across, behind))
+            sizes = (depth, width, width)
+            away = [share * size + mm / scale
+                    for (share, mm), size in zip(HARRINGTON, sizes, strict=True)]  # fmt: skip
+        else:
+            trunk = next((found[:, JOINT_CODES[name]] for name in ("Neck", "Chest", "RShoulder")
+                          if name in self.ways), np.full_like(front, np.nan))  # fmt: skip
+            up = _unit(np.cross(across, np.cross(trunk - front, across)))
+            away = [share * width for share in BELL]
+        sideways = _unit(across)
+        forward = np.cross(up, sideways)
+        middle = front + away[0] * forward + away[1] * up
+        for side, sign in (("R", 1), ("L", -1)):
+            found[:, JOINT_CODES[f"{side}Hip"]] = middle + sign * away[2] * sideways
+
+
+def making_of(names: Sequence[str]) -> Making | None:
+    """Return what the joints of a body can be made of, where markers are of a known set.
+
+    Parameters
+    ----------
+    names : sequence of str
+        (M) as in the file, with or without the subject before a colon.
+
+    Returns
+    -------
+    Making or None
+        None: no set gives a whole limb, and two hips or shoulders that tell where it faces.
+
+    Examples
+    --------
+    >>> from lanindex.body.markers import making_of
+    >>> names = ["Bob:LSHO", "Bob:RSHO", "Bob:RELB", "Bob:RWRA", "Bob:RWRB", "Bob:C7"]
+    >>> made = making_of(names)
+    >>> made.set, made.told(names)["RWrist"]
+    ('Plug-in Gait', 'Bob:RWRA Bob:RWRB')
+    """
+    index = {_key(name): number for number, name in reversed(list(enumerate(names)))}
+    found = sorted((_in_set(one, index) for one in _sets()), key=lambda it: -len(it.joints))
+    made, used = Making("", {}), []
+    for one in found:
+        pelvis = made.pelvis or (() if _HIPS & (made.ways.keys() | one.ways.keys()) else one.pelvis)
+        left = one.ways.keys() - made.ways.keys() - (_HIPS if pelvis else set())
+        if left or pelvis != made.pelvis:
+            used.append(one.set)
+        ways = {**made.ways, **{joint: one.ways[joint] for joint in left}}
+        made = Making(", ".join(used), ways, made.caps | (one.caps & left), pelvis)
+    whole = any(_LIMB[limb].issubset(it[1:] for it in made.joints if it[0] == side)
+                for side in "RL" for limb in _LIMB)  # fmt: skip
+    faces = any({f"R{joint}", f"L{joint}"}.issubset(made.joints) for joint in ("Hip", "Shoulder"))
+    return made if whole and faces else None
+
+
+@lru_cache(maxsize=1)
+def _sets() -> tuple[Mapping[str, Any], ...]:
+    text = resources.files("lanindex.body").joinpath("markers.toml").read_text("utf-8")
+    return tuple(tomllib.loads(text)["sets"])
+
+
+def _key(name: str) -> str:
+    return _OTHER.sub("", name.rpartition(":")[2]).upper()
+
+
+def _in_set(one: Mapping[str, Any], index: Mapping[str, int]) -> Making:
+    """Return what a set makes of some markers."""
+    ways: dict[str, Way] = {}
+    caps: set[str] = set()
+    for group in ("joints", "shoulder_cap"):
+        for joint, choices in one.get(group, {}).items():
+            for side in "RL" if "{s}" in joint else ("",):
+                way = _first(choices, side, index)
+                if way:
+                    ways[joint.format(s=side)] = way
+                    caps |= {joint.format(s=side)} if group == "shoulder_cap" else set()
+    return Making(one["name"], ways, frozenset(caps), _pelvis(one.get("pelvis"), index))
+
+
+def _pelvis(told: Mapping[str, Any] | None, index: Mapping[str, int]) -> tuple[Way, ...]:
+    if told is None:
+        return ()
+    front = tuple(_first([told["front"]], side, index) for side in "RL")
+    behind = tuple(dict.fromkeys(
+        marker for side in "RL" for marker in _first(told["back"], side, index)
+    ))  # fmt: skip
+    return () if () in front else (*front, *((behind,) if behind else ()))
+
+
+def _first(choices: Sequence[str], side: str, index: Mapping[str, int]) -> Way:
+    """Return the first way all of whose markers are there, else none."""
+    for choice in choices:
+        way = tuple(index.get(_key(name.format(s=side)), -1) for name in choice.split())
+        if -1 not in way:
+            return way
+    return ()
+
+
+def _middle(markers: NDArray[Any], way: Way) -> Floats:
+    place: Floats = markers[:, list(way)].astype(np.float64).sum(axis=1) / len(way)
+    return place
+
+
+def _length(vectors: Floats) -> Floats:
+    length: Floats = np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
+    return length
+
+
+def _unit(vectors: Floats) -> Floats:
+    length = _length(vectors)[..., None]
+    unit: Floats = np.divide(vectors, length, out=np.full_like(vectors, np.nan), where=length > 0)
+    return unit
+
+
+def _known(vectors: Floats) -> NDArray[np.bool_]:
+    known: NDArray[np.bool_] = np.asarray(
+        np.isfinite(vectors.reshape(len(vectors), -1)).all(axis=1)
+    )
+    return known
+
+
+def _held(directions: Floats) -> Floats:
+    """Return directions with those that are unknown as the last known one, or the first."""
+    known = np.flatnonzero(_known(directions))
+    last = np.searchsorted(known, np.arange(len(directions)), side="right") - 1
+    held: Floats = directions[known[np.maximum(last, 0)]]
+    return held

@@ -1,0 +1,253 @@
+"""Points by name → Motion: what every format without a hierarchy of turning joints has in common.
+
+A reader tells the names, where they are, and what the file says of itself; here it is found out
+which of them are joints, or what joints the markers make, in which unit, which way up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.body import Stated, Understanding, body_of, understand
+from lanindex.body.calibration import unit_of
+from lanindex.body.markers import making_of
+from lanindex.body.understand import POSES
+from lanindex.errors import BodyError
+from lanindex.formats.file import File, Wanted
+from lanindex.formats.rates import rate_doubt
+from lanindex.model import Markers, Motion, Reading, Skeleton, Source
+
+Floats = NDArray[np.float64]
+
+BLOCK = 4096
+"""Frames that are turned and scaled at a time."""
+
+UP = {
+    "Chest": ("Pelvis",),
+    "Neck": ("Chest", "Pelvis"),
+    "Head": ("Neck", "Chest"),
+    **{side + "Shoulder": ("Chest", "Neck", "Pelvis") for side in "RL"},
+    **{side + "Hip": ("Pelvis",) for side in "RL"},
+    **{
+        side + joint: (side + above,)
+        for side in "RL"
+        for above, joint in (
+            ("Shoulder", "Elbow"),
+            ("Elbow", "Wrist"),
+            ("Wrist", "Hand"),
+            ("Hip", "Knee"),
+            ("Knee", "Ankle"),
+            ("Ankle", "Toe"),
+        )
+    },
+}
+"""Joint of the body: the one that it hangs on, the first of these that is there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """What a file tells of points.
+
+    Attributes
+    ----------
+    names : tuple of str
+        (M) as the file has them.
+    places : ndarray
+        (T, M, 3) float, units and axes of the file; NaN where unknown.
+    rate : Fraction
+        Frames a second.
+    stated : Stated
+        What the file says of itself.
+    parents : tuple of int or None
+        (M) where the file has a hierarchy: parents before children, -1 for a root.
+    offsets : ndarray or None
+        (M, 3) from each joint's parent, at rest; None: the median.
+    rotations : ndarray or None
+        (T, M, 4) from each joint's rest to the world, (w, x, y, z), axes of the file.
+    doubts : tuple of str
+        What the reader found doubtful.
+    """
+
+    names: tuple[str, ...]
+    places: NDArray[Any]
+    rate: Fraction
+    stated: Stated = field(default_factory=Stated)
+    parents: tuple[int, ...] | None = None
+    offsets: NDArray[Any] | None = None
+    rotations: NDArray[Any] | None = None
+    doubts: tuple[str, ...] = ()
+
+
+def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Wanted) -> Motion:
+    """Return a motion of points.
+
+    Parameters
+    ----------
+    points : Points
+        What the file tells.
+    file : File
+        For its name.
+    form : str
+        The format, as `Motion.source` tells it.
+    told : Reading
+        What the user says instead.
+    wanted : Wanted
+        What the motion is for.
+
+    Returns
+    -------
+    Motion
+        The file's joints; or, where it has markers, the joints that they make, and the markers
+        beside them unless the body is enough.
+
+    Raises
+    ------
+    BodyError
+        The points make no human body; names what is missing.
+    """
+    made = making_of(points.names) if points.parents is None else None
+    if made is None:
+        names, places, stated = points.names, points.places, points.stated
+    else:
+        size = unit_of({}, told.unit, points.stated.unit)[1]
+        names, places = made.joints, made.places(points.places, size)
+        stated = replace(points.stated, body=_numbered(names))
+    found = _understood(names, places, points, stated, told, file.name)
+    skeleton, order = _skeleton(names, places, points, found)
+    if wanted.body_only:
+        kept, skeleton = body_of(skeleton)
+        order = order[kept]
+    rotations, markers = None, None
+    if points.rotations is not None:
+        rotations = np.insert(
+            found.turned(points.rotations[:, order, 1:]), 0, points.rotations[:, order, 0], axis=2
+        )
+    if made is not None and not wanted.body_only:
+        markers = Markers(points.names, _oriented(found, points.places))
+    source = Source(
+        *(file.name, form, found.unit, found.scale, found.up),
+        joints=points.names,
+        set=made.set if made else "",
+        made=made.told(points.names) if made else {},
+    )
+    return Motion(
+        skeleton,
+        points.rate,
+        _oriented(found, places, order),
+        source,
+        found.first,
+        (*points.doubts, *rate_doubt(points.rate), *found.doubts),
+        rotations,
+        markers,
+    )
+
+
+def _numbered(names: Sequence[str]) -> NDArray[np.int16]:
+    """Return which of some joints play the body, where they are called as its own are."""
+    body = np.full(len(JOINTS), -1, np.int16)
+    for number, name in enumerate(names):
+        body[JOINT_CODES[name]] = number
+    return body
+
+
+def _understood(
+    names: Sequence[str],
+    places: NDArray[Any],
+    points: Points,
+    stated: Stated,
+    told: Reading,
+    path: str,
+) -> Understanding:
+    """Find the body among those points that are known somewhere."""
+    known = np.isfinite(places).all(axis=2)
+    counts = known.sum(axis=1)
+    fullest = np.flatnonzero(counts == counts.max(initial=0))
+    if not len(fullest) or not counts.max():
+        raise BodyError("no point is known in any frame", place=path, wanted="a body that moves")
+    chosen = fullest[np.linspace(0, len(fullest) - 1, min(len(fullest), POSES)).astype(np.int64)]
+    there = np.arange(len(names))
+    if stated.body is None:
+        there = np.flatnonzero(known[chosen].all(axis=0))
+    found = understand(
+        tuple(names[index] for index in there.tolist()),
+        _parents_among(points.parents, there),
+        places[chosen][:, there].astype(np.float64),
+        places[:2, there].astype(np.float64),
+        points.rate,
+        told,
+        path,
+        stated,
+    )
+    body = np.where(found.body >= 0, there[found.body], -1).astype(np.int16)
+    return replace(found, body=body)
+
+
+def _parents_among(
+    parents: tuple[int, ...] | None, there: NDArray[np.int64]
+) -> tuple[int, ...] | None:
+    """Return the parents of some joints, by their places among these: the nearest that is there."""
+    if parents is None:
+        return None
+    place = {joint: number for number, joint in enumerate(there.tolist())}
+    found = []
+    for joint in there.tolist():
+        above = parents[joint]
+        while above >= 0 and above not in place:
+            above = parents[above]
+        found.append(place.get(above, -1))
+    return tuple(found)
+
+
+def _skeleton(
+    names: Sequence[str], places: NDArray[Any], points: Points, found: Understanding
+) -> tuple[Skeleton, NDArray[np.int64]]:
+    """Return a skeleton, and which of the points each of its joints is.
+
+    Without a hierarchy the joints of the body hang together as a body does, and come first.
+    """
+    if points.parents is None:
+        body = {joint: int(index) for joint, index in zip(JOINTS, found.body, strict=True)
+                if index >= 0}  # fmt: skip
+        rest = [index for index in range(len(names)) if index not in body.values()]
+        order = np.array([*body.values(), *rest], np.int64)
+        place = {joint: number for number, joint in enumerate(body)}
+        above = [next((place[it] for it in UP.get(joint, ()) if it in place), -1) for joint in body]
+        parents = np.array([*above, *[-1] * len(rest)], np.int16)
+        played = np.array([place.get(joint, -1) for joint in JOINTS], np.int16)
+    else:
+        order = np.arange(len(names))
+        parents, played = np.array(points.parents, np.int16), found.body
+    offsets = points.offsets
+    if offsets is None:
+        offsets = np.zeros((len(order), 3))
+        for joint, parent in enumerate(parents.tolist()):
+            if parent >= 0:
+                offsets[joint] = _usual(places[:, order[joint]] - places[:, order[parent]])
+    ordered = tuple(names[index] for index in order.tolist())
+    return Skeleton(
+        ordered, parents, found.oriented(np.asarray(offsets, np.float64)), played
+    ), order
+
+
+def _usual(vectors: NDArray[Any]) -> Floats:
+    """Return the median of (T, 3) vectors; 0 where none is known."""
+    known = vectors[np.isfinite(vectors).all(axis=1)]
+    return np.median(known, axis=0) if len(known) else np.zeros(3)
+
+
+def _oriented(
+    found: Understanding, places: NDArray[Any], order: NDArray[np.int64] | None = None
+) -> NDArray[np.float32]:
+    count = places.shape[1] if order is None else len(order)
+    result = np.empty((len(places), count, 3), np.float32)
+    for start in range(0, len(places), BLOCK):
+        block = places[start : start + BLOCK]
+        found.oriented(block.astype(np.float64), result[start : start + BLOCK], order)
+    return result

@@ -1,0 +1,96 @@
+"""By which first bytes a format's files are known."""
+
+from __future__ import annotations
+
+import re
+
+_AMC = re.compile(rb":(FULLY-SPECIFIED|DEGREES|RADIANS)\b", re.IGNORECASE)
+_TRIPLE = re.compile(
+    rb"[_.: ]x['\"]?\s*[,;\t]\s*['\"]?[^,;\t\n]*[_.: ]y['\"]?\s*[,;\t]", re.IGNORECASE
+)
+_KINECT_COLUMNS = 100
+_GLTF = (b'"asset"', b'"accessors"', b'"scenes"', b'"nodes"', b'"buffers"')
+
+
+def text(head: bytes) -> bytes:
+    """Return the beginning of a text without the mark of its encoding and blanks before it."""
+    return head.removeprefix(b"\xef\xbb\xbf").lstrip()
+
+
+def bvh(head: bytes) -> bool:
+    """Tell a BVH file."""
+    return text(head)[:9].upper() == b"HIERARCHY"
+
+
+def amc(head: bytes) -> bool:
+    """Tell an AMC file: keywords before the first frame, comments aside."""
+    lines = (line.strip() for line in text(head).splitlines())
+    first = next((line for line in lines if line and not line.startswith(b"#")), b"")
+    return bool(_AMC.match(first))
+
+
+def asf(head: bytes) -> bool:
+    """Tell an ASF file."""
+    lines = (line.strip() for line in text(head).splitlines())
+    first = next((line for line in lines if line and not line.startswith(b"#")), b"")
+    return first[:8].lower() == b":version"
+
+
+def c3d(head: bytes) -> bool:
+    """Tell a C3D file: where its parameters begin, then its key."""
+    return len(head) >= 512 and head[1] == 0x50 and head[0] > 0
+
+
+def trc(head: bytes) -> bool:
+    """Tell a TRC file."""
+    return text(head)[:12].lower() == b"pathfiletype"
+
+
+def mvnx(head: bytes) -> bool:
+    """Tell an MVNX file."""
+    return text(head)[:1] == b"<" and b"<mvnx" in head
+
+
+def table(head: bytes) -> bool:
+    """Tell a table of points: a known program's, or one whose header names triples x, y, z."""
+    begun = text(head)
+    first = begun.partition(b"\n")[0].rstrip(b"\r")
+    word = first.split(b",")[0].split(b"\t")[0].strip().lower()
+    if word in (b"trajectories", b"model outputs", b"no_of_frames", b"format version"):
+        return True
+    if _TRIPLE.search(first + b","):
+        return True
+    cells = first.rstrip(b",").split(b",")
+    return len(cells) >= _KINECT_COLUMNS and len(cells) % 4 == 1 and _numbers(cells)
+
+
+def npy(head: bytes) -> bool:
+    """Tell a NumPy array."""
+    return head[:6] == b"\x93NUMPY"
+
+
+def npz(head: bytes) -> bool:
+    """Tell a file of NumPy arrays: a ZIP whose first member is one."""
+    size = int.from_bytes(head[26:28], "little")
+    return head[:4] == b"PK\x03\x04" and head[30 : 30 + size].endswith(b".npy")
+
+
+def gltf(head: bytes) -> bool:
+    """Tell a glTF or GLB file."""
+    begun = text(head)
+    return head[:4] == b"glTF" or (begun[:1] == b"{" and any(key in begun for key in _GLTF))
+
+
+def fbx(head: bytes) -> bool:
+    """Tell an FBX file, binary or text."""
+    return head[:18] == b"Kaydara FBX Binary" or (
+        text(head)[:5] == b"; FBX" or b"FBXHeaderExtension" in head
+    )
+
+
+def _numbers(cells: list[bytes]) -> bool:
+    try:
+        [float(cell) for cell in cells]
+    except ValueError:
+        return False
+    return True
