@@ -2,8 +2,9 @@
 
 Names first (`by_name`), then, for what names do not tell, the shape of the skeleton (`by_shape`).
 
-A body is human enough to be encoded if both legs are there from hip to ankle, or both arms from
-shoulder to wrist: two hips, or two shoulders, tell where it faces.
+A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
+down to the ankles or both arms from shoulder to wrist. Where names leave no doubt about both arms,
+hips may be missing, as in captures of the upper body; the shoulders tell where it faces.
 
 Source: ``encode/METHOD.md``, stage 0.
 """
@@ -268,6 +269,7 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
     """
     body = by_name(rig)
     warnings: tuple[str, ...] = ()
+    armed = _both(body, LIMBS[0])
     if not all(joint in body for joint in NEEDED):
         from lanindex.body.by_shape import by_shape
 
@@ -277,7 +279,9 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
             body |= {joint: shaped[joint] for joint in found}
             if found:
                 warnings = (f"recognised by shape, not by name: {', '.join(found)}", *doubts)
-    if not is_human(body):
+    if armed and not _legs(body) and not _guess(rig, body, ["RHip", "LHip"]):
+        warnings += ("it has no hips: its shoulders tell where it faces",)
+    elif not is_human(body):
         raise _no_human(rig, body, path)
     result = np.full(len(JOINTS), -1, np.int16)
     for joint, index in body.items():
@@ -286,8 +290,16 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
 
 
 def is_human(body: dict[str, int]) -> bool:
-    """Tell whether enough of a body is there to encode it: both legs, or both arms."""
-    return any(all(side + joint in body for side in "RL" for joint in limb) for limb in LIMBS)
+    """Tell whether enough of a body is there to encode it."""
+    return any(_both(body, limb) for limb in LIMBS) and "RHip" in body and "LHip" in body
+
+
+def _both(body: dict[str, int], limb: tuple[str, ...]) -> bool:
+    return all(side + joint in body for side in "RL" for joint in limb)
+
+
+def _legs(body: dict[str, int]) -> bool:
+    return any(side + joint in body for side in "RL" for joint in LIMBS[1])
 
 
 def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
@@ -296,7 +308,7 @@ def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
         f"no human skeleton: among {len(rig.names)} joints there is no "
         f"{', '.join(missing)}{_guess(rig, body, missing)}",
         place=path,
-        wanted="both legs from hip to ankle, or both arms from shoulder to wrist",
+        wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
     )
 
 
