@@ -38,10 +38,13 @@ class File:
         A path, as given; messages show it.
     content : Content
         All of it; ``content[:]`` has it in memory.
+    subject : str
+        Whom of several people in it is meant, where that is told; its name ends with it.
     """
 
     name: str
     content: Content
+    subject: str = ""
 
     def beside(self, suffix: str) -> File:
         """Return a second file that a format needs, of the same name with another ending.
@@ -51,7 +54,7 @@ class File:
         CaptureError
             There is none.
         """
-        return opened(Path(self.name).with_suffix(suffix))
+        return opened(Path(on_disk(self.name)[0]).with_suffix(suffix))
 
     def sha256(self) -> str:
         """Return what tells this content from any other."""
@@ -123,8 +126,26 @@ def _state(status: os.stat_result) -> tuple[int, ...]:
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
+SUBJECT = "#"
+"""Stands in a capture's name between its file and whom of several people in it is meant."""
+
+
+def on_disk(path: str) -> tuple[str, str]:
+    """Return the file of the disk that holds a capture, and whom of several people is meant.
+
+    Examples
+    --------
+    >>> from lanindex.formats.file import on_disk
+    >>> on_disk("corpus/compass.bvh"), on_disk("corpus/compass.bvh#Ada")
+    (('corpus/compass.bvh', ''), ('corpus/compass.bvh', 'Ada'))
+    """
+    file, mark, subject = path.rpartition(SUBJECT)
+    named = bool(mark and subject) and os.path.isfile(file) and not os.path.lexists(path)
+    return (file, subject) if named else (path, "")
+
+
 def opened(path: str | os.PathLike[str]) -> File:
-    """Return a file of the disk.
+    """Return a file of the disk, or of one person in it: ``trial.c3d#Ada``.
 
     Raises
     ------
@@ -132,6 +153,7 @@ def opened(path: str | os.PathLike[str]) -> File:
         It is not there, or no file, or may not be read.
     """
     name = os.fspath(path)
+    path, subject = on_disk(name)
     try:
         status = os.stat(path)
         regular = stat.S_ISREG(status.st_mode)
@@ -139,7 +161,8 @@ def opened(path: str | os.PathLike[str]) -> File:
             raise ValueError("is no regular file")
         with open(path, "rb") as file:
             large = regular and status.st_size > WHOLE
-            return File(name, _OnDisk(os.path.abspath(path), status) if large else file.read())
+            content = _OnDisk(os.path.abspath(path), status) if large else file.read()
+            return File(name, content, subject)
     except (OSError, ValueError) as error:
         raise _error(name, error) from error
 

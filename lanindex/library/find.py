@@ -123,8 +123,10 @@ def missing(captures: Iterable[Capture]) -> list[Capture]:
 
 def gone(path: str) -> bool:
     """Return whether a file is surely no longer there."""
+    from lanindex.formats.file import on_disk
+
     try:
-        os.stat(path)
+        os.stat(on_disk(path)[0])
     except (FileNotFoundError, NotADirectoryError):
         return True
     except OSError:  # it may be there, behind a door that is closed to us

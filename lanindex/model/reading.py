@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 
 
@@ -20,14 +20,26 @@ class Reading:
         Frames a second.
     compose : str or None
         ``parent``: a joint's turn follows its parent's; ``child``: it precedes it.
+    skeleton : str or None
+        A file with the skeleton, where the capture's own has none and none lies beside it.
+    body : str or None
+        A file that says which joints or markers play the body.
+    columns : str or None
+        A file that says what the columns of a table are.
+    take : str or None
+        Which of several takes in a file.
     """
 
     unit: str | None = None
     up: str | None = None
     rate: Fraction | float | str | None = None
     compose: str | None = None
+    skeleton: str | None = None
+    body: str | None = None
+    columns: str | None = None
+    take: str | None = None
 
     def told(self) -> dict[str, str]:
         """Return what was told, as text."""
-        values = {"unit": self.unit, "up": self.up, "rate": self.rate, "compose": self.compose}
-        return {name: str(value) for name, value in values.items() if value is not None}
+        values = ((one.name, getattr(self, one.name)) for one in fields(self))
+        return {name: str(value) for name, value in values if value is not None}

@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 from itertools import groupby
 from math import ceil
@@ -252,7 +253,7 @@ def _unchanged(source: Capture) -> formats.File:
             wanted=f"content with sha256 {source.sha256[:12]}...",
             remedy="Ingest it again, then search again.",
         )
-    return formats.File(source.path, file.content)
+    return replace(file, name=source.path)
 
 
 def _clip(

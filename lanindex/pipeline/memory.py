@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from heapq import nlargest
 from itertools import accumulate
 
+from lanindex.formats.file import on_disk
+
 BASE = 300 << 20
 """Bytes that a process takes which reads a small file."""
 
@@ -60,6 +62,6 @@ def affordable(sizes: Iterable[int], jobs: int) -> int:
 def size_of(path: str) -> int:
     """Return the bytes of a file, 0 where nothing is there."""
     try:
-        return os.stat(path).st_size
+        return os.stat(on_disk(path)[0]).st_size
     except (OSError, ValueError):
         return 0
