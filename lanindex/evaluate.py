@@ -18,8 +18,8 @@ from lanindex import records
 from lanindex.errors import PatternError, UsageError, quoted, shown
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
+from lanindex.pipeline.discover import discover
 from lanindex.pipeline.how import How
-from lanindex.pipeline.ingest import discover
 from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.patience import Patience, Tell, silent
 from lanindex.pipeline.pool import prepared

@@ -19,8 +19,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import CaptureError
-from lanindex.formats import sniff
-from lanindex.formats.file import File, Wanted, opened
+from lanindex.formats import archives, sniff
+from lanindex.formats.file import SUBJECT, File, Wanted, opened
 from lanindex.formats.not_read import UNREAD, unread
 
 if TYPE_CHECKING:
@@ -34,8 +34,10 @@ __all__ = [
     "Wanted",
     "check",
     "cutter",
+    "is_capture",
     "known",
     "opened",
+    "people",
     "read",
     "read_file",
 ]
@@ -64,6 +66,8 @@ class Format:
         Where in this folder it is read, cut and written; imported when needed.
     certain : bool
         Whether a file of such an ending is meant as a capture; else a folder's is looked into.
+    several : bool
+        Whether a file may hold several people: its module has ``subjects(file)``, their names.
     """
 
     name: str
@@ -72,6 +76,7 @@ class Format:
     sniff: Callable[[bytes], bool]
     module: str
     certain: bool = True
+    several: bool = False
 
     @property
     def does(self) -> Any:
@@ -109,6 +114,12 @@ def known(file: File) -> Format:
     'bvh'
     """
     head = file.content[:_HEAD]
+    if archives.is_archive(file.name) and os.path.isfile(file.name):
+        inside = archives.members(file.name)
+        remedy = f"Name what is in it: {file.name}{archives.MARK}{inside[0]}" if inside else ""
+        raise CaptureError(
+            f"an archive of {len(inside)} files", place=file.name, wanted="a capture", remedy=remedy
+        )
     for form in FORMATS:
         if form.sniff(head):
             return form
@@ -116,6 +127,38 @@ def known(file: File) -> Format:
     kind = UNREAD.get(unread(file.name))
     found = f"its format, {kind}, is not read yet" if kind else _beginning(head)
     raise CaptureError(found, place=file.name, wanted=titles)
+
+
+def is_capture(path: str) -> bool:
+    """Tell whether a file begins as one of a format that is read; one that cannot be opened may."""
+    try:
+        head = opened(path).content[:_HEAD]
+    except CaptureError:
+        return True
+    return any(form.sniff(head) for form in FORMATS)
+
+
+def people(path: str) -> tuple[str, ...]:
+    """Return the captures in a file: the path itself, or one for each of several people in it.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read.
+
+    Examples
+    --------
+    >>> from lanindex.formats import people
+    >>> people("corpus/compass.bvh")
+    ('corpus/compass.bvh',)
+    """
+    endings = [suffix for form in FORMATS if form.several for suffix in form.suffixes]
+    if not path.lower().endswith(tuple(endings)):
+        return (path,)
+    file = opened(path)
+    form = known(file)
+    names = form.does.subjects(file) if form.several and not file.subject else ()
+    return tuple(path + SUBJECT + name for name in names) if len(names) > 1 else (path,)
 
 
 def read(

@@ -6,10 +6,11 @@ import hashlib
 import os
 import stat
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import PurePath, PurePosixPath
 from typing import Protocol
 
 from lanindex.errors import CaptureError
+from lanindex.formats import archives
 
 WHOLE = 32 << 20
 """Bytes up to which a file of the disk is held whole."""
@@ -54,7 +55,12 @@ class File:
         CaptureError
             There is none.
         """
-        return opened(Path(on_disk(self.name)[0]).with_suffix(suffix))
+        own = archives.split(self.name)[1] or on_disk(self.name)
+        wanted = f"{PurePath(own).stem}{suffix}".lower()
+        for path in siblings(self.name, suffix):
+            if PurePath(path).name.lower() == wanted:
+                return opened(path)
+        raise CaptureError(f"no {wanted} beside it", place=self.name)
 
     def sha256(self) -> str:
         """Return what tells this content from any other."""
@@ -130,22 +136,51 @@ SUBJECT = "#"
 """Stands in a capture's name between its file and whom of several people in it is meant."""
 
 
-def on_disk(path: str) -> tuple[str, str]:
-    """Return the file of the disk that holds a capture, and whom of several people is meant.
+def on_disk(path: str) -> str:
+    """Return the file of the disk that holds a capture: an archive, or what several people share.
 
     Examples
     --------
     >>> from lanindex.formats.file import on_disk
     >>> on_disk("corpus/compass.bvh"), on_disk("corpus/compass.bvh#Ada")
-    (('corpus/compass.bvh', ''), ('corpus/compass.bvh', 'Ada'))
+    ('corpus/compass.bvh', 'corpus/compass.bvh')
     """
-    file, mark, subject = path.rpartition(SUBJECT)
-    named = bool(mark and subject) and os.path.isfile(file) and not os.path.lexists(path)
+    return archives.split(path)[0] or _of_subject(path)[0]
+
+
+def _of_subject(path: str) -> tuple[str, str]:
+    """Return a file of the disk, and whom of several people in it is meant."""
+    file, _, subject = path.rpartition(SUBJECT)
+    named = bool(file and subject) and os.path.isfile(file) and not os.path.lexists(path)
     return (file, subject) if named else (path, "")
 
 
+def siblings(path: str, suffix: str) -> list[str]:
+    """Return the files of an ending, in small letters, in the folder where a capture lies, sorted.
+
+    Parameters
+    ----------
+    path : str
+        A capture: of the disk, or of an archive.
+    suffix : str
+        ``.asf``.
+    """
+    archive, member = archives.split(path)
+    if archive:
+        folder = PurePosixPath(member).parent
+        names = (it for it in archives.members(archive) if PurePosixPath(it).parent == folder)
+        found = (archive + archives.MARK + name for name in names)
+    else:
+        folder_of_it = os.path.dirname(on_disk(path))
+        try:
+            found = (os.path.join(folder_of_it, it) for it in os.listdir(folder_of_it or "."))
+        except OSError as error:
+            raise _error(path, error) from error
+    return sorted(it for it in found if it.lower().endswith(suffix))
+
+
 def opened(path: str | os.PathLike[str]) -> File:
-    """Return a file of the disk, or of one person in it: ``trial.c3d#Ada``.
+    """Return a file of the disk or of an archive, or of one person in it: ``trial.c3d#Ada``.
 
     Raises
     ------
@@ -153,7 +188,12 @@ def opened(path: str | os.PathLike[str]) -> File:
         It is not there, or no file, or may not be read.
     """
     name = os.fspath(path)
-    path, subject = on_disk(name)
+    archive, member = archives.split(name)
+    if archive:
+        held = member in archives.members(archive)
+        inside, _, subject = (member, "", "") if held else member.rpartition(SUBJECT)
+        return File(name, archives.member(archive, inside or member), subject)
+    path, subject = _of_subject(name)
     try:
         status = os.stat(path)
         regular = stat.S_ISREG(status.st_mode)

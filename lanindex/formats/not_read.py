@@ -9,8 +9,8 @@ UNREAD: dict[str, str] = {
     ".asf": "ASF",
     ".amc": "AMC",
     ".trc": "TRC",
-    ".mot": "MOT",
-    ".sto": "STO",
+    ".mot": "MOT, angles that mean nothing without their OpenSim model (the TRC of the take does),",
+    ".sto": "STO, angles that mean nothing without their OpenSim model (the TRC of the take does),",
     ".fbx": "FBX",
     ".mvn": "MVN",
     ".mvnx": "MVNX",
@@ -32,15 +32,15 @@ UNREAD: dict[str, str] = {
     ".npy": "NumPy",
     ".npz": "NumPy",
     ".pkl": "pickle",
-    ".zip": "ZIP",
     ".7z": "7z",
     ".rar": "RAR",
     ".gz": "gzip",
-    ".tgz": "tar.gz",
-    ".tar": "tar",
-    ".tar.gz": "tar.gz",
 }
 """By ending in small letters, what the format is called. What is read has no line here."""
+
+
+COMPANIONS = (".asf", ".bin", ".mtl", ".xcp", ".vsk", ".system")
+"""Endings of files that lie beside captures and are none themselves: not to be told as left out."""
 
 
 def unread(path: str) -> str:

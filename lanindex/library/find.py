@@ -126,7 +126,7 @@ def gone(path: str) -> bool:
     from lanindex.formats.file import on_disk
 
     try:
-        os.stat(on_disk(path)[0])
+        os.stat(on_disk(path))
     except (FileNotFoundError, NotADirectoryError):
         return True
     except OSError:  # it may be there, behind a door that is closed to us

@@ -110,7 +110,8 @@ class Library(Asking, Exploring):
         added corpus/compass.lnd
         """
         from lanindex.encode.profile import load
-        from lanindex.pipeline.ingest import discover, ingest
+        from lanindex.pipeline.discover import discover
+        from lanindex.pipeline.ingest import ingest
         from lanindex.pipeline.labels import read_labels
 
         named = read_labels(labels) if labels is not None else {}

@@ -62,6 +62,6 @@ def affordable(sizes: Iterable[int], jobs: int) -> int:
 def size_of(path: str) -> int:
     """Return the bytes of a file, 0 where nothing is there."""
     try:
-        return os.stat(on_disk(path)[0]).st_size
+        return os.stat(on_disk(path)).st_size
     except (OSError, ValueError):
         return 0

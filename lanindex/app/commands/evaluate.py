@@ -76,7 +76,7 @@ def run(
 
 def _compare(out: Output, folder: Path, table: str, named: Labels, clips: Sequence[Clip]) -> None:
     """Say which rows of the table name no clip; refuse to go on without any."""
-    from lanindex.pipeline.ingest import discover
+    from lanindex.pipeline.discover import discover
     from lanindex.pipeline.labels import unfitting
 
     files = [clip.capture.path for clip in clips]

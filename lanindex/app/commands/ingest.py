@@ -58,7 +58,8 @@ def run(
     from lanindex.encode.profile import load
     from lanindex.formats import check
     from lanindex.pipeline import open_library
-    from lanindex.pipeline.ingest import discover, ingest
+    from lanindex.pipeline.discover import discover
+    from lanindex.pipeline.ingest import ingest
 
     chosen, told = load(profile), options.reading(unit, up, fps, compose)
     check(told)
@@ -116,14 +117,14 @@ def _labels(out: Output, table: str | None, files: list[str]) -> Labels:
 
 def _left_out(others: list[str], *own: str | None) -> str:
     """Say what was passed over; the library and the table of labels are none of it."""
-    from lanindex.pipeline.ingest import left_out
+    from lanindex.pipeline.discover import left_out
 
     known = {os.path.abspath(path) + end for path in own if path for end in ("", "-wal", "-shm")}
     return left_out(path for path in others if os.path.abspath(path) not in known)
 
 
 def _nothing(out: Output, paths: list[str], rest: str) -> None:
-    from lanindex.pipeline.ingest import SUFFIXES
+    from lanindex.pipeline.discover import SUFFIXES
 
     said = f", but {rest}" if rest else ""
     out.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}{said}")
