@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import PurePath
 
 UNREAD: dict[str, str] = {
-    ".c3d": "C3D",
     ".asf": "ASF",
     ".amc": "AMC",
     ".trc": "TRC",

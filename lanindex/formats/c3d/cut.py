@@ -1,0 +1,3 @@
+"""Cut."""
+def cutter(file):
+    raise NotImplementedError

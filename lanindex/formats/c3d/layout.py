@@ -1,0 +1,247 @@
+"""Where the numbers of a C3D file lie: header, parameters, and which of them is to be believed.
+
+Header and parameters say the same things twice or more, and not always the same. What is believed
+is what fills the file.
+
+Source: *The C3D File Format, User Guide*, Motion Lab Systems (c3d.org), "The header section", "The
+3D/analog data section"; *C3D rotations*, c3d.org, "ROTATION group".
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+
+from lanindex.errors import CaptureError
+from lanindex.formats.c3d.parameters import FULL, Parameters
+from lanindex.formats.c3d.processors import PROCESSORS, Processor
+from lanindex.formats.file import File
+
+BLOCK = 512
+"""Bytes in which a C3D file counts."""
+
+TURN = 17
+"""Floats of one rotation: a matrix of 4 x 4, column by column, and how well it is known."""
+
+_PADDING = 2 * BLOCK  # less than this may stand behind the last frame
+_ALIKE = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where the numbers of a file lie.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        What it says of itself.
+    section : int
+        The first byte of the parameters.
+    start : int
+        The first byte of the data.
+    points : int
+        In a frame.
+    analog : int
+        Numbers in a frame behind its points.
+    scale : float
+        Units of the file in one step of an integer; below 0: floats.
+    frames : int
+        How many there are.
+    first : int
+        The number of the first one.
+    rate : float or None
+        Frames a second.
+    turns : Turns or None
+        Rotations of segments, which lie behind the frames.
+    doubts : tuple of str
+        What was contradicted or corrected.
+    """
+
+    parameters: Parameters
+    section: int
+    start: int
+    points: int
+    analog: int
+    scale: float
+    frames: int
+    first: int
+    rate: float | None
+    turns: Turns | None
+    doubts: tuple[str, ...]
+
+    @property
+    def number(self) -> int:
+        """Bytes of a number."""
+        return 4 if self.scale < 0 else 2
+
+    @property
+    def frame(self) -> int:
+        """Bytes of a frame."""
+        return (4 * self.points + self.analog) * self.number
+
+
+@dataclass(frozen=True, slots=True)
+class Turns:
+    """Where the rotations lie.
+
+    Attributes
+    ----------
+    start : int
+        Their first byte.
+    count : int
+        Of segments.
+    ratio : int
+        How many of each there are in a frame.
+    """
+
+    start: int
+    count: int
+    ratio: int
+
+    @property
+    def frame(self) -> int:
+        """Bytes in a frame."""
+        return self.ratio * self.count * TURN * 4
+
+
+def scan(file: File) -> Layout:
+    """Find out where the numbers of a file lie.
+
+    Raises
+    ------
+    CaptureError
+        It is no C3D file, or nothing of what it says of itself fits its size.
+    """
+    size = len(file.content)
+    section, processor = _section(file)
+    head = file.content[:BLOCK]
+    words = [word & FULL for word in processor.ints(head, 12).tolist()]
+    scale, rate = (processor.floats(head, 1, at).tolist()[0] for at in (12, 20))
+    blocks = max(file.content[section + 2 : section + 3][0], words[8] - section // BLOCK - 1)
+    told = Parameters(file.content[section : section + BLOCK * blocks], processor)
+    channels = told.count("ANALOG:USED")
+    begins = (_byte(words[8]), _byte(told.count("POINT:DATA_START")))
+    scales = (*told.numbers("POINT:SCALE")[:1], scale)
+    options = {
+        "that its data begin at byte": _choices(at for at in begins if section < at <= size),
+        "points in a frame": _choices((words[1], told.count("POINT:USED"))),
+        "analog numbers in a frame": _choices((words[2], channels and channels * words[9])),
+        "a scale": _choices(max(it, -1.0) for it in scales if it and math.isfinite(it)),
+    }
+    for what, choices in options.items():
+        if not choices:
+            raise _error(file, f"does not say {what}")
+    turns = _turns(told, size)
+    first, said = _said(words, told)
+    believed, frames = _believed(list(options.values()), said.values(), turns, size)
+    doubts = [
+        f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
+        for (what, choices), chosen in zip(options.items(), believed, strict=True)
+        if len(choices) > 1
+    ]
+    if {*said.values(), frames} != {frames}:
+        counts = ", ".join(f"{who}: {count}" for who, count in said.items())
+        doubts.append(f"says different numbers of frames ({counts}): {frames} believed")
+    start, points, analog, step = believed
+    layout = Layout(
+        *(told, section, int(start), int(points), int(analog), step, frames, first),
+        *(_rate(told, rate, doubts), turns if not points else None, (*told.doubts, *doubts)),
+    )
+    if not (points or turns):
+        raise _error(file, "has no points")
+    if not frames:
+        raise _error(file, "ends before its first frame does")
+    return layout
+
+
+def _section(file: File) -> tuple[int, Processor]:
+    """Return where the parameters begin, and how the file's numbers are written."""
+    head = file.content[:BLOCK]
+    if len(head) == BLOCK:
+        for block in (head[0], 2):  # where they nearly always are
+            at = _byte(block)
+            kind = file.content[at + 3 : at + 4] if at > 0 else b""
+            if kind and kind[0] in PROCESSORS:
+                return at, PROCESSORS[kind[0]]
+    raise _error(file, "has no parameters where it says that they begin")
+
+
+def _byte(block: int | None) -> int:
+    """Return where a block begins, counted from 1."""
+    return ((block or 0) - 1) * BLOCK
+
+
+def _choices(values: Iterable[float | None]) -> list[float]:
+    """Return what is said, each once."""
+    return list(dict.fromkeys(value for value in values if value is not None))
+
+
+def _said(words: list[int], told: Parameters) -> tuple[int, dict[str, int]]:
+    """Return the number of the first frame, and how many there are by whoever says it."""
+    first, last = words[3:5]
+    start, stop = (told.count(f"TRIAL:ACTUAL_{end}_FIELD") for end in ("START", "END"))
+    said = {
+        "TRIAL": (stop or 0) - (start or 0) + 1,
+        "POINT:LONG_FRAMES": told.count("POINT:LONG_FRAMES") or 0,
+        "POINT:FRAMES": told.count("POINT:FRAMES") or 0,
+        "header": last - first + 1,
+    }
+    if start is None or stop is None:
+        said["TRIAL"] = 0
+    if said["TRIAL"] > 0:
+        first = start or 0
+    if max(said.values()) >= FULL:  # there is no room in these two
+        said = {who: count for who, count in said.items()
+                if who.startswith(("TRIAL", "POINT:LONG")) or max(count, last) < FULL}  # fmt: skip
+    return first, {who: count for who, count in said.items() if count > 0}
+
+
+def _believed(
+    options: list[list[float]], said: Iterable[int], turns: Turns | None, size: int
+) -> tuple[tuple[float, ...], int]:
+    """Return of all that is said what fills the file, else what fits in; and how many frames."""
+
+    def room(one: tuple[float, ...]) -> tuple[float, float]:
+        """Return how many bytes are there, and how many a frame takes."""
+        start, points, analog, step = one
+        stop = turns.start if turns and turns.start > start else size
+        return stop - start, (4 * points + analog) * (4 if step < 0 else 2)
+
+    rests = {}
+    for one in product(*options):
+        there, frame = room(one)
+        rests |= {(one, count): there - count * frame for count in said}
+    for most in (_PADDING, math.inf):
+        for (one, count), rest in rests.items():
+            if 0 <= rest < most:
+                held = (size - turns.start) // turns.frame if turns and not one[1] else count
+                return one, min(count, held)
+    one = tuple(choices[0] for choices in options)
+    there, frame = room(one)
+    return one, int(there // frame) if frame else 0
+
+
+def _turns(told: Parameters, size: int) -> Turns | None:
+    """Return where rotations lie, if there are any."""
+    start, count = _byte(told.count("ROTATION:DATA_START")), told.count("ROTATION:USED")
+    turns = Turns(start, count or 0, max(told.count("ROTATION:RATIO") or 1, 1))
+    return turns if start > 0 and turns.frame and start + turns.frame <= size else None
+
+
+def _rate(told: Parameters, header: float, doubts: list[str]) -> float | None:
+    """Return the frames a second, which the parameters tell better than the header."""
+    rates = [
+        rate
+        for rate in (*told.numbers("POINT:RATE")[:1], header)
+        if math.isfinite(rate) and rate > 0
+    ]
+    if len(rates) > 1 and abs(rates[0] - rates[1]) > _ALIKE * rates[0]:
+        said = f"POINT:RATE says {rates[0]:g} frames a second, the header {rates[1]:g}"
+        doubts.append(f"{said}: the first believed")
+    return rates[0] if rates else None
+
+
+def _error(file: File, found: str) -> CaptureError:
+    return CaptureError(found, place=file.name, wanted="a whole C3D file")

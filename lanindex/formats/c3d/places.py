@@ -1,0 +1,112 @@
+"""The places of a C3D file's points, a block of frames at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.formats.c3d.layout import TURN, Layout, Turns
+from lanindex.formats.file import PIECE, Content, holding
+
+LARGEST = 1e7
+"""In units of the file: nobody is farther away, and damaged numbers are mostly larger."""
+
+_TRANSLATION = slice(12, 15)
+"""Of a matrix of 4 x 4, column by column."""
+
+
+def places(
+    content: Content, layout: Layout, chosen: NDArray[np.int64] | None = None
+) -> NDArray[np.float32]:
+    """Return where points are.
+
+    Parameters
+    ----------
+    content : Content
+        The whole file.
+    layout : Layout
+        Where its numbers lie.
+    chosen : ndarray, optional
+        (K,) which points, else all; of a file that has only rotations, which segments.
+
+    Returns
+    -------
+    ndarray
+        (T, K, 3) float32, units and axes of the file. NaN where a point is unknown: where the
+        number behind its place is negative, where place and that number are all zeros, or where
+        the place is none.
+    """
+    turns = layout.turns
+    width = turns.count if turns else layout.points
+    there = np.empty((layout.frames, width if chosen is None else len(chosen), 3), np.float32)
+    start, size = (turns.start, turns.frame) if turns else (layout.start, layout.frame)
+    step = max(1, PIECE // size)
+    for first in range(0, layout.frames, step):
+        stop = min(first + step, layout.frames)
+        data, offset = holding(content, start + first * size, start + stop * size)
+        at = start + first * size - offset
+        out = there[first:stop]
+        if turns:
+            _segments(data, at, layout, turns, chosen, out)
+        else:
+            _points(data, at, layout, chosen, out)
+    return there
+
+
+def _points(
+    data: bytes,
+    at: int,
+    layout: Layout,
+    chosen: NDArray[np.int64] | None,
+    out: NDArray[np.float32],
+) -> None:
+    """Read the points of some frames, of which the first begins at a byte."""
+    table = _numbers(data, at, layout, len(out))
+    rows = table[:, : 4 * layout.points].reshape(len(out), layout.points, 4)
+    rows = rows if chosen is None else rows[:, chosen]
+    with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
+        if layout.scale < 0:
+            out[:] = rows[..., :3]
+        else:
+            np.multiply(rows[..., :3], np.float32(layout.scale), out=out)
+        out[rows[..., 3] < 0] = np.nan
+    _unknown(out, rows[..., 3])
+
+
+def _numbers(data: bytes, at: int, layout: Layout, frames: int) -> NDArray[Any]:
+    """Return the numbers of some frames, (T, N): a view unless they are DEC's floats."""
+    processor = layout.parameters.processor
+    count = frames * layout.frame // layout.number
+    told = processor.floats if layout.scale < 0 else processor.ints
+    return told(data, count, at).reshape(frames, -1)
+
+
+def _segments(
+    data: bytes,
+    at: int,
+    layout: Layout,
+    turns: Turns,
+    chosen: NDArray[np.int64] | None,
+    out: NDArray[np.float32],
+) -> None:
+    """Read the places of segments in some frames: of several in a frame, the first."""
+    count = len(out) * turns.frame // 4
+    numbers = layout.parameters.processor.floats(data, count, at)
+    rows = numbers.reshape(len(out), turns.ratio, turns.count, TURN)[:, 0]
+    rows = rows if chosen is None else rows[:, chosen]
+    out[:] = rows[..., _TRANSLATION]
+    out[rows[..., -1] < 0] = np.nan
+    _unknown(out)
+
+
+def _unknown(out: NDArray[np.float32], known_by: NDArray[Any] | None = None) -> None:
+    """Take out what is no place."""
+    if known_by is not None:
+        nothing = (out[..., 0] == 0) & (known_by == 0)
+        if nothing.any():
+            out[nothing & (out == 0).all(axis=2)] = np.nan
+    largest = np.fmax(out.max(initial=0), -out.min(initial=0))
+    if not largest <= LARGEST:
+        out[~(np.abs(out) <= LARGEST).all(axis=2)] = np.nan

@@ -1,0 +1,3 @@
+"""Write."""
+def write(motion):
+    raise NotImplementedError
