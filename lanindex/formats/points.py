@@ -117,7 +117,8 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         names, places, stated = points.names, points.places, points.stated
     else:
         size = unit_of({}, told.unit, points.stated.unit)[1]
-        names, places = made.joints, made.places(points.places, size)
+        names = made.joints
+        places = made.places(points.places, size)[:, [JOINT_CODES[name] for name in names]]
         stated = replace(points.stated, body=_numbered(names))
     found = _understood(names, places, points, stated, told, file.name)
     skeleton, order = _skeleton(names, places, points, found)
