@@ -1,3 +1,128 @@
-"""Cut."""
-def cutter(file):
-    raise NotImplementedError
+"""A stretch of a C3D file, in its own numbers.
+
+Frames keep the numbers that they have in the source: its first one is told by the header, and by
+TRIAL:ACTUAL_START_FIELD. Times of events count from the trial's frame 1, so that all events stay
+as they are, those outside the clip too. Only where the numbers of frames have no room, beyond
+65,535 in a file without ACTUAL_END_FIELD, do they begin with 1, and the events' times with them.
+
+Source: *The C3D File Format, User Guide*, Motion Lab Systems (c3d.org), "EVENT:TIMES".
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable
+
+from lanindex.formats.c3d.layout import BLOCK, Layout, scan
+from lanindex.formats.c3d.parameters import FULL
+from lanindex.formats.file import PIECE, Content, File
+from lanindex.model import Span
+
+_END = "TRIAL:ACTUAL_END_FIELD"
+_EVENTS = (300, 304, 376)
+"""In the header: how many events it has, and where their times begin and end."""
+
+
+def cutter(file: File) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of a C3D file, whose header is looked through once.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read.
+    """
+    layout = scan(file)
+    return lambda span: cut(file.content, layout, span)
+
+
+def cut(content: Content, layout: Layout, span: Span) -> bytes:
+    """Return the clip of some frames.
+
+    Parameters
+    ----------
+    content : Content
+        The whole source file.
+    layout : Layout
+        Where its numbers lie.
+    span : Span
+        Frames, not empty.
+
+    Returns
+    -------
+    bytes
+        Header and parameters are the source's but for the numbers of frames; and where these
+        contradicted each other, all say what was believed. Points, analog numbers and rotations
+        are the source's bytes.
+    """
+    clip = io.BytesIO()
+    clip.write(bytes(layout.start))  # what stands there is known when all the rest is written
+    _copy(content, layout.start, layout.frame, span, clip)
+    turns, begin = layout.turns, 0
+    if turns:
+        end = layout.start + math.ceil(layout.frames * layout.frame / BLOCK) * BLOCK
+        clip.write(content[end : turns.start])
+        begin = clip.tell() // BLOCK + 1
+        _copy(content, turns.start, turns.frame, span, clip)
+    clip.seek(0)
+    clip.write(_head(content, layout, span, begin))
+    return clip.getvalue()
+
+
+def _head(content: Content, layout: Layout, span: Span, begin: int) -> bytes:
+    """Return header and parameters of a clip, whose rotations begin in a block."""
+    told, write = layout.parameters, layout.parameters.processor.written
+    start, frames = layout.start // BLOCK + 1, len(span)
+    first = layout.first + span.start
+    later = 0
+    if first + frames - 1 > FULL and (_END not in told.found or told.found[_END].count < 2):
+        first, later = 1, first - 1
+    last = first + frames - 1
+    head = bytearray(content[: layout.start])
+    counts = (layout.points, layout.analog, min(first, FULL), min(last, FULL))
+    head[2:10] = write(counts, 2)
+    head[16:18] = write([start], 2)
+    data = bytearray(told.data[: layout.start - layout.section])
+    for key, count in {
+        "POINT:USED": layout.points,
+        "POINT:DATA_START": start,
+        "POINT:FRAMES": frames,
+        "POINT:LONG_FRAMES": frames,
+        "TRIAL:ACTUAL_START_FIELD": first,
+        _END: last,
+        "ROTATION:DATA_START": begin,
+    }.items():
+        told.put_count(data, key, count)
+    scale = told.processor.floats(head, 1, 12)[0]
+    if (scale < 0) != (layout.scale < 0) or scale != layout.scale > 0:
+        told.put(data, "POINT:SCALE", [layout.scale])
+        head[12:16] = write([layout.scale], 4)
+    if later and layout.rate:
+        _move_events(layout, later / layout.rate, head, data)
+    head[layout.section : layout.section + len(data)] = data
+    return bytes(head[: layout.start])
+
+
+def _move_events(layout: Layout, seconds: float, head: bytearray, data: bytearray) -> None:
+    """Count the times of events from a later frame on."""
+    told = layout.parameters
+    times = told.numbers("EVENT:TIMES")
+    moved = [
+        it
+        for minutes, rest in zip(times[::2], times[1::2], strict=False)
+        for it in (0.0, 60 * minutes + rest - seconds)
+    ]
+    told.put(data, "EVENT:TIMES", moved)
+    count, start, stop = _EVENTS
+    number = min(int(told.processor.ints(head, 1, count)[0]), (stop - start) // 4)
+    if number > 0:
+        earlier = told.processor.floats(head, number, start) - seconds
+        head[start : start + 4 * number] = told.processor.written(earlier, 4)
+
+
+def _copy(content: Content, start: int, size: int, span: Span, clip: io.BytesIO) -> None:
+    """Copy some frames, and fill up the last block."""
+    last = start + span.stop * size
+    for at in range(start + span.start * size, last, PIECE):
+        clip.write(content[at : min(at + PIECE, last)])
+    clip.write(bytes(-clip.tell() % BLOCK))

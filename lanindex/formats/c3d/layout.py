@@ -77,6 +77,11 @@ class Layout:
         return 4 if self.scale < 0 else 2
 
     @property
+    def segments(self) -> Turns | None:
+        """The rotations of a file that has no points."""
+        return None if self.points else self.turns
+
+    @property
     def frame(self) -> int:
         """Bytes of a frame."""
         return (4 * self.points + self.analog) * self.number
@@ -147,7 +152,7 @@ def scan(file: File) -> Layout:
     start, points, analog, step = believed
     layout = Layout(
         *(told, section, int(start), int(points), int(analog), step, frames, first),
-        *(_rate(told, rate, doubts), turns if not points else None, (*told.doubts, *doubts)),
+        *(_rate(told, rate, doubts), turns, (*told.doubts, *doubts)),
     )
     if not (points or turns):
         raise _error(file, "has no points")

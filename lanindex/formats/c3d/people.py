@@ -25,10 +25,10 @@ def names_of(layout: Layout) -> dict[int, str]:
     A point that has no name is called by its number, a segment without what ends its name.
     """
     told = layout.parameters
-    if layout.turns:
+    if layout.segments:
         called = told.texts("ROTATION:LABELS")
         return {number: name.removesuffix(TURNED)
-                for number, name in enumerate(_all(called, layout.turns.count))}  # fmt: skip
+                for number, name in enumerate(_all(called, layout.segments.count))}  # fmt: skip
     groups = told.texts("POINT:TYPE_GROUPS")
     listed = [group.upper() for group, kind in zip(groups[::2], groups[1::2], strict=False)
               if kind.upper() not in _PLACES]  # fmt: skip

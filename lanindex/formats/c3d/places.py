@@ -38,7 +38,7 @@ def places(
         number behind its place is negative, where place and that number are all zeros, or where
         the place is none.
     """
-    turns = layout.turns
+    turns = layout.segments
     width = turns.count if turns else layout.points
     there = np.empty((layout.frames, width if chosen is None else len(chosen), 3), np.float32)
     start, size = (turns.start, turns.frame) if turns else (layout.start, layout.frame)

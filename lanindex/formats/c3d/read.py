@@ -54,7 +54,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     rate = _rate(file, layout, told)
     names, doubts = _chosen(file, layout)
     used = _needed(names) if wanted.body_only else names
-    if len(used) < layout.points or layout.turns:
+    if len(used) < layout.points or layout.segments:
         there = places(file.content, layout, np.array(list(used), np.int64))
     else:
         there = places(file.content, layout)
