@@ -62,7 +62,8 @@ def cut(content: Content, layout: Layout, span: Span) -> bytes:
     if turns:
         end = layout.start + math.ceil(layout.frames * layout.frame / BLOCK) * BLOCK
         clip.write(content[end : turns.start])
-        begin = clip.tell() // BLOCK + 1
+        begin = math.ceil(clip.tell() / BLOCK) + 1
+        clip.write(bytes(-clip.tell() % BLOCK))
         _copy(content, turns.start, turns.frame, span, clip)
     clip.seek(0)
     clip.write(_head(content, layout, span, begin))
@@ -121,8 +122,8 @@ def _move_events(layout: Layout, seconds: float, head: bytearray, data: bytearra
 
 
 def _copy(content: Content, start: int, size: int, span: Span, clip: io.BytesIO) -> None:
-    """Copy some frames, and fill up the last block."""
+    """Copy some frames, and fill up the last block; many frames some readers count by the end."""
     last = start + span.stop * size
     for at in range(start + span.start * size, last, PIECE):
         clip.write(content[at : min(at + PIECE, last)])
-    clip.write(bytes(-clip.tell() % BLOCK))
+    clip.write(bytes(-clip.tell() % BLOCK if len(span) <= FULL else 0))

@@ -10,7 +10,7 @@ Source: *The C3D File Format, User Guide*, Motion Lab Systems (c3d.org), "The he
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -139,16 +139,17 @@ def scan(file: File) -> Layout:
         if not choices:
             raise _error(file, f"does not say {what}")
     turns = _turns(told, size)
-    first, said = _said(words, told)
-    believed, frames = _believed(list(options.values()), said.values(), turns, size)
+    first, said, vague = _said(words, told)
+    counts = list(said.values())
+    believed, frames = _believed(list(options.values()), counts, vague, turns, size)
     doubts = [
         f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
         for (what, choices), chosen in zip(options.items(), believed, strict=True)
         if len(choices) > 1
     ]
-    if {*said.values(), frames} != {frames}:
-        counts = ", ".join(f"{who}: {count}" for who, count in said.items())
-        doubts.append(f"says different numbers of frames ({counts}): {frames} believed")
+    if {*counts, frames} != {frames}:
+        sayers = ", ".join(f"{who}: {count}" for who, count in said.items())
+        doubts.append(f"says different numbers of frames ({sayers}): {frames} believed")
     start, points, analog, step = believed
     layout = Layout(
         *(told, section, int(start), int(points), int(analog), step, frames, first),
@@ -183,28 +184,34 @@ def _choices(values: Iterable[float | None]) -> list[float]:
     return list(dict.fromkeys(value for value in values if value is not None))
 
 
-def _said(words: list[int], told: Parameters) -> tuple[int, dict[str, int]]:
-    """Return the number of the first frame, and how many there are by whoever says it."""
+def _said(words: list[int], told: Parameters) -> tuple[int, dict[str, int], list[int]]:
+    """Return the number of the first frame, and how many there are by whoever says it.
+
+    Last come the counts that may mean as many or more, for there is no room for more.
+    """
     first, last = words[3:5]
+    counts = {who: told.count(f"POINT:{who}") or 0 for who in ("LONG_FRAMES", "FRAMES")}
     start, stop = (told.count(f"TRIAL:ACTUAL_{end}_FIELD") for end in ("START", "END"))
-    said = {
-        "TRIAL": (stop or 0) - (start or 0) + 1,
-        "POINT:LONG_FRAMES": told.count("POINT:LONG_FRAMES") or 0,
-        "POINT:FRAMES": told.count("POINT:FRAMES") or 0,
-        "header": last - first + 1,
-    }
-    if start is None or stop is None:
-        said["TRIAL"] = 0
-    if said["TRIAL"] > 0:
-        first = start or 0
-    if max(said.values()) >= FULL:  # there is no room in these two
-        said = {who: count for who, count in said.items()
-                if who.startswith(("TRIAL", "POINT:LONG")) or max(count, last) < FULL}  # fmt: skip
-    return first, {who: count for who, count in said.items() if count > 0}
+    said, vague = {"POINT:LONG_FRAMES": counts["LONG_FRAMES"]}, []
+    if start is not None and stop is not None and stop >= start:
+        first, said = start, {"TRIAL": stop - start + 1, **said}
+    for who, count, most in (
+        ("POINT:FRAMES", counts["FRAMES"], counts["FRAMES"]),
+        ("header", last - words[3] + 1, last),
+    ):
+        if most == FULL:
+            vague.append(count)
+        else:
+            said[who] = count
+    return first, {who: count for who, count in said.items() if count > 0}, vague
 
 
 def _believed(
-    options: list[list[float]], said: Iterable[int], turns: Turns | None, size: int
+    options: list[list[float]],
+    said: Sequence[int],
+    vague: Sequence[int],
+    turns: Turns | None,
+    size: int,
 ) -> tuple[tuple[float, ...], int]:
     """Return of all that is said what fills the file, else what fits in; and how many frames."""
 
@@ -214,18 +221,15 @@ def _believed(
         stop = turns.start if turns and turns.start > start else size
         return stop - start, (4 * points + analog) * (4 if step < 0 else 2)
 
-    rests = {}
-    for one in product(*options):
-        there, frame = room(one)
-        rests |= {(one, count): there - count * frame for count in said}
-    for most in (_PADDING, math.inf):
-        for (one, count), rest in rests.items():
-            if 0 <= rest < most:
-                held = (size - turns.start) // turns.frame if turns and not one[1] else count
-                return one, min(count, held)
+    turned = (size - turns.start) // turns.frame if turns else 0
+    for most, counts in ((_PADDING, (*said, *vague)), (math.inf, said)):
+        for one, count in product(product(*options), counts):
+            there, frame = room(one)
+            if 0 <= there - count * frame < most:
+                return one, min(count, turned) if turns and not one[1] else count
     one = tuple(choices[0] for choices in options)
     there, frame = room(one)
-    return one, int(there // frame) if frame else 0
+    return one, int(there // frame) if frame else turned
 
 
 def _turns(told: Parameters, size: int) -> Turns | None:

@@ -34,8 +34,8 @@ def names_of(layout: Layout) -> dict[int, str]:
               if kind.upper() not in _PLACES]  # fmt: skip
     lists = dict.fromkeys((*NO_PLACES, *listed))
     outputs = {name for one in lists for name in told.texts(f"POINT:{one}")}
-    called = _all(told.texts("POINT:LABELS"), layout.points)
-    return {number: name for number, name in enumerate(called) if name not in outputs}
+    points = _all(told.texts("POINT:LABELS"), layout.points)
+    return {number: name for number, name in enumerate(points) if name not in outputs}
 
 
 def _all(called: tuple[str, ...], count: int) -> list[str]:

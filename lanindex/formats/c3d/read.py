@@ -122,5 +122,3 @@ def _stated(layout: Layout) -> Stated:
     screen = next(iter(told.texts("POINT:Y_SCREEN")), "").lower()
     up = screen.removeprefix("+") if screen.strip("+-") in ("x", "y", "z") else None
     return Stated(unit, up)
-
-
