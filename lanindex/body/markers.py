@@ -163,6 +163,11 @@ def making_of(names: Sequence[str]) -> Making | None:
     >>> made.set, made.told(names)["RWrist"]
     ('Plug-in Gait', 'Bob:RWRA Bob:RWRB')
     """
+    return _making(tuple(names))
+
+
+@lru_cache(maxsize=64)
+def _making(names: tuple[str, ...]) -> Making | None:
     index = {_key(name): number for number, name in reversed(list(enumerate(names)))}
     found = sorted((_in_set(one, index) for one in _sets()), key=lambda it: -len(it.joints))
     made, used = Making("", {}), []

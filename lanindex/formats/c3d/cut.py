@@ -76,7 +76,8 @@ def _head(content: Content, layout: Layout, span: Span, begin: int) -> bytes:
     start, frames = layout.start // BLOCK + 1, len(span)
     first = layout.first + span.start
     later = 0
-    if first + frames - 1 > FULL and (_END not in told.found or told.found[_END].count < 2):
+    room = told.find(_END)
+    if first + frames - 1 > FULL and (room is None or (room.count < 2 and room.kind != 4)):
         first, later = 1, first - 1
     last = first + frames - 1
     head = bytearray(content[: layout.start])

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from operator import itemgetter
 
 from lanindex.errors import CaptureError
 from lanindex.formats.c3d.parameters import FULL, Parameters
@@ -153,7 +154,7 @@ def scan(file: File) -> Layout:
     start, points, analog, step = believed
     layout = Layout(
         *(told, section, int(start), int(points), int(analog), step, frames, first),
-        *(_rate(told, rate, doubts), turns, (*told.doubts, *doubts)),
+        *(_rate(told, rate, doubts), turns, tuple(doubts)),
     )
     if not (points or turns):
         raise _error(file, "has no points")
@@ -213,7 +214,7 @@ def _believed(
     turns: Turns | None,
     size: int,
 ) -> tuple[tuple[float, ...], int]:
-    """Return of all that is said what fills the file, else what fits in; and how many frames."""
+    """Return of all that is said what fills the file best; and how many frames."""
 
     def room(one: tuple[float, ...]) -> tuple[float, float]:
         """Return how many bytes are there, and how many a frame takes."""
@@ -222,11 +223,14 @@ def _believed(
         return stop - start, (4 * points + analog) * (4 if step < 0 else 2)
 
     turned = (size - turns.start) // turns.frame if turns else 0
-    for most, counts in ((_PADDING, (*said, *vague)), (math.inf, said)):
-        for one, count in product(product(*options), counts):
-            there, frame = room(one)
-            if 0 <= there - count * frame < most:
-                return one, min(count, turned) if turns and not one[1] else count
+    fitting = []
+    for one, count in product(product(*options), (*said, *vague)):
+        there, frame = room(one)
+        rest = there - count * frame
+        if 0 <= rest < (math.inf if count in said else _PADDING):
+            fitting.append((rest, one, min(count, turned) if turns and not one[1] else count))
+    if fitting:
+        return min(fitting, key=itemgetter(0))[1:]
     one = tuple(choices[0] for choices in options)
     there, frame = room(one)
     return one, int(there // frame) if frame else turned

@@ -44,7 +44,7 @@ class Parameter:
 
 
 class Parameters:
-    """All parameters of a file.
+    """All parameters of a file, each known by ``GROUP:NAME``.
 
     Parameters
     ----------
@@ -55,49 +55,54 @@ class Parameters:
 
     Attributes
     ----------
-    found : dict of str to Parameter
-        By ``GROUP:NAME``.
-    doubts : tuple of str
-        What is wrong with the chain.
+    doubts : list of str
+        What is wrong with the chain, and with what was asked for.
     """
 
     def __init__(self, data: bytes, processor: Processor) -> None:
         self.data, self.processor = data, processor
-        self.found: dict[str, Parameter] = {}
-        self.doubts: tuple[str, ...] = ()
+        self.doubts: list[str] = []
+        self._groups: dict[str, int] = {}
+        self._links: dict[tuple[int, bytes], int] = {}
         self._follow()
 
     def _follow(self) -> None:
         """Go through the chain; a broken one is followed as far as it goes."""
-        data = self.data
-        groups: dict[int, str] = {}
-        entries: list[tuple[int, str, Parameter]] = []
+        data, stop = self.data, len(self.data) - 4
+        low, high = (0, 1) if self.processor.order == "<" else (1, 0)
         at = 4
-        while at + 2 <= len(data) and data[at]:
-            length = min(data[at], 256 - data[at])  # below 0: locked
-            name = text(data[at + 2 : at + 2 + length]).upper()
+        while at < stop and (length := data[at]):
+            length = min(length, 256 - length)  # below 0: locked
             number, link = data[at + 1], at + 2 + length
-            entry = data[link : link + 4]
-            if len(entry) < 4:
-                self.doubts = (f"its parameters break off at {shown(name)!r}",)
+            name = data[at + 2 : link]
+            if link > stop:
+                self.doubts.append(f"its parameters break off at {shown(text(name))!r}")
                 break
             if number > 127:
-                groups[256 - number] = name
+                self._groups.setdefault(text(name).upper(), number)
             else:
-                first = link + 4 + entry[3]
-                one = Parameter((entry[2] ^ 128) - 128, tuple(data[link + 4 : first]), first)
-                if one.kind in _KINDS and first + one.count * abs(one.kind) <= len(data):
-                    entries.append((number, name, one))
-                else:
-                    self.doubts = (f"its parameter {shown(name)!r} is damaged",)
-            onwards = int(self.processor.ints(entry, 1)[0]) & 0xFFFF
-            at = link + onwards if onwards else len(data)
-        for number, name, one in entries:
-            self.found.setdefault(f"{groups.get(number, number)}:{name}", one)
+                self._links.setdefault((256 - number, name.upper()), link)
+            onwards = data[link + low] + 256 * data[link + high]
+            at = link + onwards if onwards else stop
+
+    def find(self, key: str) -> Parameter | None:
+        """Return where a parameter's values lie; None where there is none, or it is damaged."""
+        group, _, name = key.partition(":")
+        link = self._links.get((self._groups.get(group, 0), name.encode()))
+        if link is None:
+            return None
+        first = link + 4 + self.data[link + 3]
+        kind = (self.data[link + 2] ^ 128) - 128
+        one = Parameter(kind, tuple(self.data[link + 4 : first]), first)
+        if kind in _KINDS and first + one.count * abs(kind) <= len(self.data):
+            return one
+        if (doubt := f"its parameter {key} is damaged") not in self.doubts:
+            self.doubts.append(doubt)
+        return None
 
     def numbers(self, key: str) -> tuple[float, ...]:
         """Return the numbers of a parameter; none where there is none, or it is text."""
-        one = self.found.get(key)
+        one = self.find(key)
         if one is None or one.kind == TEXT or not one.count:
             return ()
         if one.kind == 4:
@@ -109,9 +114,9 @@ class Parameters:
     def count(self, key: str) -> int | None:
         """Return a number of things, of 32 bits where two integers of 16 tell it; else None."""
         values = self.numbers(key)
-        if not values or not 0 <= abs(values[0]) < 2**31:
+        if not values or not abs(values[0]) < 2**31:
             return None
-        if self.found[key].kind == 4:
+        if isinstance(values[0], float):
             return int(values[0]) if values[0] >= 0 else None
         low, high = (int(value) & 0xFFFF for value in (*values, 0)[:2])
         return low + (high << 16)
@@ -120,27 +125,34 @@ class Parameters:
         """Return the texts of a parameter and of those that carry it on: LABELS, LABELS2 ..."""
         found: list[str] = []
         for number in ("", *map(str, range(2, 257))):
-            one = self.found.get(key + number)
+            one = self.find(key + number)
             if one is None or one.kind != TEXT:
                 break
             width = one.sizes[0] if one.sizes else 1
-            stop = one.at + one.count
-            found += [text(self.data[at : at + width]) for at in range(one.at, stop, width or 1)]
+            found += texts(self.data[one.at : one.at + one.count], width)
         return tuple(found)
 
     def put(self, data: bytearray, key: str, values: Sequence[float]) -> None:
         """Write numbers over the first ones of a parameter, if there is one, in a copy."""
-        one = self.found.get(key)
+        one = self.find(key)
         if one is not None and one.kind != TEXT:
             written = self.processor.written(values[: one.count], one.kind)
             data[one.at : one.at + len(written)] = written
 
     def put_count(self, data: bytearray, key: str, count: int) -> None:
         """Write a number of things as `count` reads it; 65,535 where a larger one has no room."""
-        one = self.found.get(key)
+        one = self.find(key)
         if one is not None:
             halves = (count & 0xFFFF, count >> 16) if one.count > 1 else (min(count, FULL),)
             self.put(data, key, (float(count),) if one.kind == 4 else halves)
+
+
+def texts(data: bytes, width: int) -> list[str]:
+    """Return texts of one width."""
+    if data.isascii() and b"\0" not in data:
+        whole = data.decode()
+        return [whole[at : at + width].strip() for at in range(0, len(whole), width or 1)]
+    return [text(data[at : at + width]) for at in range(0, len(data), width or 1)]
 
 
 def text(data: bytes) -> str:

@@ -65,14 +65,19 @@ def _points(
     """Read the points of some frames, of which the first begins at a byte."""
     table = _numbers(data, at, layout, len(out))
     rows = table[:, : 4 * layout.points].reshape(len(out), layout.points, 4)
-    rows = rows if chosen is None else rows[:, chosen]
+    rows = rows if chosen is None else rows.take(chosen, axis=1)
+    behind = rows[..., 3]
     with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
-        if layout.scale < 0:
-            out[:] = rows[..., :3]
-        else:
-            np.multiply(rows[..., :3], np.float32(layout.scale), out=out)
-        out[rows[..., 3] < 0] = np.nan
-    _unknown(out, rows[..., 3])
+        for axis in range(3):  # one after the other: five times as fast as three at a time
+            if layout.scale < 0:
+                out[..., axis] = rows[..., axis]
+            else:
+                np.multiply(rows[..., axis], np.float32(layout.scale), out=out[..., axis])
+        _far(out)
+        _take_out(out, behind < 0)
+    nothing = (behind == 0) & (out[..., 0] == 0)
+    if nothing.any():
+        _take_out(out, nothing & (out[..., 1] == 0) & (out[..., 2] == 0))
 
 
 def _numbers(data: bytes, at: int, layout: Layout, frames: int) -> NDArray[Any]:
@@ -96,17 +101,18 @@ def _segments(
     numbers = layout.parameters.processor.floats(data, count, at)
     rows = numbers.reshape(len(out), turns.ratio, turns.count, TURN)[:, 0]
     rows = rows if chosen is None else rows[:, chosen]
-    out[:] = rows[..., _TRANSLATION]
-    out[rows[..., -1] < 0] = np.nan
-    _unknown(out)
+    with np.errstate(invalid="ignore"):
+        out[:] = rows[..., _TRANSLATION]
+        _far(out)
+        _take_out(out, rows[..., -1] < 0)
 
 
-def _unknown(out: NDArray[np.float32], known_by: NDArray[Any] | None = None) -> None:
-    """Take out what is no place."""
-    if known_by is not None:
-        nothing = (out[..., 0] == 0) & (known_by == 0)
-        if nothing.any():
-            out[nothing & (out == 0).all(axis=2)] = np.nan
-    largest = np.fmax(out.max(initial=0), -out.min(initial=0))
-    if not largest <= LARGEST:
-        out[~(np.abs(out) <= LARGEST).all(axis=2)] = np.nan
+def _far(out: NDArray[np.float32]) -> None:
+    """Take out what is no place, where there is such a thing."""
+    if not (out.max(initial=0) <= LARGEST and out.min(initial=0) >= -LARGEST):
+        _take_out(out, np.asarray(~(np.abs(out) <= LARGEST).all(axis=2)))
+
+
+def _take_out(out: NDArray[np.float32], unknown: NDArray[np.bool_]) -> None:
+    if unknown.any():
+        out[unknown] = np.nan

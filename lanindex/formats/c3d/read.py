@@ -58,9 +58,8 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         there = places(file.content, layout, np.array(list(used), np.int64))
     else:
         there = places(file.content, layout)
-    points = Points(
-        tuple(used.values()), there, rate, _stated(layout), doubts=(*layout.doubts, *doubts)
-    )
+    doubts = (*layout.doubts, *layout.parameters.doubts, *doubts)
+    points = Points(tuple(used.values()), there, rate, _stated(layout), doubts=doubts)
     motion = motion_of(points, file, "c3d", told, wanted)
     if used is names:
         return motion
