@@ -86,8 +86,8 @@ class Format:
 
 FORMATS: tuple[Format, ...] = (
     Format("bvh", "BVH, which begins with the word HIERARCHY", (".bvh",), sniff.bvh, "bvh"),
-    # Format("amc", "AMC, which begins with :FULLY-SPECIFIED", (".amc",), sniff.amc, "amc"),
-    Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d"),
+    Format("amc", "AMC, which begins with :FULLY-SPECIFIED", (".amc",), sniff.amc, "amc"),
+    Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     # Format("trc", "TRC, which begins with PathFileType", (".trc",), sniff.trc, "trc"),
     # Format("mvnx", "MVNX, the XML of Xsens", (".mvnx",), sniff.mvnx, "mvnx"),
     # Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False),

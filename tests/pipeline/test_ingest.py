@@ -55,15 +55,24 @@ def test_what_is_passed_over_is_counted_by_kind(folder: Path) -> None:
     for name in (
         "a.c3d",
         "b.C3D",
+<<<<<<< HEAD
         "walk.amc",
+=======
+        "walk.htr",
+        "take.tar.gz",
+>>>>>>> 19c2c6f (Read AMC with the skeleton beside it, and cut it byte for byte)
         "x.bvh.gz",
         "b/.hidden.c3d",
-        ".x.amc",
+        ".x.htr",
     ):
         (folder / name).write_text("")
     others: list[str] = []
     assert len(list(discover([folder, folder / "b", folder / ".." / "in"], others))) == 3
+<<<<<<< HEAD
     said = "2 .c3d, 1 .amc, 1 .gz (formats that are not read yet); 1 other file"
+=======
+    said = "2 .c3d, 1 .gz, 1 .htr, 1 .tar.gz (formats that are not read yet); 1 other file"
+>>>>>>> 19c2c6f (Read AMC with the skeleton beside it, and cut it byte for byte)
     assert left_out(others) == said
     os.symlink(folder / "b", folder / "linked")
     os.symlink(folder / "b", folder / ".linked")

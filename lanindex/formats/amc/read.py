@@ -1,0 +1,154 @@
+"""AMC and ASF → Motion, a block of frames at a time."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from lanindex.body import Stated, sampled
+from lanindex.body.calibration import UNITS
+from lanindex.body.rig import Rig
+from lanindex.body.understand import find_body
+from lanindex.formats.amc.asf import Bones, parse
+from lanindex.formats.amc.beside import skeleton_of
+from lanindex.formats.amc.kinematics import joints_of, world
+from lanindex.formats.amc.layout import Layout, scan
+from lanindex.formats.amc.numbers import Numbers
+from lanindex.formats.bvh.compiled import paths
+from lanindex.formats.bvh.hierarchy import line_of
+from lanindex.formats.file import File, Wanted, holding
+from lanindex.formats.points import Points, motion_of
+from lanindex.formats.rates import nearest_rate, told_rate
+from lanindex.model import Motion, Reading
+
+BLOCK = 512
+"""Frames whose numbers are held at a time."""
+
+USUAL_RATE = Fraction(120)
+"""Hz, of the public collections in this format, which for the most part does not tell it."""
+
+FOREARM = {"lwrist": "lhand", "rwrist": "rhand"}
+"""Bones that are the last third of a forearm, and the one behind, which begins at the wrist."""
+
+_INCH = 25.4
+_SAME = 0.01  # of a unit: two of its names
+
+
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read an AMC file with the skeleton beside it.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        See `lanindex.formats.read`.
+    wanted : Wanted
+        What the motion is for.
+
+    Returns
+    -------
+    Motion
+        A joint is where a bone begins, and has its name; where the last ones end there is one
+        more, ``head End``.
+
+    Raises
+    ------
+    CaptureError
+        The file or its skeleton is damaged; names the line. Or there is no skeleton.
+    BodyError
+        It holds no human skeleton.
+    """
+    layout = scan(file.content, file.name)
+    asf, doubts = skeleton_of(file, told)
+    skeleton = parse(asf)
+    rate, rate_doubts = _rate(layout, told)
+    names, parents, offsets = joints_of(skeleton.bones)
+    numbers = Numbers(skeleton.bones, paths(max(wanted.total, len(file.content))).parse)
+    radians = not skeleton.degrees if layout.radians is None else layout.radians
+    turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
+    count = len(layout.starts)
+    places = np.empty((count, len(names), 3), np.float32)
+    turns = np.empty((count, len(names), 4), np.float32)
+    for start in range(0, count, BLOCK):
+        block = slice(start, start + BLOCK)
+        stops, ends = layout.stops[block], layout.ends[block]
+        data, first = holding(file.content, int(stops[0]), int(ends[-1]))
+        values = numbers.read(data, stops - first, ends - first, _Places(file, first))
+        places[block], turns[block] = world(skeleton.bones, values, turn, tilt)
+    called = tuple("" if FOREARM.get(name) in names else name for name in names)
+    poses = places[sampled(count)].astype(np.float64)
+    body, body_doubts = find_body(Rig(called, parents, poses), file.name)
+    stated = Stated(_unit(skeleton.inches), "y", body)
+    doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout))
+    doubts += (*rate_doubts, *body_doubts)
+    points = Points(names, places, rate, stated, parents, offsets, turns, doubts)
+    return motion_of(points, file, "amc", told, wanted)
+
+
+def beside(file: File, told: Reading | None = None) -> tuple[tuple[str, bytes], ...]:
+    """Return what has to lie beside a clip: the skeleton, by the ending of its name.
+
+    Parameters
+    ----------
+    file : File
+        AMC.
+    told : Reading, optional
+        May name the skeleton.
+
+    Raises
+    ------
+    CaptureError
+        There is none.
+    """
+    skeleton, _ = skeleton_of(file, told or Reading())
+    return ((".asf", skeleton.content[:]),)
+
+
+class _Places:
+    """Says in which line a byte stands, counted from the first that is held."""
+
+    def __init__(self, file: File, first: int) -> None:
+        self._file, self._first = file, first
+
+    def __call__(self, at: int) -> str:
+        return f"{self._file.name}:{line_of(self._file.content, self._first + at)}"
+
+
+def _rate(layout: Layout, told: Reading) -> tuple[Fraction, tuple[str, ...]]:
+    if told.rate is not None:
+        return told_rate(told.rate), ()
+    if layout.rate is not None:
+        return nearest_rate(layout.rate), ()
+    doubt = f"it does not tell its rate: {USUAL_RATE} frames a second. If that is wrong, give --fps"
+    return USUAL_RATE, (doubt,)
+
+
+def _unit(inches: float) -> str | None:
+    """Return the unit of which an inch has so many, if it has a name."""
+    if inches <= 0:
+        return None
+    size = _INCH / inches
+    names = (name for name, length in UNITS.items() if abs(length - size) <= _SAME * size)
+    return next(names, None)
+
+
+def _order_doubt(skeleton: Bones) -> tuple[str, ...]:
+    """Return a warning where a bone's numbers and its axes are in different orders."""
+    for bone in skeleton.bones:
+        turns = [code for code in bone.dof if code < 3]
+        if [axis for axis in bone.order if axis in turns] != turns:
+            name = bone.name.decode("utf-8", "replace")[:40]
+            return (f"{name} turns in the order of its dof, not that of its axis",)
+    return ()
+
+
+def _count_doubt(layout: Layout) -> tuple[str, ...]:
+    """Return a warning where frames are missing, by their numbers."""
+    jumps = np.flatnonzero(np.diff(layout.numbers) != 1)
+    if not len(jumps):
+        return ()
+    before, behind = layout.numbers[jumps[0] : jumps[0] + 2].tolist()
+    return (f"frame {behind} follows frame {before}: taken for the next",)
