@@ -57,7 +57,7 @@ class Format:
     name : str
         As the library and ``--format`` say it.
     title : str
-        As people say it, and how its files begin.
+        As people say it.
     suffixes : tuple of str
         Endings by which a folder is searched, in small letters.
     sniff : Callable
@@ -85,11 +85,11 @@ class Format:
 
 
 FORMATS: tuple[Format, ...] = (
-    Format("bvh", "BVH, which begins with the word HIERARCHY", (".bvh",), sniff.bvh, "bvh"),
-    Format("amc", "AMC, which begins with :FULLY-SPECIFIED", (".amc",), sniff.amc, "amc"),
+    Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh"),
+    Format("amc", "AMC", (".amc",), sniff.amc, "amc"),
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
-    # Format("trc", "TRC, which begins with PathFileType", (".trc",), sniff.trc, "trc"),
-    # Format("mvnx", "MVNX, the XML of Xsens", (".mvnx",), sniff.mvnx, "mvnx"),
+    # Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
+    # Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx"),
     # Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False),
     # Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     # Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
@@ -123,10 +123,10 @@ def known(file: File) -> Format:
     for form in FORMATS:
         if form.sniff(head):
             return form
-    titles = " or ".join(form.title for form in FORMATS)
+    *titles, last = dict.fromkeys(form.title for form in FORMATS)
     kind = UNREAD.get(unread(file.name))
     found = f"its format, {kind}, is not read yet" if kind else _beginning(head)
-    raise CaptureError(found, place=file.name, wanted=titles)
+    raise CaptureError(found, place=file.name, wanted=f"{', '.join(titles)} or {last}")
 
 
 def is_capture(path: str) -> bool:

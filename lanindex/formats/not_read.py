@@ -5,12 +5,6 @@ from __future__ import annotations
 from pathlib import PurePath
 
 UNREAD: dict[str, str] = {
-<<<<<<< HEAD
-    ".asf": "ASF",
-    ".amc": "AMC",
-=======
-    ".c3d": "C3D",
->>>>>>> 19c2c6f (Read AMC with the skeleton beside it, and cut it byte for byte)
     ".trc": "TRC",
     ".mot": "MOT, angles that mean nothing without their OpenSim model (the TRC of the take does),",
     ".sto": "STO, angles that mean nothing without their OpenSim model (the TRC of the take does),",

@@ -33,14 +33,14 @@ def run(place: Path):
 
 class TestIngest:
     def test_what_is_left_out_is_told(self, run, place: Path) -> None:
-        for name in ("a.c3d", "b.c3d", "c.trc", "notes.txt"):
+        for name in ("a.vmd", "b.vmd", "c.htr", "notes.txt"):
             (place / "in" / name).write_text("")
         (place / "in" / "l.csv").write_text("file,label\nbow.bvh,bow\nnone.bvh,bow\n")
         words = ("ingest", "in", "--db", "in/l.db", "--labels", "in/l.csv")
         for _ in range(2):
             said = run(*words).stderr.splitlines()
             assert said[0] == "in/l.csv: 1 of 2 rows name no file that is read"
-            left = "left out: 2 .c3d, 1 .trc (formats that are not read yet); 1 other file"
+            left = "left out: 2 .vmd, 1 .htr (formats that are not read yet); 1 other file"
             assert said[2] == left
         assert "left out" not in run(*words, "-q").stderr
         lines = [json.loads(line) for line in run(*words, "--json").stdout.splitlines()]

@@ -53,33 +53,24 @@ def test_folders_are_searched_in_order(folder: Path) -> None:
 
 def test_what_is_passed_over_is_counted_by_kind(folder: Path) -> None:
     for name in (
-        "a.c3d",
-        "b.C3D",
-<<<<<<< HEAD
-        "walk.amc",
-=======
+        "a.vmd",
+        "b.VMD",
         "walk.htr",
-        "take.tar.gz",
->>>>>>> 19c2c6f (Read AMC with the skeleton beside it, and cut it byte for byte)
         "x.bvh.gz",
-        "b/.hidden.c3d",
+        "b/.hidden.vmd",
         ".x.htr",
     ):
         (folder / name).write_text("")
     others: list[str] = []
     assert len(list(discover([folder, folder / "b", folder / ".." / "in"], others))) == 3
-<<<<<<< HEAD
-    said = "2 .c3d, 1 .amc, 1 .gz (formats that are not read yet); 1 other file"
-=======
-    said = "2 .c3d, 1 .gz, 1 .htr, 1 .tar.gz (formats that are not read yet); 1 other file"
->>>>>>> 19c2c6f (Read AMC with the skeleton beside it, and cut it byte for byte)
+    said = "2 .vmd, 1 .gz, 1 .htr (formats that are not read yet); 1 other file"
     assert left_out(others) == said
     os.symlink(folder / "b", folder / "linked")
     os.symlink(folder / "b", folder / ".linked")
     assert len(list(discover([folder], others))) == 3
     assert left_out(others) == said + "; 1 linked folder"
     assert left_out(["a.txt", "b", "v1.2"]) == "3 other files"
-    assert left_out(["a/b.npy"]) == "1 .npy (formats that are not read yet)"
+    assert left_out(["a/b.vmd"]) == "1 .vmd (formats that are not read yet)"
     assert left_out([]) == ""
 
 
@@ -89,10 +80,10 @@ def test_what_is_read_is_not_among_what_is_not() -> None:
 
 
 def test_a_file_of_a_format_that_is_not_read_yet(library: Library, folder: Path) -> None:
-    (folder / "a.C3D").write_bytes(b"\x02\x50")
+    (folder / "a.VMD").write_bytes(b"Vocaloid Motion")
     (folder / "b.csv").write_bytes((folder / "bow.BVH").read_bytes())
-    failed, added = take(library, folder / "a.C3D") + take(library, folder / "b.csv")
-    assert "its format, C3D, is not read yet, wanted BVH" in str(failed.error)
+    failed, added = take(library, folder / "a.VMD") + take(library, folder / "b.csv")
+    assert "its format, VMD, is not read yet, wanted BVH" in str(failed.error)
     assert added.status == "added"
 
 

@@ -124,10 +124,8 @@ def _left_out(others: list[str], *own: str | None) -> str:
 
 
 def _nothing(out: Output, paths: list[str], rest: str) -> None:
-    from lanindex.pipeline.discover import SUFFIXES
-
     said = f", but {rest}" if rest else ""
-    out.note(f"no {' or '.join(SUFFIXES)} file in {' '.join(paths)}{said}")
+    out.note(f"no capture or score in {' '.join(paths)}{said}")
     raise typer.Exit(1)
 
 

@@ -241,11 +241,11 @@ class Named(formats.File):
 def test_a_subject_that_is_named():
 
     points, labels = prefixed("Anna", "Bob")
-    file = Named("x.c3d#Bob", c3d(points, labels))
+    file = formats.File("x.c3d#Bob", c3d(points, labels), "Bob")
     motion = formats.read_file(file, Reading(), formats.Wanted())
     assert motion.warnings == ()
     assert motion.markers.names == tuple(labels[28:])
-    file = Named("x.c3d#Bob", c3d(points[:, :28], labels[:28]))
+    file = formats.File("x.c3d#Bob", c3d(points[:, :28], labels[:28]), "Bob")
     with pytest.raises(CaptureError, match=r"no subject 'Bob'.*Anna"):
         formats.read_file(file, Reading(), formats.Wanted())
 
