@@ -49,7 +49,7 @@ class TestIngest:
     def test_nothing_but_what_is_left_out(self, run, place: Path) -> None:
         (place / "out").mkdir()
         (place / "out" / "a.htr").write_text("")
-        said = " or .lnd file in out, but 1 .htr (formats that are not read yet)\n"
+        said = "no capture or score in out, but 1 .htr (formats that are not read yet)\n"
         assert run("ingest", "out", code=1).stderr.endswith(said)
 
     def test_what_no_reader_understands_is_refused_once(self, run, place: Path) -> None:

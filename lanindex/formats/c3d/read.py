@@ -83,7 +83,7 @@ def _chosen(file: File, layout: Layout) -> tuple[dict[int, str], tuple[str, ...]
     """Return the points of one subject by their numbers, and who else there is."""
     names = names_of(layout)
     found = people(layout, names)
-    subject = getattr(file, "subject", "")
+    subject = file.subject
     if subject:
         if subject not in found:
             raise CaptureError(

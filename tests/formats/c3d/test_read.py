@@ -232,12 +232,6 @@ def test_two_people():
     assert motion.source.made["RElbow"] == "Anna:RELB"
 
 
-class Named(formats.File):
-    """A file of which a subject is named."""
-
-    subject = "Bob"
-
-
 def test_a_subject_that_is_named():
 
     points, labels = prefixed("Anna", "Bob")
