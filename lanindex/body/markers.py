@@ -113,9 +113,9 @@ class Making:
         tops = found[:, shoulders]
         width = np.nanmedian(_length(tops[:, 0] - tops[:, 1])) if _known(tops).any() else 0.0
         for joint in ("Pelvis", "Chest"):
-            down = found[:, JOINT_CODES[joint]] - tops.mean(axis=1)
+            down = _unit(found[:, JOINT_CODES[joint]] - tops.mean(axis=1))
             if _known(down).any():
-                found[:, shoulders] += SHOULDER_BELOW * width * _held(_unit(down))[:, None]
+                found[:, shoulders] += SHOULDER_BELOW * width * _held(down)[:, None]
                 return
 
     def _hips(self, markers: NDArray[Any], scale: float, found: Floats) -> None:
