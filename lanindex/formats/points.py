@@ -118,7 +118,10 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     else:
         size = unit_of({}, told.unit, points.stated.unit)[1]
         names = made.joints
-        places = made.places(points.places, size)[:, [JOINT_CODES[name] for name in names]]
+        places = made.places(points.places, size)
+        for number, name in enumerate(names):  # in place, for it may be large: never to the right
+            places[:, number] = places[:, JOINT_CODES[name]]
+        places = places[:, : len(names)]
         stated = replace(points.stated, body=_numbered(names))
     found = _understood(names, places, points, stated, told, file.name)
     skeleton, order = _skeleton(names, places, points, found)
