@@ -95,10 +95,10 @@ def _head(content: Content, layout: Layout, span: Span, begin: int) -> bytes:
         "ROTATION:DATA_START": begin,
     }.items():
         told.put_count(data, key, count)
-    scale = told.processor.floats(head, 1, 12)[0]
-    if (scale < 0) != (layout.scale < 0) or scale != layout.scale > 0:
-        told.put(data, "POINT:SCALE", [layout.scale])
+    if max(told.processor.floats(head, 1, 12)[0], -1.0) != layout.scale:
         head[12:16] = write([layout.scale], 4)
+    if any(max(it, -1.0) != layout.scale for it in told.numbers("POINT:SCALE")):
+        told.put(data, "POINT:SCALE", [layout.scale])
     if later and layout.rate:
         _move_events(layout, later / layout.rate, head, data)
     head[layout.section : layout.section + len(data)] = data

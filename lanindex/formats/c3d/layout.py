@@ -56,7 +56,7 @@ class Layout:
         Frames a second.
     turns : Turns or None
         Rotations of segments, which lie behind the frames.
-    doubts : tuple of str
+    doubts : list of str
         What was contradicted or corrected.
     """
 
@@ -70,7 +70,7 @@ class Layout:
     first: int
     rate: float | None
     turns: Turns | None
-    doubts: tuple[str, ...]
+    doubts: list[str]
 
     @property
     def number(self) -> int:
@@ -151,15 +151,19 @@ def scan(file: File) -> Layout:
     if {*counts, frames} != {frames}:
         sayers = ", ".join(f"{who}: {count}" for who, count in said.items())
         doubts.append(f"says different numbers of frames ({sayers}): {frames} believed")
+    seconds = _rate(told, rate, doubts)
     start, points, analog, step = believed
     layout = Layout(
         *(told, section, int(start), int(points), int(analog), step, frames, first),
-        *(_rate(told, rate, doubts), turns, tuple(doubts)),
+        *(seconds, turns, doubts),
     )
     if not (points or turns):
         raise _error(file, "has no points")
     if not frames:
         raise _error(file, "ends before its first frame does")
+    rest = size - layout.start - frames * layout.frame
+    if not turns and rest >= max(layout.frame, _PADDING):
+        doubts.append(f"{rest} bytes behind its last frame are not read")
     return layout
 
 

@@ -100,14 +100,14 @@ def test_many_frames():
     for more in ({"POINT:LONG_FRAMES": 70_000.0}, {"POINT:FRAMES": 70_000.0}, trial, {}):
         data = c3d(points, ["a", "b", "c"], more=more)
         layout = stated(data)
-        assert layout.doubts == (), more
+        assert layout.doubts == [], more
         assert np.array_equal(there(data)[:70_000, 0, 0], points[:, 0, 0]), more
         assert layout.frames == (70_000 if more else 70_005), more  # till the file ends
 
 
 def test_a_single_integer_may_mean_a_number_above_32767():
     data = c3d(np.ones((40_000, 1, 4)), ["a"])
-    assert (stated(data).frames, stated(data).doubts) == (40_000, ())
+    assert (stated(data).frames, stated(data).doubts) == (40_000, [])
 
 
 DOUBTS = {
@@ -118,6 +118,7 @@ DOUBTS = {
         dict(more={"TRIAL:ACTUAL_START_FIELD": [1, 0], "TRIAL:ACTUAL_END_FIELD": [1, 1]}),
         "TRIAL: 65537, POINT:FRAMES: 8, header: 8): 8 believed",
     ),
+    "too few": (dict(behind=bytes(4096)), "bytes behind its last frame are not read"),
     "points": (dict(words={2: 27}), "says points in a frame 27 or 28: 28 believed"),
     "other points": (dict(more={"POINT:USED": 30}), "points in a frame 28 or 30: 28 believed"),
     "data start": (dict(words={9: 5}), "that its data begin at byte"),
