@@ -57,6 +57,23 @@ Compose = Annotated[
     str | None,
     typer.Option("--compose", metavar="parent|child", help="Which rotation a BVH applies first."),
 ]
+Skeleton = Annotated[
+    str | None,
+    typer.Option("--skeleton", metavar="FILE", help="The ASF of AMC files that have none beside."),
+]
+Body = Annotated[
+    str | None,
+    typer.Option(
+        "--body", metavar="FILE", help='What plays which joint: RWrist = "hand_r", line by line.'
+    ),
+]
+Columns = Annotated[
+    str | None,
+    typer.Option("--columns", metavar="FILE", help="What the columns of other tables are."),
+]
+Take = Annotated[
+    str | None, typer.Option("--take", metavar="NAME", help="Which of several takes in a file.")
+]
 Tolerance = Annotated[
     float,
     typer.Option("--tolerance", metavar="SECONDS", help="How far edges may lie apart to agree."),
@@ -143,8 +160,10 @@ def which(named: str) -> int | str:
     return int(named) if named.isdecimal() else named
 
 
-def reading(unit: str | None, up: str | None, fps: str | None, compose: str | None) -> Reading:
+def reading(
+    unit: str | None, up: str | None, fps: str | None, compose: str | None, **files: str | None
+) -> Reading:
     """Return what the reader is told; it checks the words itself."""
     from lanindex.model import Reading
 
-    return Reading(unit, up, None if fps is None else rate(fps), compose)
+    return Reading(unit, up, None if fps is None else rate(fps), compose, **files)

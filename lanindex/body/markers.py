@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.errors import BodyError
 
 Floats = NDArray[np.float64]
 Way = tuple[int, ...]
@@ -142,18 +143,27 @@ class Making:
             found[:, JOINT_CODES[f"{side}Hip"]] = middle + sign * away[2] * sideways
 
 
-def making_of(names: Sequence[str]) -> Making | None:
+def making_of(
+    names: Sequence[str], body: Mapping[str, tuple[str, ...]] | None = None
+) -> Making | None:
     """Return what the joints of a body can be made of, where markers are of a known set.
 
     Parameters
     ----------
     names : sequence of str
         (M) as in the file, with or without the subject before a colon.
+    body : mapping, optional
+        Of which markers the user says that they make a joint.
 
     Returns
     -------
     Making or None
         None: no set gives a whole limb, and two hips or shoulders that tell where it faces.
+
+    Raises
+    ------
+    BodyError
+        The user names a marker that is not there.
 
     Examples
     --------
@@ -163,11 +173,11 @@ def making_of(names: Sequence[str]) -> Making | None:
     >>> made.set, made.told(names)["RWrist"]
     ('Plug-in Gait', 'Bob:RWRA Bob:RWRB')
     """
-    return _making(tuple(names))
+    return _making(tuple(names), tuple((body or {}).items()))
 
 
 @lru_cache(maxsize=64)
-def _making(names: tuple[str, ...]) -> Making | None:
+def _making(names: tuple[str, ...], told: tuple[tuple[str, tuple[str, ...]], ...]) -> Making | None:
     index = {_key(name): number for number, name in reversed(list(enumerate(names)))}
     found = sorted((_in_set(one, index) for one in _sets()), key=lambda it: -len(it.joints))
     made, used = Making("", {}), []
@@ -178,10 +188,22 @@ def _making(names: tuple[str, ...]) -> Making | None:
             used.append(one.set)
         ways = {**made.ways, **{joint: one.ways[joint] for joint in left}}
         made = Making(", ".join(used), ways, made.caps | (one.caps & left), pelvis)
+    if told:
+        body = {joint: _told(joint, way, index) for joint, way in told}
+        pelvis = () if body.keys() >= _HIPS else made.pelvis
+        called = ", ".join(("as told", *used))
+        made = Making(called, {**made.ways, **body}, made.caps - body.keys(), pelvis)
     whole = any(_LIMB[limb].issubset(it[1:] for it in made.joints if it[0] == side)
                 for side in "RL" for limb in _LIMB)  # fmt: skip
     faces = any({f"R{joint}", f"L{joint}"}.issubset(made.joints) for joint in ("Hip", "Shoulder"))
     return made if whole and faces else None
+
+
+def _told(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Way:
+    missing = [name for name in names if _key(name) not in index]
+    if missing:
+        raise BodyError(f'no "{missing[0]}" for {joint}', wanted="the name of a marker")
+    return tuple(index[_key(name)] for name in names)
 
 
 @lru_cache(maxsize=1)

@@ -11,7 +11,7 @@ Source: ``encode/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -24,6 +24,7 @@ from lanindex.body import calibration
 from lanindex.body.by_name import LIMBS, by_name
 from lanindex.body.names import keys, tables
 from lanindex.body.rig import Rig
+from lanindex.body.told import told_body
 from lanindex.errors import BodyError
 from lanindex.model import Reading, Skeleton
 
@@ -190,7 +191,8 @@ def understand(
     ('m (detected)', 1000.0, 'y', 'Hips')
     """
     if stated.body is None:
-        body, doubts = find_body(Rig(names, parents, poses), path)
+        said = told_joints(told, names, path)
+        body, doubts = find_body(Rig(names, parents, poses), path, said)
     else:
         body, doubts = stated.body, ()
     seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)
@@ -236,7 +238,29 @@ def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
     return kept, Skeleton(names, place[parents[kept]], offsets[kept], place[skeleton.body])
 
 
-def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, ...]]:
+def told_joints(told: Reading, names: tuple[str, ...], path: str) -> dict[str, int]:
+    """Return which of some joints the user says play the body, by ``alphabet.JOINTS``.
+
+    Raises
+    ------
+    BodyError
+        One is not there, or is to be made of several.
+    """
+    found = {}
+    for joint, (name, *more) in told_body(told.body).items() if told.body else ():
+        if name not in names or more:
+            raise BodyError(
+                f'{joint} is said to be "{name}"{" and others" if more else ""}',
+                place=path,
+                wanted=f"one of its joints: {', '.join(names)[:200]}",
+            )
+        found[joint] = names.index(name)
+    return found
+
+
+def find_body(
+    rig: Rig, path: str = "", said: Mapping[str, int] | None = None
+) -> tuple[NDArray[np.int16], tuple[str, ...]]:
     """Find the body.
 
     Parameters
@@ -245,6 +269,8 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
         The skeleton.
     path : str
         The file, for errors.
+    said : mapping of str to int, optional
+        The joints that the user says play the body.
 
     Returns
     -------
@@ -267,7 +293,7 @@ def find_body(rig: Rig, path: str = "") -> tuple[NDArray[np.int16], tuple[str, .
     >>> [names[index] for index in body[:4]], doubts
     (['Hips', 'Chest', 'Neck', 'Head'], ())
     """
-    body = by_name(rig)
+    body = by_name(rig) | dict(said or {})
     warnings: tuple[str, ...] = ()
     armed = _both(body, LIMBS[0])
     if not all(joint in body for joint in NEEDED):

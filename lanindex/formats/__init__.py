@@ -168,6 +168,10 @@ def read(
     up: str | None = None,
     rate: Fraction | float | str | None = None,
     compose: str | None = None,
+    skeleton: str | None = None,
+    body: str | None = None,
+    columns: str | None = None,
+    take: str | None = None,
     data: bytes | None = None,
     body_only: bool = False,
 ) -> Motion:
@@ -186,6 +190,14 @@ def read(
     compose : str, optional
         ``parent``: a joint's turn follows its parent's, as BVH has it. ``child``: it precedes it,
         as one exporter has it. Else told from the names of the joints.
+    skeleton : str, optional
+        The ASF of an AMC file that has none beside it.
+    body : str, optional
+        A file that says which joints or markers play the body (`lanindex.body.told`).
+    columns : str, optional
+        A file that says what the columns of a table are.
+    take : str, optional
+        Which of several takes.
     data : bytes, optional
         The file's content, where it is at hand.
     body_only : bool
@@ -217,7 +229,8 @@ def read(
     from lanindex.model import Reading
 
     file = opened(path) if data is None else File(os.fspath(path), data)
-    return read_file(file, Reading(unit, up, rate, compose), Wanted(body_only))
+    told = Reading(unit, up, rate, compose, skeleton, body, columns, take)
+    return read_file(file, told, Wanted(body_only))
 
 
 def check(told: Reading) -> None:

@@ -18,6 +18,7 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import Stated, Understanding, body_of, understand
 from lanindex.body.calibration import unit_of
 from lanindex.body.markers import making_of
+from lanindex.body.told import told_body
 from lanindex.body.understand import POSES
 from lanindex.errors import BodyError
 from lanindex.formats.file import File, Wanted
@@ -112,7 +113,9 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     BodyError
         The points make no human body; names what is missing.
     """
-    made = making_of(points.names) if points.parents is None else None
+    made = None
+    if points.parents is None:
+        made = making_of(points.names, told_body(told.body) if told.body else None)
     if made is None:
         names, places, stated = points.names, points.places, points.stated
     else:

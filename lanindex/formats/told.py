@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lanindex.body import calibration
+from lanindex.body.told import told_body
 from lanindex.errors import UsageError
 from lanindex.formats.rates import told_rate
 from lanindex.model import Reading
@@ -22,7 +23,7 @@ def check(told: Reading) -> None:
     Raises
     ------
     UsageError
-        Unit, axis, rate or order of rotations are not known.
+        Unit, axis, rate, order of rotations or body are not understood.
     """
     if told.unit is not None:
         calibration.told_unit(told.unit)
@@ -30,5 +31,7 @@ def check(told: Reading) -> None:
         calibration.told_up(told.up)
     if told.rate is not None:
         told_rate(told.rate)
+    if told.body is not None:
+        told_body(told.body)
     if told.compose not in (None, *COMPOSE):
         raise UsageError(f"compose {told.compose!r}", wanted=" or ".join(COMPOSE))

@@ -22,6 +22,10 @@ def run(
     up: options.Up = None,
     fps: options.Fps = None,
     compose: options.Compose = None,
+    skeleton: options.Skeleton = None,
+    body: options.Body = None,
+    columns: options.Columns = None,
+    take: options.Take = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -30,14 +34,14 @@ def run(
     """Write a capture down as LND, without a library."""
     out = Output(False, quiet, verbose, color)
     from lanindex.encode import encode
-    from lanindex.formats import read
+    from lanindex.formats import Wanted, opened, read_file
     from lanindex.notation import lnd
     from lanindex.pipeline.files import write_all
 
-    told = options.reading(unit, up, fps, compose)
-    motion = read(
-        file, unit=told.unit, up=told.up, rate=told.rate, compose=told.compose, body_only=True
+    told = options.reading(
+        unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
+    motion = read_file(opened(file), told, Wanted(body_only=True))
     text = lnd.write(encode(motion, profile))
     for warning in motion.warnings:
         out.note(f"{file}: {warning}")

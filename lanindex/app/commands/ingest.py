@@ -37,6 +37,10 @@ def run(
     up: options.Up = None,
     fps: options.Fps = None,
     compose: options.Compose = None,
+    skeleton: options.Skeleton = None,
+    body: options.Body = None,
+    columns: options.Columns = None,
+    take: options.Take = None,
     force: Annotated[bool, typer.Option("--force", help="Read unchanged files again.")] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Read and say what would be done; store nothing.")
@@ -61,7 +65,12 @@ def run(
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.ingest import ingest
 
-    chosen, told = load(profile), options.reading(unit, up, fps, compose)
+    chosen, told = (
+        load(profile),
+        options.reading(
+            unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
+        ),
+    )
     check(told)
     others: list[str] = []
     files = list(discover(paths, others))

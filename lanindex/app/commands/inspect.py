@@ -20,6 +20,10 @@ def run(
     up: options.Up = None,
     fps: options.Fps = None,
     compose: options.Compose = None,
+    skeleton: options.Skeleton = None,
+    body: options.Body = None,
+    columns: options.Columns = None,
+    take: options.Take = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -30,25 +34,26 @@ def run(
     Joints and the body they map to, rate, unit, up axis, facing, and what is doubtful.
     """
     out = Output(json, quiet, verbose, color)
-    from lanindex.formats import read
+    from lanindex.formats import Wanted, opened, read_file
 
-    given = options.reading(unit, up, fps, compose)
-    motion = read(
-        file, unit=given.unit, up=given.up, rate=given.rate, compose=given.compose, body_only=True
+    given = options.reading(
+        unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
+    motion = read_file(opened(file), given, Wanted(body_only=True))
     seen = _seen(motion)
     if json:
         told = {key.replace(" ", "_"): seen[key] for key in seen if key not in ("file", "rate")}
         out.record({"capture": seen["file"], "fps": round(float(motion.rate), 6), **told})
         return
-    body = seen.pop("body")
+    played = seen.pop("body")
     warnings = seen.pop("warnings")
     joints = seen.pop("joints")
     for key, value in seen.items():
         out.line(f"{key:12} {value}")
-    out.line(f"{'joints':12} {len(joints)}: {' '.join(joints)}")
+    kind = "markers" if motion.source.set else "joints"
+    out.line(f"{kind:12} {len(joints)}: {' '.join(joints)}")
     out.line("body")
-    for joint, name in body.items():
+    for joint, name in played.items():
         out.line(f"  {joint:10} {name or '(absent)'}")
     for warning in warnings:
         out.line(out.paint(f"warning      {warning}", "warn"))
@@ -61,7 +66,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
     from lanindex.encode.limbs import body, heading, lengths
 
     turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
-    played = motion.skeleton.played()
+    played = motion.source.made or motion.skeleton.played()
     limbs = {
         part: lengths(body(motion, PARTS[part].chain), [part])[0] for part in ("r_leg", "r_arm")
     }
@@ -77,6 +82,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "height": f"{_height(motion):.0f} mm",
         "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
+        **({"marker set": motion.source.set} if motion.source.set else {}),
         "calibration": "frame 0 is a pose, frame 1 stands in" if motion.first else "none",
         "joints": list(motion.source.joints),
         "body": {joint: played.get(joint) for joint in JOINTS},

@@ -10,7 +10,7 @@ import numpy as np
 from lanindex.body import Stated, sampled
 from lanindex.body.calibration import UNITS
 from lanindex.body.rig import Rig
-from lanindex.body.understand import find_body
+from lanindex.body.understand import find_body, told_joints
 from lanindex.formats.amc.asf import Bones, parse
 from lanindex.formats.amc.beside import skeleton_of
 from lanindex.formats.amc.kinematics import joints_of, world
@@ -80,7 +80,8 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         places[block], turns[block] = world(skeleton.bones, values, turn, tilt)
     called = tuple("" if FOREARM.get(name) in names else name for name in names)
     poses = places[sampled(count)].astype(np.float64)
-    body, body_doubts = find_body(Rig(called, parents, poses), file.name)
+    said = told_joints(told, names, file.name)
+    body, body_doubts = find_body(Rig(called, parents, poses), file.name, said)
     stated = Stated(_unit(skeleton.inches), "y", body)
     doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout))
     doubts += (*rate_doubts, *body_doubts)

@@ -53,7 +53,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     layout = scan(file)
     rate = _rate(file, layout, told)
     names, doubts = _chosen(file, layout)
-    used = _needed(names) if wanted.body_only else names
+    used = _needed(names) if wanted.body_only and not told.body else names
     if len(used) < layout.points or layout.segments:
         there = places(file.content, layout, np.array(list(used), np.int64))
     else:
