@@ -3,8 +3,8 @@
 Names first (`by_name`), then, for what names do not tell, the shape of the skeleton (`by_shape`).
 
 A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
-down to the ankles or both arms from shoulder to wrist. Where names leave no doubt about both arms,
-hips may be missing, as in captures of the upper body; the shoulders tell where it faces.
+down to the ankles or both arms from shoulder to wrist. Where names leave no doubt, one whole limb
+is enough, with two hips or two shoulders that tell where it faces: captures of the upper body.
 
 Source: ``encode/METHOD.md``, stage 0.
 """
@@ -295,7 +295,7 @@ def find_body(
     """
     body = by_name(rig) | dict(said or {})
     warnings: tuple[str, ...] = ()
-    armed = _both(body, LIMBS[0])
+    named = dict(body)
     if not all(joint in body for joint in NEEDED):
         from lanindex.body.by_shape import by_shape
 
@@ -305,10 +305,11 @@ def find_body(
             body |= {joint: shaped[joint] for joint in found}
             if found:
                 warnings = (f"recognised by shape, not by name: {', '.join(found)}", *doubts)
-    if armed and not _legs(body) and not _guess(rig, body, ["RHip", "LHip"]):
-        warnings += ("it has no hips: its shoulders tell where it faces",)
-    elif not is_human(body):
-        raise _no_human(rig, body, path)
+    if not is_human(body):
+        missing = [joint for joint in NEEDED if joint not in named]
+        if not _in_part(named) or _guess(rig, named, missing):
+            raise _no_human(rig, body, path)
+        body, warnings = named, (f"a part of a body: it has no {', '.join(missing)}",)
     result = np.full(len(JOINTS), -1, np.int16)
     for joint, index in body.items():
         result[JOINT_CODES[joint]] = index
@@ -324,8 +325,10 @@ def _both(body: dict[str, int], limb: tuple[str, ...]) -> bool:
     return all(side + joint in body for side in "RL" for joint in limb)
 
 
-def _legs(body: dict[str, int]) -> bool:
-    return any(side + joint in body for side in "RL" for joint in LIMBS[1])
+def _in_part(body: dict[str, int]) -> bool:
+    """Tell whether there is a whole limb, and two hips or shoulders that tell where it faces."""
+    limbs = [all(side + joint in body for joint in limb) for side in "RL" for limb in LIMBS]
+    return any(limbs) and any(_both(body, limb[:1]) for limb in LIMBS)
 
 
 def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:

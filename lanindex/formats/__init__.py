@@ -3,7 +3,9 @@
 A format is a module (or a folder) with
 
 - ``read(file, told, wanted) -> Motion``,
-- ``cutter(file) -> Cutter``, if clips can be cut out of its bytes,
+- ``cutter(file) -> Cutter``, if clips can be cut out of its bytes, and ``beside(file, told)`` if
+  a second file belongs to each,
+- ``subjects(file)``, if it may hold several people,
 - ``write(motion) -> bytes``, if motions can be written in it,
 
 and a line in `FORMATS`. Nothing else knows one format from another.
@@ -32,6 +34,7 @@ __all__ = [
     "File",
     "Format",
     "Wanted",
+    "beside",
     "check",
     "cutter",
     "is_capture",
@@ -263,8 +266,10 @@ def read_file(file: File, told: Reading, wanted: Wanted) -> Motion:
     return motion
 
 
-def cutter(file: File) -> Cutter:
+def cutter(file: File) -> Cutter | None:
     """Return what cuts clips out of a file, its bytes looked through once.
+
+    None: in this format no clip can be cut, only written in another.
 
     Raises
     ------
@@ -279,8 +284,22 @@ def cutter(file: File) -> Cutter:
     >>> clip[clip.index(b"Frames:") :].split()[1]
     b'30'
     """
-    cut: Cutter = known(file).does.cutter(file)
+    cut: Cutter | None = getattr(known(file).does, "cutter", lambda _: None)(file)
     return cut
+
+
+def beside(file: File, told: Reading) -> tuple[tuple[str, bytes], ...]:
+    """Return what has to lie beside a clip of a file, each with its ending: a skeleton.
+
+    Raises
+    ------
+    CaptureError
+        It is not there.
+    """
+    does, found = known(file).does, ()
+    if hasattr(does, "beside"):
+        found = does.beside(file, told)
+    return found
 
 
 def _beginning(head: bytes) -> str:

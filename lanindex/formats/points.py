@@ -18,6 +18,7 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import Stated, Understanding, body_of, understand
 from lanindex.body.calibration import unit_of
 from lanindex.body.markers import making_of
+from lanindex.body.standing import at_rest, hung
 from lanindex.body.told import told_body
 from lanindex.body.understand import POSES
 from lanindex.errors import BodyError
@@ -30,26 +31,8 @@ Floats = NDArray[np.float64]
 BLOCK = 4096
 """Frames that are turned and scaled at a time."""
 
-UP = {
-    "Chest": ("Pelvis",),
-    "Neck": ("Chest", "Pelvis"),
-    "Head": ("Neck", "Chest"),
-    **{side + "Shoulder": ("Chest", "Neck", "Pelvis") for side in "RL"},
-    **{side + "Hip": ("Pelvis",) for side in "RL"},
-    **{
-        side + joint: (side + above,)
-        for side in "RL"
-        for above, joint in (
-            ("Shoulder", "Elbow"),
-            ("Elbow", "Wrist"),
-            ("Wrist", "Hand"),
-            ("Hip", "Knee"),
-            ("Knee", "Ankle"),
-            ("Ankle", "Toe"),
-        )
-    },
-}
-"""Joint of the body: the one that it hangs on, the first of these that is there."""
+SAMPLED = 512
+"""Frames that tell how long bones are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,33 +200,36 @@ def _skeleton(
 ) -> tuple[Skeleton, NDArray[np.int64]]:
     """Return a skeleton, and which of the points each of its joints is.
 
-    Without a hierarchy the joints of the body hang together as a body does, and come first.
+    Without a hierarchy the joints of the body come first, and hang together as a body does.
     """
-    if points.parents is None:
+    if points.parents is not None:
+        order = np.arange(len(names))
+        parents, played = np.array(points.parents, np.int16), found.body
+    else:
         body = {joint: int(index) for joint, index in zip(JOINTS, found.body, strict=True)
                 if index >= 0}  # fmt: skip
         rest = [index for index in range(len(names)) if index not in body.values()]
         order = np.array([*body.values(), *rest], np.int64)
-        place = {joint: number for number, joint in enumerate(body)}
-        above = [next((place[it] for it in UP.get(joint, ()) if it in place), -1) for joint in body]
-        parents = np.array([*above, *[-1] * len(rest)], np.int16)
-        played = np.array([place.get(joint, -1) for joint in JOINTS], np.int16)
+        parents = np.array([*hung(list(body)), *[-1] * len(rest)], np.int16)
+        played = np.full(len(JOINTS), -1, np.int16)
+        played[[JOINT_CODES[joint] for joint in body]] = np.arange(len(body))
+    if points.offsets is not None:
+        offsets = found.oriented(np.asarray(points.offsets, np.float64))
     else:
-        order = np.arange(len(names))
-        parents, played = np.array(points.parents, np.int16), found.body
-    offsets = points.offsets
-    if offsets is None:
-        offsets = np.zeros((len(order), 3))
-        for joint, parent in enumerate(parents.tolist()):
-            if parent >= 0:
-                offsets[joint] = _usual(places[:, order[joint]] - places[:, order[parent]])
+        some = np.unique(np.linspace(0, len(places) - 1, min(len(places), SAMPLED)).astype(int))
+        seen = found.oriented(places[some].astype(np.float64)).astype(np.float64)
+        offsets = np.zeros((len(order), 3), np.float32)
+        if points.parents is None:
+            offsets[: len(body)] = at_rest({it: seen[:, index] for it, index in body.items()})
+        else:
+            for joint, parent in enumerate(parents.tolist()):
+                if parent >= 0:
+                    offsets[joint] = usual(seen[:, joint] - seen[:, parent])
     ordered = tuple(names[index] for index in order.tolist())
-    return Skeleton(
-        ordered, parents, found.oriented(np.asarray(offsets, np.float64)), played
-    ), order
+    return Skeleton(ordered, parents, offsets, played), order
 
 
-def _usual(vectors: NDArray[Any]) -> Floats:
+def usual(vectors: NDArray[Any]) -> Floats:
     """Return the median of (T, 3) vectors; 0 where none is known."""
     known = vectors[np.isfinite(vectors).all(axis=1)]
     return np.median(known, axis=0) if len(known) else np.zeros(3)

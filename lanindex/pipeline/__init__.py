@@ -272,9 +272,10 @@ class Library(Asking, Exploring):
         *,
         pad: str = "0",
         format: str = "native",
+        origin: bool = False,
         force: bool = False,
     ) -> list[dict[str, Any]]:
-        """Write hits as clips in the format they came in.
+        """Write hits as clips, in the format they came in or another.
 
         Parameters
         ----------
@@ -285,7 +286,9 @@ class Library(Asking, Exploring):
         pad : str
             Time before and after each: ``0.5s``, ``10f``.
         format : str
-            ``native``, ``bvh`` or ``lnd``.
+            ``native``, or what they shall be written in anew: `lanindex.pipeline.clipping.FORMATS`.
+        origin : bool
+            Let clips begin above the floor's origin, facing forward; they are written anew then.
         force : bool
             Replace files that are there.
 
@@ -313,7 +316,8 @@ class Library(Asking, Exploring):
         from lanindex.pipeline.requests import from_hits
 
         wanted = from_hits(hits, getattr(hits, "pattern", ""))
-        return export(self, wanted, Path(folder), pad=pad, format=format, force=force)
+        how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin, "force": force}
+        return export(self, wanted, Path(folder), **how)
 
 
 open_library = Library.open

@@ -9,8 +9,8 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from itertools import groupby
 from math import ceil
 from pathlib import Path
@@ -19,13 +19,11 @@ from typing import Any
 from lanindex import formats, records
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, shown
 from lanindex.library.store import Store
-from lanindex.model import Capture, Score, Span
-from lanindex.notation import lnd
-from lanindex.notation.excerpt import excerpt
+from lanindex.model import Capture, Span
+from lanindex.pipeline.clipping import FORMATS, Clipper
 from lanindex.pipeline.files import safe_stem, write_all
 from lanindex.pipeline.requests import Request
 
-FORMATS = ("native", "bvh", "lnd")
 MANIFEST = "manifest"
 _FORMULAS = ("=", "+", "-", "@", "\t", "\n")
 
@@ -88,6 +86,7 @@ def export(
     *,
     pad: str = "0",
     format: str = "native",
+    origin: bool = False,
     force: bool = False,
 ) -> list[dict[str, Any]]:
     """Write clips, an LND excerpt beside each, and a manifest; all or nothing.
@@ -103,7 +102,10 @@ def export(
     pad : str
         Time before and after each hit, clamped to the source.
     format : str
-        ``native``: as the source; ``bvh``: only from BVH sources; ``lnd``: the scores alone.
+        ``native``: as the source, byte for byte where its format allows that; another of
+        `lanindex.pipeline.clipping.FORMATS`: written anew; ``lnd``: the scores alone.
+    origin : bool
+        Whether clips begin above the floor's origin and face forward; they are written anew then.
     force : bool
         Whether files that are there may be replaced.
 
@@ -121,7 +123,7 @@ def export(
         Where `format` or `pad` is not understood.
     """
     manifest: list[dict[str, Any]] = []
-    files = clips(library, wanted, pad=pad, format=format, manifest=manifest)
+    files = clips(library, wanted, pad=pad, format=format, origin=origin, manifest=manifest)
     write_all(
         ((folder / file.name, file.content[:]) for file in files),
         force=force,
@@ -136,13 +138,14 @@ def clips(
     *,
     pad: str = "0",
     format: str = "native",
+    origin: bool = False,
     manifest: list[dict[str, Any]] | None = None,
 ) -> Iterator[formats.File]:
     """Yield clips as bytes with a name, for a folder, an archive or a network.
 
     Parameters
     ----------
-    library, wanted, pad, format
+    library, wanted, pad, format, origin
         As for `export`.
     manifest : list, optional
         To which a record is added for each clip, as soon as it is cut.
@@ -163,11 +166,13 @@ def clips(
         raise UsageError(f'"{shown(format)}"', place="--format", wanted=", ".join(FORMATS))
     manifest = [] if manifest is None else manifest
     taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
+    known = cache(library.known)
     for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
         requests = list(group)
-        cutter = _Cutter(library, _held(library, requests[0].capture), format)
+        held = _held(library, requests[0].capture)
+        clipper = Clipper(library, held, format, origin, known)
         for request in requests:
-            yield from _clip(cutter, request, pad, taken, manifest)
+            yield from _clip(clipper, request, pad, taken, manifest)
     if manifest:
         lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in manifest)
         yield formats.File(f"{MANIFEST}.csv", _table(manifest))
@@ -207,63 +212,14 @@ def _held(library: Store, source: Capture) -> Capture:
     return held
 
 
-class _Cutter:
-    """One source: its bytes, checked against what was ingested, and its score."""
-
-    def __init__(self, library: Store, source: Capture, format: str) -> None:
-        self.capture = source
-        self.score: Score = library.score(source.id)
-        form = source.format if format == "native" else format
-        self.suffix = f".{form}"
-        self.cut: formats.Cutter | None = None
-        if form == "lnd":
-            return
-        if form != source.format:
-            raise ExportError(
-                f"came as {source.format}",
-                place=source.path,
-                wanted=f"a {form} source",
-                remedy="Use --format native.",
-            )
-        self.cut = formats.cutter(_unchanged(source))
-
-    def contents(self, span: Span) -> Iterator[tuple[str, bytes]]:
-        """Yield the suffix and the bytes of each file of a clip, the clip itself first."""
-        if self.cut is not None:
-            yield self.suffix, self.cut(span)
-        yield ".lnd", lnd.write(excerpt(self.score, span)).encode()
-
-
-def _unchanged(source: Capture) -> formats.File:
-    location = source.location
-    try:
-        file = formats.opened(location)
-        unchanged = file.sha256() == source.sha256
-    except CaptureError as error:
-        raise ExportError(
-            error.found,
-            place=location,
-            wanted="the file that was ingested",
-            remedy="Ingest it again, or let go of it: lanindex remove --missing",
-        ) from error
-    if not unchanged:
-        raise ExportError(
-            "has changed since it was ingested",
-            place=location,
-            wanted=f"content with sha256 {source.sha256[:12]}...",
-            remedy="Ingest it again, then search again.",
-        )
-    return replace(file, name=source.path)
-
-
 def _clip(
-    cutter: _Cutter,
+    clipper: Clipper,
     request: Request,
     pad: str,
     taken: set[str],
     manifest: list[dict[str, Any]],
 ) -> Iterator[formats.File]:
-    source, hit = cutter.capture, request.hit
+    source, hit = clipper.capture, request.hit
     if not 0 <= hit.start < hit.stop <= source.frames:
         raise ExportError(
             f"frames {hit.start} to {hit.stop}",
@@ -272,11 +228,11 @@ def _clip(
         )
     span = padded(hit, pad_frames(pad, source.rate), source.frames)
     name = _free(f"{safe_stem(source.path)}_{span.start}-{span.stop}", taken)
-    for suffix, content in cutter.contents(span):
+    for suffix, content in clipper.files(span):
         yield formats.File(name + suffix, content)
     manifest.append(
         records.of_clip(
-            name + cutter.suffix,
+            name + clipper.suffix,
             source,
             hit,
             span,

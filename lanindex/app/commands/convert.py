@@ -1,4 +1,4 @@
-"""``lanindex convert``: a capture written down, without a library."""
+"""``lanindex convert``: a capture written down, or in another format, without a library."""
 
 from __future__ import annotations
 
@@ -9,14 +9,26 @@ import typer
 
 from lanindex.app import options
 from lanindex.app.output import Output
+from lanindex.errors import UsageError
 
 
 def run(
     file: Annotated[Path, typer.Argument(metavar="FILE", readable=False, help="A capture.")],
+    to: Annotated[
+        Path | None,
+        typer.Argument(metavar="[OUT]", help="Where to: its ending tells the format."),
+    ] = None,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", help="Where to; - is standard output."),
+        typer.Option("--output", "-o", metavar="FILE", help="The same; - is standard output."),
     ] = options.STDOUT,
+    form: Annotated[
+        str | None,
+        typer.Option("--to", metavar="lnd|bvh|c3d|...", help="The format, whatever the ending."),
+    ] = None,
+    origin: Annotated[
+        bool, typer.Option("--origin", help="Begin at the floor's origin, facing forward.")
+    ] = False,
     profile: options.Profile = "default",
     unit: options.Unit = None,
     up: options.Up = None,
@@ -31,22 +43,41 @@ def run(
     verbose: options.Verbose = False,
     color: options.Color = "auto",
 ) -> None:
-    """Write a capture down as LND, without a library."""
+    """Write a capture down as LND, or in another format, without a library.
+
+    Joints come out where they were; where only places are known, bones are turned by the rule of
+    lanindex.rotation, from a body that stands with its arms to the sides.
+    """
     out = Output(False, quiet, verbose, color)
-    from lanindex.encode import encode
     from lanindex.formats import Wanted, opened, read_file
-    from lanindex.notation import lnd
+    from lanindex.pipeline import convert
     from lanindex.pipeline.files import write_all
 
+    target = to or output
+    if form is None and target == options.STDOUT:
+        form = "lnd"
+    form = convert.target_of(str(target), form)
+    if form != "lnd" and target == options.STDOUT:
+        raise UsageError(f"{form} on standard output", wanted="a file to write it to")
     told = options.reading(
         unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
-    motion = read_file(opened(file), told, Wanted(body_only=True))
-    text = lnd.write(encode(motion, profile))
+    motion = read_file(opened(file), told, Wanted(body_only=form == "lnd"))
+    if origin:
+        motion = convert.from_origin(motion)
     for warning in motion.warnings:
         out.note(f"{file}: {warning}")
-    if output == options.STDOUT:
-        out.content(text)
+    if form == "lnd":
+        from lanindex.encode import encode
+        from lanindex.notation import lnd
+
+        content = lnd.write(encode(motion, profile)).encode()
     else:
-        write_all([(output, text.encode())], force=force, sources=[file])
-        out.note(str(output))
+        content, said = convert.written(motion, form)
+        for line in said:
+            out.note(f"{file}: {line}")
+    if target != options.STDOUT:
+        write_all([(target, content)], force=force, sources=[file])
+        out.note(str(target))
+    else:
+        out.content(content.decode())

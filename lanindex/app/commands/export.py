@@ -44,9 +44,12 @@ def run(
     end: Annotated[
         int | None, typer.Option("--to", metavar="FRAME", min=1, help="Frame after the last.")
     ] = None,
-    format: Annotated[str, typer.Option(metavar="native|bvh|lnd", help="What to write.")] = (
-        "native"
-    ),
+    format: Annotated[
+        str, typer.Option(metavar="native|bvh|c3d|...|lnd", help="What to write: --format ? tells.")
+    ] = "native",
+    origin: Annotated[
+        bool, typer.Option("--origin", help="Begin at the floor's origin, facing forward.")
+    ] = False,
     pad: Annotated[
         str, typer.Option(metavar="TIME", help="Time around each hit: 0.5s, 200ms, 10f.")
     ] = "0",
@@ -65,10 +68,11 @@ def run(
     verbose: options.Verbose = False,
     color: options.Color = "auto",
 ) -> None:
-    """Write hits as clips, in the format they came in.
+    """Write hits as clips, in the format they came in or another.
 
-    A clip's hierarchy and frame lines are the source's, byte for byte; beside each stands its
-    score (.lnd), and a manifest lists them all.
+    A clip in its own format is the source's, byte for byte where the format allows that; with
+    --format or --origin it is written anew. Beside each stands its score (.lnd), and a manifest
+    lists them all.
     """
     out = Output(json, quiet, verbose, color)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
@@ -97,7 +101,9 @@ def run(
             found = library.search(pattern, **how)
             end_progress()
             wanted = from_hits(hits_in(found), found.pattern)
-        manifest = export(library, wanted, output, pad=pad, format=format, force=force)
+        manifest = export(
+            library, wanted, output, pad=pad, format=format, origin=origin, force=force
+        )
     for row in manifest:
         if json:
             out.record(row)

@@ -65,7 +65,7 @@ def write(motion: Motion) -> bytes:
     ends = _ends(skeleton)
     columns = [
         values[:, joint]
-        for joint in range(len(skeleton.names))
+        for joint in _downwards(skeleton, 0)
         if joint not in ends
         for values in ((angles,) if stiff and joint else (places / UNIT, angles))
     ]
@@ -110,6 +110,13 @@ def _ends(skeleton: Skeleton) -> set[int]:
         and joint not in parents
         and parents.count(parent) == 1
     }
+
+
+def _downwards(skeleton: Skeleton, joint: int) -> Iterator[int]:
+    """Yield a joint and all below it, in the order in which a file has them."""
+    yield joint
+    for child in np.flatnonzero(skeleton.parents == joint).tolist():
+        yield from _downwards(skeleton, child)
 
 
 def _hierarchy(skeleton: Skeleton, joint: int, ends: set[int], stiff: bool) -> Iterator[str]:

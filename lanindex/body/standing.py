@@ -1,0 +1,110 @@
+"""Loose joints hung together: which hangs on which, and how a body stands at rest.
+
+At rest a body stands with its arms to the sides, facing +z, y up. Trunk and hips have their usual
+shape, seen from pelvis and chest; a limb's bones have their usual lengths (medians).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+UP: Mapping[str, tuple[str, ...]] = {
+    "Chest": ("Pelvis",),
+    "Neck": ("Chest", "Pelvis"),
+    "Head": ("Neck", "Chest"),
+    **{side + "Shoulder": ("Chest", "Neck", "Pelvis") for side in "RL"},
+    **{side + "Hip": ("Pelvis",) for side in "RL"},
+    **{
+        side + joint: (side + above,)
+        for side in "RL"
+        for above, joint in (
+            ("Shoulder", "Elbow"),
+            ("Elbow", "Wrist"),
+            ("Wrist", "Hand"),
+            ("Hip", "Knee"),
+            ("Knee", "Ankle"),
+            ("Ankle", "Toe"),
+        )
+    },
+}
+"""Joint of the body: the one that it hangs on, the first of these that is there."""
+
+REST: Mapping[str, tuple[float, float, float]] = {
+    **dict.fromkeys(("Chest", "Neck", "Head"), (0, 1, 0)),
+    **dict.fromkeys(("Shoulder", "Elbow", "Wrist", "Hand", "Hip"), (1, 0, 0)),
+    **dict.fromkeys(("Knee", "Ankle"), (0, -1, 0)),
+    "Toe": (0, -0.3, 1),
+}
+"""Which way a joint lies from the one that it hangs on; of two sides the left one."""
+
+_ACROSS = {"Pelvis": "Hip", "Chest": "Shoulder"}
+_UPWARDS = ("Chest", "Neck", "Head")
+
+
+def hung(joints: Sequence[str]) -> list[int]:
+    """Return on which of some joints of the body each of them hangs; -1: on none.
+
+    Examples
+    --------
+    >>> from lanindex.body.standing import hung
+    >>> hung(["Pelvis", "Neck", "LHip", "LAnkle"])
+    [-1, 0, 0, -1]
+    """
+    place = {joint: number for number, joint in enumerate(joints)}
+    return [next((place[up] for up in UP.get(joint, ()) if up in place), -1) for joint in joints]
+
+
+def at_rest(places: Mapping[str, Floats]) -> Floats:
+    """Return where joints are at rest, each from the one that it hangs on.
+
+    Parameters
+    ----------
+    places : mapping of str to ndarray
+        By joint of the body: (T, 3) mm, y up; NaN where unknown. Some hundred frames are enough.
+
+    Returns
+    -------
+    ndarray
+        (J, 3) in the order of the joints; 0 where a joint hangs on none.
+    """
+    joints = list(places)
+    offsets = np.zeros((len(joints), 3))
+    for number, (joint, above) in enumerate(zip(joints, hung(joints), strict=True)):
+        if above < 0:
+            continue
+        away = places[joint] - places[joints[above]]
+        frame = _frame(places, joints[above])
+        seen = away if frame is None else np.einsum("tij,tj->ti", frame, away)
+        seen = seen[np.isfinite(seen).all(axis=1)]
+        if frame is not None and len(seen):
+            offsets[number] = np.median(seen, axis=0)
+            continue
+        sided = joint[0] in "RL" and joint[1:2].isupper()
+        way = np.array(REST[joint[1:] if sided else joint], np.float64)
+        way[0] *= -1 if sided and joint[0] == "R" else 1
+        away = away[np.isfinite(away).all(axis=1)]
+        length = np.median(np.linalg.norm(away, axis=1)) if len(away) else 0.0
+        offsets[number] = length * way / np.linalg.norm(way)
+    return offsets
+
+
+def _frame(places: Mapping[str, Floats], joint: str) -> Floats | None:
+    """Return the axes of pelvis or chest, (T, 3, 3): to the left, up, forward; else None."""
+    pair = _ACROSS.get(joint, "")
+    top = next((up for up in _UPWARDS if up in places and up != joint), None)
+    if not pair or top is None or not {f"R{pair}", f"L{pair}"} <= places.keys():
+        return None
+    left = _unit(places[f"L{pair}"] - places[f"R{pair}"])
+    forward = _unit(np.cross(left, places[top] - places[joint]))
+    return np.stack((left, np.cross(forward, left), forward), axis=1)
+
+
+def _unit(vectors: Floats) -> Floats:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        unit: Floats = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return unit

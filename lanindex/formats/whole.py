@@ -1,0 +1,126 @@
+"""One skeleton, every joint known in every frame: what an animation file can hold.
+
+Loose joints, markers' joints and gaps become that by rule:
+
+- joints that hang on no other are hung where a body has them; what is no joint of the body is left
+  out where there was no hierarchy, and so is what is never known;
+- a joint that is unknown for a while goes straight from where it was to where it is next, and
+  stays where it is known first or last at the ends;
+- at rest a skeleton that was put together stands as `lanindex.body.standing` says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.body.standing import at_rest, hung
+from lanindex.errors import ExportError
+from lanindex.formats.points import usual
+from lanindex.model import Motion, Skeleton
+
+
+def whole(motion: Motion) -> Motion:
+    """Return a motion of one skeleton in which every joint is known in every frame.
+
+    Parameters
+    ----------
+    motion : Motion
+        Any.
+
+    Returns
+    -------
+    Motion
+        The same where it is so already; else what the rules above make of it, which it warns of.
+
+    Raises
+    ------
+    ExportError
+        Hardly anything of a body is known.
+    """
+    unknown = _unknown(motion)
+    roots = int((motion.skeleton.parents < 0).sum())
+    if roots == 1 and not unknown.any():
+        return motion
+    if roots > 1:
+        motion = _joined(motion)
+        unknown = _unknown(motion)
+    never: NDArray[np.bool_] = np.logical_and.reduce(unknown, axis=0)
+    if never.any():
+        motion, unknown = _without(motion, never), unknown[:, ~never]
+    if not unknown.any():
+        return motion
+    places = motion.positions.copy()
+    frames = np.arange(len(places))
+    for joint in np.flatnonzero(unknown.any(axis=0)).tolist():
+        known = ~unknown[:, joint]
+        for axis in range(3):
+            places[:, joint, axis] = np.interp(frames, frames[known], places[known, joint, axis])
+    share = unknown.mean()
+    said = f"{share:.1%} of its places are unknown: they are filled in straight lines"
+    rotations = motion.rotations
+    if rotations is not None and not np.isfinite(rotations).all():
+        rotations = None
+    return replace(motion, positions=places, rotations=rotations, warnings=(*motion.warnings, said))
+
+
+def _unknown(motion: Motion) -> NDArray[np.bool_]:
+    """Return which joints are unknown in which frames, (T, J)."""
+    unknown: NDArray[np.bool_] = np.asarray(~np.isfinite(motion.positions).all(axis=2))
+    return unknown
+
+
+def _joined(motion: Motion) -> Motion:
+    """Return the joints of the body, hung on each other."""
+    found = {
+        joint: motion.positions[:, index].astype(np.float64)
+        for joint, index in zip(JOINTS, motion.skeleton.body.tolist(), strict=True)
+        if index >= 0 and np.isfinite(motion.positions[:, index]).all(axis=1).any()
+    }
+    if "Pelvis" not in found and {"RHip", "LHip"} <= found.keys():
+        found["Pelvis"] = (found["RHip"] + found["LHip"]) / 2
+    found = {joint: found[joint] for joint in JOINTS if joint in found}
+    if len(found) < 2:
+        raise ExportError("no body to speak of", place=motion.source.path, wanted="two joints")
+    names = list(found)
+    parents = np.array(hung(names), np.int16)
+    parents[1:][parents[1:] < 0] = 0
+    played = np.full(len(JOINTS), -1, np.int16)
+    played[[JOINT_CODES[joint] for joint in names]] = np.arange(len(names))
+    offsets = at_rest(found).astype(np.float32)
+    for number in np.flatnonzero(np.array(hung(names)) < 0).tolist()[1:]:
+        offsets[number] = usual(found[names[number]] - found[names[0]])
+    skeleton = Skeleton(tuple(names), parents, offsets, played)
+    places = np.stack([found[joint] for joint in names], axis=1).astype(np.float32)
+    return replace(motion, skeleton=skeleton, positions=places, rotations=None, markers=None)
+
+
+def _without(motion: Motion, left: NDArray[np.bool_]) -> Motion:
+    """Leave joints out; what hangs on them hangs on the nearest above that stays."""
+    skeleton = motion.skeleton
+    kept = np.flatnonzero(~left)
+    place = np.full(len(left) + 1, -1, np.int16)  # the last one stands for -1: none
+    place[kept] = np.arange(len(kept))
+    parents, offsets = skeleton.parents.copy(), skeleton.offsets.copy()
+    for joint in range(len(parents)):
+        while parents[joint] >= 0 and left[parents[joint]]:
+            offsets[joint] += offsets[parents[joint]]
+            parents[joint] = parents[parents[joint]]
+    first = int(kept[0]) if len(kept) else -1
+    parents = np.where((parents < 0) & (np.arange(len(parents)) != first), first, parents)
+    shorter = Skeleton(
+        tuple(skeleton.names[joint] for joint in kept.tolist()),
+        place[parents[kept]],
+        offsets[kept],
+        place[skeleton.body],
+    )
+    turns = motion.rotations
+    return replace(
+        motion,
+        skeleton=shorter,
+        positions=motion.positions[:, kept],
+        rotations=None if turns is None else turns[:, kept],
+    )

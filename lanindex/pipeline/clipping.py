@@ -1,0 +1,125 @@
+"""Clips out of one source: its bytes where they can be cut, else its motion written anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import PurePath
+
+from lanindex import formats
+from lanindex.errors import CaptureError, ExportError
+from lanindex.library.encoding import Encoding
+from lanindex.library.store import Store
+from lanindex.model import Capture, Motion, Reading, Score, Span
+from lanindex.notation import lnd
+from lanindex.notation.excerpt import excerpt
+from lanindex.pipeline import convert
+
+FORMATS = ("native", *convert.TARGETS, "lnd")
+"""What clips can be written in."""
+
+Known = Callable[[], Mapping[str, tuple[str, Encoding]]]
+"""Tells how each file of a library was read, as `Store.known` does."""
+
+_Clip = Callable[[Span], Iterator[tuple[str, bytes]]]
+"""Yields the files of a clip, each with its ending."""
+
+
+class Clipper:
+    """One source, checked against what was ingested, and its score.
+
+    Parameters
+    ----------
+    library : Store
+        Where it is.
+    source : Capture
+        What is cut.
+    form : str
+        Of `FORMATS`.
+    origin : bool
+        Whether clips begin above the floor's origin.
+    known : callable
+        How the library's files were read.
+
+    Attributes
+    ----------
+    suffix : str
+        The ending of clips.
+
+    Raises
+    ------
+    ExportError
+        The source has changed, is gone, or has no motion.
+    """
+
+    def __init__(
+        self, library: Store, source: Capture, form: str, origin: bool, known: Known
+    ) -> None:
+        self.capture = source
+        self._score: Score = library.score(source.id)
+        self.suffix = ".lnd"
+        self._clip: _Clip = _score_alone
+        if form == "lnd" or (source.format == "lnd" and form == "native"):
+            return
+        if source.format == "lnd":
+            remedy = "Use --format native, or let it be carried out: lanindex animate."
+            wanted = f"a {form} source"
+            raise ExportError("came as lnd", place=source.path, wanted=wanted, remedy=remedy)
+        file = _unchanged(source)
+        told = Reading(**known()[source.location][1].options)
+        cut = formats.cutter(file) if form in ("native", source.format) and not origin else None
+        if cut is not None:
+            named = source.path.removesuffix(f"#{file.subject}")
+            self.suffix = PurePath(named).suffix.lower()
+            self._clip = _cut(cut, self.suffix, formats.beside(file, told))
+            return
+        target = convert.nearest(source.format) if form == "native" else form
+        motion = formats.read_file(file, told, formats.Wanted())
+        self.suffix = f".{target}"
+        self._clip = _anew(convert.from_origin(motion) if origin else motion, target)
+
+    def files(self, span: Span) -> Iterator[tuple[str, bytes]]:
+        """Yield the ending and the bytes of each file of a clip, the clip itself first."""
+        yield from self._clip(span)
+        yield ".lnd", lnd.write(excerpt(self._score, span)).encode()
+
+
+def _score_alone(span: Span) -> Iterator[tuple[str, bytes]]:
+    yield from ()
+
+
+def _cut(cut: formats.Cutter, suffix: str, beside: tuple[tuple[str, bytes], ...]) -> _Clip:
+    def clip(span: Span) -> Iterator[tuple[str, bytes]]:
+        yield suffix, cut(span)
+        yield from beside
+
+    return clip
+
+
+def _anew(motion: Motion, target: str) -> _Clip:
+    def clip(span: Span) -> Iterator[tuple[str, bytes]]:
+        yield f".{target}", convert.written(convert.stretch(motion, span), target)[0]
+
+    return clip
+
+
+def _unchanged(source: Capture) -> formats.File:
+    location = source.location
+    try:
+        file = formats.opened(location)
+        unchanged = file.sha256() == source.sha256
+    except CaptureError as error:
+        raise ExportError(
+            error.found,
+            place=location,
+            wanted="the file that was ingested",
+            remedy="Ingest it again, or let go of it: lanindex remove --missing",
+        ) from error
+    if not unchanged:
+        raise ExportError(
+            "has changed since it was ingested",
+            place=location,
+            wanted=f"content with sha256 {source.sha256[:12]}...",
+            remedy="Ingest it again, then search again.",
+        )
+    return replace(file, name=location)
