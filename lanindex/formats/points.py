@@ -61,7 +61,8 @@ class Points:
     names : tuple of str
         (M) as the file has them.
     places : ndarray
-        (T, M, 3) float, units and axes of the file; NaN where unknown.
+        (T, M, 3) float, units and axes of the file; NaN where unknown. Of markers in float32 it
+        becomes the motion's: what it holds is turned and scaled in place.
     rate : Fraction
         Frames a second.
     stated : Stated
@@ -137,7 +138,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
             found.turned(points.rotations[:, order, 1:]), 0, points.rotations[:, order, 0], axis=2
         )
     if made is not None and not wanted.body_only:
-        markers = Markers(points.names, _oriented(found, points.places))
+        markers = Markers(points.names, _oriented(found, points.places, over=True))
     source = Source(
         *(file.name, form, found.unit, found.scale, found.up),
         joints=points.names,
@@ -250,10 +251,15 @@ def _usual(vectors: NDArray[Any]) -> Floats:
 
 
 def _oriented(
-    found: Understanding, places: NDArray[Any], order: NDArray[np.int64] | None = None
+    found: Understanding,
+    places: NDArray[Any],
+    order: NDArray[np.int64] | None = None,
+    over: bool = False,
 ) -> NDArray[np.float32]:
+    """Return places in mm, y up; written over what they were, where that may be and they fit."""
     count = places.shape[1] if order is None else len(order)
-    result = np.empty((len(places), count, 3), np.float32)
+    fits = over and places.dtype == np.float32 and places.flags.writeable
+    result = places if fits else np.empty((len(places), count, 3), np.float32)
     for start in range(0, len(places), BLOCK):
         block = places[start : start + BLOCK]
         found.oriented(block.astype(np.float64), result[start : start + BLOCK], order)
