@@ -151,7 +151,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         _oriented(found, places, order),
         source,
         found.first,
-        (*points.doubts, *rate_doubt(points.rate), *found.doubts),
+        (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate), *found.doubts),
         rotations,
         markers,
     )
@@ -183,6 +183,9 @@ def _understood(
     there = np.arange(len(names))
     if stated.body is None:
         there = np.flatnonzero(known[chosen].all(axis=0))
+        if not len(there):
+            unsteady = "in no two frames the same points are known"
+            raise BodyError(unsteady, place=path, wanted="a body that moves")
     found = understand(
         tuple(names[index] for index in there.tolist()),
         _parents_among(points.parents, there),
