@@ -43,7 +43,7 @@ DOUBT = (
 BLOCK = 4096
 """Frames that are looked at at a time."""
 
-_SAMPLE = 256
+_SAMPLE = 64
 _ROUNDS = 4
 _NUMBERED = re.compile(r"(.*?)([0-9]|[A-Z])$")
 
@@ -111,11 +111,12 @@ class Clusters:
         found = np.full((len(markers), len(JOINTS), 3), np.nan)
         shapes = {name: shape_of(markers, way) for name, way in self.segments.items()}
         meetings = {joint: _Meeting() for joint in self.between}
-        for _, turns in self._turned(markers, shapes):
+        few = list(self._turned(markers, shapes)) if len(markers) <= BLOCK else None
+        for _, turns in few or self._turned(markers, shapes):
             for joint, (one, other) in self.between.items():
                 meetings[joint].add(*turns[one], *turns[other])
         held = {joint: meeting.point(LOOSE / scale) for joint, meeting in meetings.items()}
-        for start, turns in self._turned(markers, shapes):
+        for start, turns in few or self._turned(markers, shapes):
             for joint, pair in self.between.items():
                 out = found[start : start + BLOCK, JOINT_CODES[joint]]
                 sides = zip(pair, np.split(held[joint], 2), strict=True)
