@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.body.clusters import Clusters, clusters_of
 from lanindex.errors import BodyError
 
 Floats = NDArray[np.float64]
@@ -63,6 +64,16 @@ class Making:
     ways: Mapping[str, Way]
     caps: frozenset[str] = frozenset()
     pelvis: tuple[Way, ...] = ()
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What a person should know of such joints."""
+        return ()
+
+    @property
+    def used(self) -> frozenset[int]:
+        """The markers that it looks at."""
+        return frozenset(index for way in (*self.ways.values(), *self.pelvis) for index in way)
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -145,7 +156,7 @@ class Making:
 
 def making_of(
     names: Sequence[str], body: Mapping[str, tuple[str, ...]] | None = None
-) -> Making | None:
+) -> Making | Clusters | None:
     """Return what the joints of a body can be made of, where markers are of a known set.
 
     Parameters
@@ -157,8 +168,9 @@ def making_of(
 
     Returns
     -------
-    Making or None
-        None: no set gives a whole limb, and two hips or shoulders that tell where it faces.
+    Making or Clusters or None
+        Clusters where no set of markers is known, but what holds together on each segment of two
+        legs; None: no set gives a whole limb, and two hips or shoulders that tell where it faces.
 
     Raises
     ------
@@ -177,9 +189,13 @@ def making_of(
 
 
 @lru_cache(maxsize=64)
-def _making(names: tuple[str, ...], told: tuple[tuple[str, tuple[str, ...]], ...]) -> Making | None:
+def _making(
+    names: tuple[str, ...], told: tuple[tuple[str, tuple[str, ...]], ...]
+) -> Making | Clusters | None:
     index = {_key(name): number for number, name in reversed(list(enumerate(names)))}
-    found = sorted((_in_set(one, index) for one in _sets()), key=lambda it: -len(it.joints))
+    found = sorted(
+        (_in_set(one, index) for one in _tables()["sets"]), key=lambda it: -len(it.joints)
+    )
     made, used = Making("", {}), []
     for one in found:
         pelvis = made.pelvis or (() if _HIPS & (made.ways.keys() | one.ways.keys()) else one.pelvis)
@@ -196,7 +212,9 @@ def _making(names: tuple[str, ...], told: tuple[tuple[str, tuple[str, ...]], ...
     whole = any(_LIMB[limb].issubset(it[1:] for it in made.joints if it[0] == side)
                 for side in "RL" for limb in _LIMB)  # fmt: skip
     faces = any({f"R{joint}", f"L{joint}"}.issubset(made.joints) for joint in ("Hip", "Shoulder"))
-    return made if whole and faces else None
+    if (whole and faces) or told:
+        return made if whole and faces else None
+    return clusters_of([_key(name) for name in names], _tables()["clusters"])
 
 
 def _told(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Way:
@@ -207,9 +225,9 @@ def _told(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Way:
 
 
 @lru_cache(maxsize=1)
-def _sets() -> tuple[Mapping[str, Any], ...]:
+def _tables() -> Mapping[str, Any]:
     text = resources.files("lanindex.body").joinpath("markers.toml").read_text("utf-8")
-    return tuple(tomllib.loads(text)["sets"])
+    return tomllib.loads(text)
 
 
 def _key(name: str) -> str:

@@ -44,7 +44,8 @@ class Points:
     names : tuple of str
         (M) as the file has them.
     places : ndarray
-        (T, M, 3) float, units and axes of the file; NaN where unknown.
+        (T, M, 3) float, units and axes of the file; NaN where unknown. Of markers in float32 it
+        becomes the motion's: what it holds is turned and scaled in place.
     rate : Fraction
         Frames a second.
     stated : Stated
@@ -120,7 +121,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
             found.turned(points.rotations[:, order, 1:]), 0, points.rotations[:, order, 0], axis=2
         )
     if made is not None and not wanted.body_only:
-        markers = Markers(points.names, _oriented(found, points.places))
+        markers = Markers(points.names, _oriented(found, points.places, over=True))
     source = Source(
         *(file.name, form, found.unit, found.scale, found.up),
         joints=points.names,
@@ -133,7 +134,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         _oriented(found, places, order),
         source,
         found.first,
-        (*points.doubts, *rate_doubt(points.rate), *found.doubts),
+        (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate), *found.doubts),
         rotations,
         markers,
     )
@@ -165,6 +166,9 @@ def _understood(
     there = np.arange(len(names))
     if stated.body is None:
         there = np.flatnonzero(known[chosen].all(axis=0))
+        if not len(there):
+            unsteady = "in no two frames the same points are known"
+            raise BodyError(unsteady, place=path, wanted="a body that moves")
     found = understand(
         tuple(names[index] for index in there.tolist()),
         _parents_among(points.parents, there),
@@ -236,10 +240,15 @@ def usual(vectors: NDArray[Any]) -> Floats:
 
 
 def _oriented(
-    found: Understanding, places: NDArray[Any], order: NDArray[np.int64] | None = None
+    found: Understanding,
+    places: NDArray[Any],
+    order: NDArray[np.int64] | None = None,
+    over: bool = False,
 ) -> NDArray[np.float32]:
+    """Return places in mm, y up; written over what they were, where that may be and they fit."""
     count = places.shape[1] if order is None else len(order)
-    result = np.empty((len(places), count, 3), np.float32)
+    fits = over and places.dtype == np.float32 and places.flags.writeable
+    result = places if fits else np.empty((len(places), count, 3), np.float32)
     for start in range(0, len(places), BLOCK):
         block = places[start : start + BLOCK]
         found.oriented(block.astype(np.float64), result[start : start + BLOCK], order)

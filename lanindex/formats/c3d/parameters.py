@@ -124,8 +124,8 @@ class Parameters:
     def texts(self, key: str) -> tuple[str, ...]:
         """Return the texts of a parameter and of those that carry it on: LABELS, LABELS2 ..."""
         found: list[str] = []
-        for number in ("", *map(str, range(2, 257))):
-            one = self.find(key + number)
+        for number in range(1, 257):
+            one = self.find(f"{key}{number}" if number > 1 else key)
             if one is None or one.kind != TEXT:
                 break
             width = one.sizes[0] if one.sizes else 1

@@ -13,8 +13,8 @@ from lanindex.formats.file import PIECE, Content, holding
 LARGEST = 1e7
 """In units of the file: nobody is farther away, and damaged numbers are mostly larger."""
 
-_TRANSLATION = slice(12, 15)
-"""Of a matrix of 4 x 4, column by column."""
+_TRANSLATION = 12
+"""Where it begins in a matrix of 4 x 4, column by column."""
 
 
 def places(
@@ -100,9 +100,10 @@ def _segments(
     count = len(out) * turns.frame // 4
     numbers = layout.parameters.processor.floats(data, count, at)
     rows = numbers.reshape(len(out), turns.ratio, turns.count, TURN)[:, 0]
-    rows = rows if chosen is None else rows[:, chosen]
+    rows = rows if chosen is None else rows.take(chosen, axis=1)
     with np.errstate(invalid="ignore"):
-        out[:] = rows[..., _TRANSLATION]
+        for axis in range(3):
+            out[..., axis] = rows[..., _TRANSLATION + axis]
         _far(out)
         _take_out(out, rows[..., -1] < 0)
 

@@ -105,8 +105,7 @@ def _needed(names: dict[int, str]) -> dict[int, str]:
     made = making_of(tuple(names.values()))
     if made is None:
         return names
-    ways = [*made.ways.values(), *made.pelvis]
-    used = {numbers[it]: names[numbers[it]] for it in sorted({it for way in ways for it in way})}
+    used = {numbers[it]: names[numbers[it]] for it in sorted(made.used)}
     again = making_of(tuple(used.values()))
     same = again is not None and again.told(tuple(used.values())) == made.told(
         tuple(names.values())

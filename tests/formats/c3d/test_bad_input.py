@@ -38,6 +38,11 @@ CASES = {
     "no rate": (c3d(standing(3), rate=0.0), "says no rate", "1 or more frames a second"),
     "a slow rate": (c3d(standing(3), rate=0.01), "a rate of 0.01", "--fps"),
     "nobody": (c3d(standing(3), [f"m{it}" for it in range(28)]), "no human skeleton", "hips"),
+    "each known for a moment": (
+        c3d(np.where(np.eye(28)[:, :, None] > 0, standing(28), -1), [f"m{it}" for it in range(28)]),
+        "in no two frames the same points are known",
+        "a body that moves",
+    ),
     "nothing known": (c3d(standing(3) * 0), "no point is known", "a body that moves"),
 }
 
