@@ -35,7 +35,7 @@ def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
     CaptureError
         It is not there, or there are several and none has the name.
     """
-    named = getattr(told, "skeleton", None)
+    named = told.skeleton
     if named is not None:
         return opened(named), ()
     folder, stems = Path(file.name).parent, _stems(Path(file.name).stem)

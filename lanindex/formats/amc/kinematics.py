@@ -40,8 +40,21 @@ def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], 
     return (*names, *(names[bone] + END for bone in last)), tuple(parents), np.array(offsets)
 
 
+def axes_of(bones: Sequence[Bone], tilt: float) -> list[Floats]:
+    """Return the axes that each bone turns about, as columns.
+
+    Parameters
+    ----------
+    bones : sequence of Bone
+        Of a skeleton.
+    tilt : float
+        Radians in one unit of its angles.
+    """
+    return [_axes(bone, tilt) for bone in bones]
+
+
 def world(
-    bones: Sequence[Bone], values: Floats, turn: float, tilt: float
+    bones: Sequence[Bone], axes: Sequence[Floats], values: Floats, turn: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return where joints are, and their rotations from rest.
 
@@ -49,10 +62,12 @@ def world(
     ----------
     bones : sequence of Bone
         Parents before children.
+    axes : sequence of ndarray
+        Theirs, of `axes_of`.
     values : ndarray
         (T, W) their numbers.
-    turn, tilt : float
-        Radians in one unit of these numbers' angles, and of the skeleton's.
+    turn : float
+        Radians in one unit of these numbers' angles.
 
     Returns
     -------
@@ -77,11 +92,12 @@ def world(
             turned = turns[bone.parent]
             if bone.parent:
                 places[index] += _turned(turned, bones[bone.parent].shift)
-        axes = _axes(bone, tilt)
         for code, number in reversed(list(zip(bone.dof, numbers, strict=True))):
             if code < 3:
                 half = number * (turn / 2.0)
-                turned = _followed(turned, np.cos(half), np.outer(axes[:, code], np.sin(half)))
+                turned = _followed(
+                    turned, np.cos(half), np.outer(axes[index][:, code], np.sin(half))
+                )
             else:
                 places[index, code - 3] += number
         turns[index] = turned
@@ -101,7 +117,6 @@ def _last(bones: Sequence[Bone]) -> list[int]:
 
 
 def _axes(bone: Bone, tilt: float) -> Floats:
-    """Return the axes that a bone turns about, as columns."""
     axes = np.eye(3)
     for axis in bone.order:
         one, other = (axis + 1) % 3, (axis + 2) % 3

@@ -13,7 +13,7 @@ from lanindex.body.rig import Rig
 from lanindex.body.understand import find_body, told_joints
 from lanindex.formats.amc.asf import Bones, parse
 from lanindex.formats.amc.beside import skeleton_of
-from lanindex.formats.amc.kinematics import joints_of, world
+from lanindex.formats.amc.kinematics import axes_of, joints_of, world
 from lanindex.formats.amc.layout import Layout, scan
 from lanindex.formats.amc.numbers import Numbers
 from lanindex.formats.bvh.compiled import paths
@@ -23,7 +23,7 @@ from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
 from lanindex.model import Motion, Reading
 
-BLOCK = 512
+BLOCK = 1024
 """Frames whose numbers are held at a time."""
 
 USUAL_RATE = Fraction(120)
@@ -69,7 +69,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     numbers = Numbers(skeleton.bones, paths(max(wanted.total, len(file.content))).parse)
     radians = not skeleton.degrees if layout.radians is None else layout.radians
     turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
-    count = len(layout.starts)
+    axes, count = axes_of(skeleton.bones, tilt), len(layout.starts)
     places = np.empty((count, len(names), 3), np.float32)
     turns = np.empty((count, len(names), 4), np.float32)
     for start in range(0, count, BLOCK):
@@ -77,7 +77,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         stops, ends = layout.stops[block], layout.ends[block]
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))
         values = numbers.read(data, stops - first, ends - first, _Places(file, first))
-        places[block], turns[block] = world(skeleton.bones, values, turn, tilt)
+        places[block], turns[block] = world(skeleton.bones, axes, values, turn)
     called = tuple("" if FOREARM.get(name) in names else name for name in names)
     poses = places[sampled(count)].astype(np.float64)
     said = told_joints(told, names, file.name)
