@@ -7,6 +7,7 @@ angles that its skeleton tells. (Written with matrices: parent · C · M · C⁻
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,7 @@ def world(
             places[index] = places[bone.parent]
             turned = turns[bone.parent]
             if bone.parent:
-                places[index] += _turned(turned, bones[bone.parent].shift)
+                places[index] += carried(turned, bones[bone.parent].shift)
         for code, number in reversed(list(zip(bone.dof, numbers, strict=True))):
             if code < 3:
                 half = number * (turn / 2.0)
@@ -103,7 +104,7 @@ def world(
         turns[index] = turned
     for index, above in enumerate(last, len(bones)):
         turns[index] = turns[above]
-        places[index] = places[above] + _turned(turns[above], bones[above].shift)
+        places[index] = places[above] + carried(turns[above], bones[above].shift)
     return (
         np.ascontiguousarray(places.transpose(2, 0, 1), np.float32),
         np.ascontiguousarray(turns.transpose(2, 0, 1), np.float32),
@@ -141,8 +142,21 @@ def _followed(first: Floats, cosine: Floats, sines: Floats) -> Floats:
     )
 
 
-def _turned(turn: Floats, vector: Sequence[float]) -> Floats:
-    """Return a vector turned by quaternions, (3, T)."""
+def carried(turn: NDArray[Any], vector: Sequence[float] | NDArray[Any]) -> NDArray[Any]:
+    """Return vectors turned by quaternions.
+
+    Parameters
+    ----------
+    turn : ndarray
+        (4, T) of length 1: w, x, y, z.
+    vector : sequence of float or ndarray
+        One, (3,), or (3, T).
+
+    Returns
+    -------
+    ndarray
+        (3, T).
+    """
     (w, x, y, z), (a, b, c) = turn, vector
     d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return np.stack(
