@@ -1,7 +1,9 @@
 """AMC and ASF written out: what is read, what is refused, and where the skeleton is looked for."""
 
+import os
 from fractions import Fraction
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -230,8 +232,28 @@ class TestSkeleton:
 
     def test_the_only_one_is_doubtful(self, tmp_path: Path) -> None:
         (tmp_path / "eve.asf").write_bytes(asf())
-        said = "its skeleton is taken to be eve.asf, the only one in its folder"
+        said = "its skeleton is taken to be eve.asf, the only one beside it"
         assert read(tmp_path, GOOD).warnings[0] == said
+
+    def test_in_an_archive(self, tmp_path: Path) -> None:
+        with ZipFile(tmp_path / "takes.zip", "w") as archive:
+            for name, data in (("a/ada.ASF", asf()), ("a/ada_1.amc", GOOD), ("eve.asf", b"")):
+                archive.writestr(name, data)
+        assert len(formats.read(f"{tmp_path}/takes.zip!/a/ada_1.amc")) == 4
+        with ZipFile(tmp_path / "takes.zip", "w") as archive:
+            archive.writestr("ada_1.amc", GOOD)
+        with pytest.raises(CaptureError, match="no skeleton beside it"):
+            formats.read(f"{tmp_path}/takes.zip!/ada_1.amc")
+
+    def test_a_folder_is_looked_through_once(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        looked = []
+        listed = os.listdir
+        monkeypatch.setattr("os.listdir", lambda path: looked.append(path) or listed(path))
+        for number in range(5):
+            amc.beside(File(f"{folder}/ada_{number}.amc", GOOD))
+        assert looked == [str(folder)]
 
     def test_told(self, tmp_path: Path) -> None:
         (tmp_path / "it").write_bytes(asf())
@@ -249,8 +271,8 @@ class TestSkeleton:
         with pytest.raises(CaptureError) as caught:
             read(tmp_path, GOOD)
         assert str(caught.value) == (
-            f"{tmp_path}/ada_1.amc: {found}, wanted ada.asf or ada_1.asf or a single .asf in its "
-            "folder. Name it with --skeleton FILE."
+            f"{tmp_path}/ada_1.amc: {found}, wanted ada.asf or ada_1.asf, or a single .asf in "
+            "its folder. Name it with --skeleton FILE."
         )
 
 
