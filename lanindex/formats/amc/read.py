@@ -11,6 +11,7 @@ from lanindex.body import Stated, sampled
 from lanindex.body.calibration import UNITS
 from lanindex.body.rig import Rig
 from lanindex.body.understand import find_body, told_joints
+from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bones, parse
 from lanindex.formats.amc.beside import skeleton_of
 from lanindex.formats.amc.kinematics import axes_of, joints_of, world
@@ -31,6 +32,9 @@ USUAL_RATE = Fraction(120)
 
 FOREARM = {"lwrist": "lhand", "rwrist": "rhand"}
 """Bones that are the last third of a forearm, and the one behind, which begins at the wrist."""
+
+MANY_PLACES = 100_000
+"""Of joints that do not move: so many cost nothing."""
 
 _INCH = 25.4
 _SAME = 0.01  # of a unit: two of its names
@@ -70,6 +74,9 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     radians = not skeleton.degrees if layout.radians is None else layout.radians
     turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
     axes, count = axes_of(skeleton.bones, tilt), len(layout.starts)
+    if count * len(names) > len(file.content) + MANY_PLACES:
+        found = f"{len(names)} joints in {count} frames, of which few can move"
+        raise CaptureError(found, place=asf.name, wanted="at most as many places as bytes")
     places = np.empty((count, len(names), 3), np.float32)
     turns = np.empty((count, len(names), 4), np.float32)
     for start in range(0, count, BLOCK):

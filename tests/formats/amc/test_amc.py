@@ -355,6 +355,12 @@ def test_a_skeleton_of_nonsense_is_no_work(folder: Path) -> None:
     (folder / "ada.asf").write_bytes(asf().replace(b":hierarchy", many + b":hierarchy"))
     with pytest.raises(CaptureError, match="2018 bones, wanted at most 1000"):
         read(folder, GOOD)
+    lines = [f" {up} {low}\n" for up, low in zip(["root", *range(899)], range(900), strict=True)]
+    few = b"".join(bone.replace(b"b%d", b"%d") % number for number in range(900))
+    few = asf().replace(b":hierarchy", few + b":hierarchy") + "".join(lines).encode()
+    (folder / "ada.asf").write_bytes(few)
+    with pytest.raises(CaptureError, match=r"\d+ joints in 2000 frames, of which few can move"):
+        read(folder, motion(np.zeros((2000, sum(WIDTHS.values())))))
     (folder / "ada.asf").write_bytes(bytes(17 << 20))
     with pytest.raises(CaptureError, match="a skeleton of 17825792 bytes"):
         read(folder, GOOD)
