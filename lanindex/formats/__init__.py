@@ -92,7 +92,7 @@ FORMATS: tuple[Format, ...] = (
     Format("amc", "AMC", (".amc",), sniff.amc, "amc"),
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     # Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
-    # Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx"),
+    Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
     # Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False),
     # Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     # Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),

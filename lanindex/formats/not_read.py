@@ -10,7 +10,6 @@ UNREAD: dict[str, str] = {
     ".sto": "STO, angles that mean nothing without their OpenSim model (the TRC of the take does),",
     ".fbx": "FBX",
     ".mvn": "MVN",
-    ".mvnx": "MVNX",
     ".htr": "HTR",
     ".bip": "BIP",
     ".vmd": "VMD",

@@ -117,9 +117,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         order = order[kept]
     rotations, markers = None, None
     if points.rotations is not None:
-        rotations = np.insert(
-            found.turned(points.rotations[:, order, 1:]), 0, points.rotations[:, order, 0], axis=2
-        )
+        rotations = _turned(found, points.rotations, order)
     if made is not None and not wanted.body_only:
         markers = Markers(points.names, _oriented(found, points.places, over=True))
     source = Source(
@@ -252,4 +250,15 @@ def _oriented(
     for start in range(0, len(places), BLOCK):
         block = places[start : start + BLOCK]
         found.oriented(block.astype(np.float64), result[start : start + BLOCK], order)
+    return result
+
+
+def _turned(
+    found: Understanding, rotations: NDArray[Any], order: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    result = np.empty((len(rotations), len(order), 4), np.float32)
+    for start in range(0, len(rotations), BLOCK):
+        block = rotations[start : start + BLOCK, order]
+        result[start : start + BLOCK, :, 0] = block[..., 0]
+        result[start : start + BLOCK, :, 1:] = found.turned(block[..., 1:])
     return result

@@ -13,13 +13,22 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from places import CAPTURES
 
 from lanindex import formats
+from lanindex.formats.amc import layout as amc_layout
+from lanindex.formats.amc.asf import parse
+from lanindex.formats.amc.beside import skeleton_of
+from lanindex.formats.amc.numbers import Numbers
+from lanindex.formats.bvh.compiled import PLAIN, compiled
 from lanindex.formats.c3d.layout import scan
 from lanindex.formats.c3d.people import names_of
 from lanindex.formats.c3d.places import places
+from lanindex.formats.file import holding
+from lanindex.formats.mvnx.walk import walk
+from lanindex.model import Reading
 
 ROUNDS = 7
 
@@ -47,8 +56,45 @@ def c3d_by_c3d(path: Path) -> None:
             pass
 
 
-# format: files, ours to places, the others'
+def amc_numbers(path: Path) -> None:
+    file = formats.opened(path)
+    skeleton, _ = skeleton_of(file, Reading())
+    fast = compiled()
+    numbers = Numbers(parse(skeleton).bones, (fast or PLAIN).parse)
+    layout = amc_layout.scan(file.content, file.name)
+    for start in range(0, len(layout.starts), 1024):
+        stops, ends = layout.stops[start : start + 1024], layout.ends[start : start + 1024]
+        data, first = holding(file.content, int(stops[0]), int(ends[-1]))
+        numbers.read(data, stops - first, ends - first, str)
+
+
+def amc_by_a_loop(path: Path) -> None:
+    """Read the numbers of each bone line by line, as a plain loop does."""
+    frames: list[dict[str, list[float]]] = []
+    for line in path.read_text().splitlines():
+        words = line.split()
+        if not words or line[0] in "#:":
+            continue
+        if len(words) == 1:
+            frames.append({})
+        else:
+            frames[-1][words[0]] = [float(word) for word in words[1:]]
+
+
+def mvnx_numbers(path: Path) -> None:
+    walk(formats.opened(path), True)
+
+
+def mvnx_by_etree(path: Path) -> None:
+    for frame in ElementTree.parse(path).iter("{http://www.xsens.com/mvn/mvnx}frame"):
+        for name in ("position", "orientation"):
+            list(map(float, frame.findtext(f"{{*}}{name}", "").split()))
+
+
+# format: files, ours to places or numbers, the others'
 TABLE: dict[str, tuple[str, Reader, dict[str, Reader]]] = {
+    "amc": ("amc/cmu/*.amc", amc_numbers, {"loop": amc_by_a_loop}),
+    "mvnx": ("mvnx/*.mvnx", mvnx_numbers, {"etree": mvnx_by_etree}),
     "c3d": ("c3d/*.c3d", c3d_points, {"ezc3d": c3d_by_ezc3d, "c3d": c3d_by_c3d}),
 }
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+from contextlib import suppress
 from functools import lru_cache
-from pathlib import Path
+from pathlib import PurePath
 
 from lanindex.errors import CaptureError
-from lanindex.formats.file import File, opened
+from lanindex.formats import archives
+from lanindex.formats.file import File, opened, siblings
 from lanindex.model import Reading
 
-_ENDINGS = (".asf", ".ASF", ".Asf")
+_ENDING = ".asf"
 _MOST_STEMS = 8
 
 
@@ -28,28 +31,30 @@ def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
     -------
     tuple of File and tuple of str
         For ``01_01.amc`` it is ``01.asf``, else ``01_01.asf``, else the only one of its folder;
-        the ending may be in capital letters.
+        in capital letters or small ones.
 
     Raises
     ------
     CaptureError
         It is not there, or there are several and none has the name.
     """
-    named = getattr(told, "skeleton", None)
-    if named is not None:
-        return opened(named), ()
-    folder, stems = Path(file.name).parent, _stems(Path(file.name).stem)
-    for path in (folder / (stem + ending) for stem in stems for ending in _ENDINGS):
-        if os.path.exists(path):
+    if told.skeleton is not None:
+        return opened(told.skeleton), ()
+    stems = _stems(PurePath(file.name).stem)
+    any_name = os.path.join(os.path.dirname(file.name), "_")
+    found = _skeletons(any_name, _changed(any_name))
+    for stem in stems:
+        path = found.get(stem) or found.get(stem.lower())
+        if path:
             return opened(path), ()
-    others = _skeletons(str(folder), _changed(folder))
+    others = sorted(set(found.values()))
     if len(others) == 1:
-        doubt = f"its skeleton is taken to be {others[0]}, the only one in its folder"
-        return opened(folder / others[0]), (doubt,)
+        doubt = f"its skeleton is taken to be {PurePath(others[0]).name}, the only one beside it"
+        return opened(others[0]), (doubt,)
     raise CaptureError(
         f"{len(others)} skeletons beside it" if others else "no skeleton beside it",
         place=file.name,
-        wanted=" or ".join(f"{stem}.asf" for stem in stems) + " or a single .asf in its folder",
+        wanted=" or ".join(stem + _ENDING for stem in stems) + ", or a single .asf in its folder",
         remedy="Name it with --skeleton FILE.",
     )
 
@@ -61,17 +66,16 @@ def _stems(stem: str) -> list[str]:
     return [*[name for name in begun if name][:_MOST_STEMS], stem]
 
 
-def _changed(folder: Path) -> int:
-    try:
-        return os.stat(folder).st_mtime_ns
-    except (OSError, ValueError):
-        return 0
+def _changed(path: str) -> int:
+    """Return when what holds a file was changed: its folder, or its archive."""
+    with suppress(OSError, ValueError):
+        return os.stat(archives.split(path)[0] or os.path.dirname(path) or ".").st_mtime_ns
+    return 0
 
 
 @lru_cache(maxsize=64)
-def _skeletons(folder: str, changed: int) -> tuple[str, ...]:
-    """Return the skeletons in a folder: it is looked through once, until it changes."""
-    try:
-        return tuple(name for name in os.listdir(folder) if name.lower().endswith(".asf"))
-    except (OSError, ValueError):
-        return ()
+def _skeletons(path: str, changed: int) -> Mapping[str, str]:
+    """Return the skeletons beside a file, by name: looked for once, however many files ask."""
+    paths = siblings(path, _ENDING)
+    names = [(PurePath(path).stem, path) for path in paths]
+    return {**{name.lower(): path for name, path in reversed(names)}, **dict(names)}

@@ -7,6 +7,7 @@ angles that its skeleton tells. (Written with matrices: parent · C · M · C⁻
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +41,21 @@ def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], 
     return (*names, *(names[bone] + END for bone in last)), tuple(parents), np.array(offsets)
 
 
+def axes_of(bones: Sequence[Bone], tilt: float) -> list[Floats]:
+    """Return the axes that each bone turns about, as columns.
+
+    Parameters
+    ----------
+    bones : sequence of Bone
+        Of a skeleton.
+    tilt : float
+        Radians in one unit of its angles.
+    """
+    return [_axes(bone, tilt) for bone in bones]
+
+
 def world(
-    bones: Sequence[Bone], values: Floats, turn: float, tilt: float
+    bones: Sequence[Bone], axes: Sequence[Floats], values: Floats, turn: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return where joints are, and their rotations from rest.
 
@@ -49,10 +63,12 @@ def world(
     ----------
     bones : sequence of Bone
         Parents before children.
+    axes : sequence of ndarray
+        Theirs, of `axes_of`.
     values : ndarray
         (T, W) their numbers.
-    turn, tilt : float
-        Radians in one unit of these numbers' angles, and of the skeleton's.
+    turn : float
+        Radians in one unit of these numbers' angles.
 
     Returns
     -------
@@ -76,18 +92,19 @@ def world(
             places[index] = places[bone.parent]
             turned = turns[bone.parent]
             if bone.parent:
-                places[index] += _turned(turned, bones[bone.parent].shift)
-        axes = _axes(bone, tilt)
+                places[index] += carried(turned, bones[bone.parent].shift)
         for code, number in reversed(list(zip(bone.dof, numbers, strict=True))):
             if code < 3:
                 half = number * (turn / 2.0)
-                turned = _followed(turned, np.cos(half), np.outer(axes[:, code], np.sin(half)))
+                turned = _followed(
+                    turned, np.cos(half), np.outer(axes[index][:, code], np.sin(half))
+                )
             else:
                 places[index, code - 3] += number
         turns[index] = turned
     for index, above in enumerate(last, len(bones)):
         turns[index] = turns[above]
-        places[index] = places[above] + _turned(turns[above], bones[above].shift)
+        places[index] = places[above] + carried(turns[above], bones[above].shift)
     return (
         np.ascontiguousarray(places.transpose(2, 0, 1), np.float32),
         np.ascontiguousarray(turns.transpose(2, 0, 1), np.float32),
@@ -101,7 +118,6 @@ def _last(bones: Sequence[Bone]) -> list[int]:
 
 
 def _axes(bone: Bone, tilt: float) -> Floats:
-    """Return the axes that a bone turns about, as columns."""
     axes = np.eye(3)
     for axis in bone.order:
         one, other = (axis + 1) % 3, (axis + 2) % 3
@@ -126,8 +142,21 @@ def _followed(first: Floats, cosine: Floats, sines: Floats) -> Floats:
     )
 
 
-def _turned(turn: Floats, vector: Sequence[float]) -> Floats:
-    """Return a vector turned by quaternions, (3, T)."""
+def carried(turn: NDArray[Any], vector: Sequence[float] | NDArray[Any]) -> NDArray[Any]:
+    """Return vectors turned by quaternions.
+
+    Parameters
+    ----------
+    turn : ndarray
+        (4, T) of length 1: w, x, y, z.
+    vector : sequence of float or ndarray
+        One, (3,), or (3, T).
+
+    Returns
+    -------
+    ndarray
+        (3, T).
+    """
     (w, x, y, z), (a, b, c) = turn, vector
     d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return np.stack(

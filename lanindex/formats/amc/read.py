@@ -11,9 +11,10 @@ from lanindex.body import Stated, sampled
 from lanindex.body.calibration import UNITS
 from lanindex.body.rig import Rig
 from lanindex.body.understand import find_body, told_joints
+from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bones, parse
 from lanindex.formats.amc.beside import skeleton_of
-from lanindex.formats.amc.kinematics import joints_of, world
+from lanindex.formats.amc.kinematics import axes_of, joints_of, world
 from lanindex.formats.amc.layout import Layout, scan
 from lanindex.formats.amc.numbers import Numbers
 from lanindex.formats.bvh.compiled import paths
@@ -23,7 +24,7 @@ from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
 from lanindex.model import Motion, Reading
 
-BLOCK = 512
+BLOCK = 1024
 """Frames whose numbers are held at a time."""
 
 USUAL_RATE = Fraction(120)
@@ -31,6 +32,9 @@ USUAL_RATE = Fraction(120)
 
 FOREARM = {"lwrist": "lhand", "rwrist": "rhand"}
 """Bones that are the last third of a forearm, and the one behind, which begins at the wrist."""
+
+MANY_PLACES = 100_000
+"""Of joints that do not move: so many cost nothing."""
 
 _INCH = 25.4
 _SAME = 0.01  # of a unit: two of its names
@@ -69,7 +73,10 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     numbers = Numbers(skeleton.bones, paths(max(wanted.total, len(file.content))).parse)
     radians = not skeleton.degrees if layout.radians is None else layout.radians
     turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
-    count = len(layout.starts)
+    axes, count = axes_of(skeleton.bones, tilt), len(layout.starts)
+    if count * len(names) > len(file.content) + MANY_PLACES:
+        found = f"{len(names)} joints in {count} frames, of which few can move"
+        raise CaptureError(found, place=asf.name, wanted="at most as many places as bytes")
     places = np.empty((count, len(names), 3), np.float32)
     turns = np.empty((count, len(names), 4), np.float32)
     for start in range(0, count, BLOCK):
@@ -77,7 +84,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         stops, ends = layout.stops[block], layout.ends[block]
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))
         values = numbers.read(data, stops - first, ends - first, _Places(file, first))
-        places[block], turns[block] = world(skeleton.bones, values, turn, tilt)
+        places[block], turns[block] = world(skeleton.bones, axes, values, turn)
     called = tuple("" if FOREARM.get(name) in names else name for name in names)
     poses = places[sampled(count)].astype(np.float64)
     said = told_joints(told, names, file.name)

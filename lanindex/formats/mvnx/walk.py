@@ -1,0 +1,267 @@
+"""Through the XML of an MVNX file, piece by piece: who is in it, and where their frames lie.
+
+Source: Xsens, *MVN User Manual*, section "MVNX"; files of versions 3 and 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NoReturn
+from xml.parsers import expat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.errors import CaptureError, quoted
+from lanindex.formats.bvh.hierarchy import LARGEST
+from lanindex.formats.file import File
+
+PIECE = 1 << 18
+"""Bytes that are looked through at a time."""
+
+LARGEST_TAG = 1 << 20
+"""Bytes; also of numbers in one element."""
+
+DEEPEST = 32
+"""Elements within each other; MVNX has seven."""
+
+MOST_SEGMENTS = 1000
+"""More than any body has."""
+
+NORMAL = "normal"
+"""The type of frames that are movement; others are poses of a calibration."""
+
+_WIDTHS = {"position": 3, "orientation": 4}
+
+Row = NDArray[np.float32]
+
+
+@dataclass(slots=True)
+class Subject:
+    """A person of an MVNX file.
+
+    Attributes
+    ----------
+    name : str
+        Its label; where it has none, or another's, with its number.
+    start, stop : int
+        Where its element begins, and where its closing tag does.
+    line : int
+        Where it begins.
+    said : dict of str to str
+        What its element says of it: ``frameRate``, ``configuration`` ...
+    segments : list of str
+        As its frames have them.
+    points : list of dict of str to ndarray
+        By segment: points on it, (3,) from its origin, not turned.
+    frames : list of tuple of int
+        Where each frame that is movement begins, and where its closing tag does.
+    rows : dict of str to list of ndarray
+        Of each frame ``position``, (S * 3,), and ``orientation``, (S * 4,); where all have them.
+    gap : tuple of int or None
+        The first two frames, by their own numbers, between which some are missing.
+    """
+
+    name: str
+    start: int
+    line: int
+    said: dict[str, str]
+    stop: int = 0
+    segments: list[str] = field(default_factory=list)
+    points: list[dict[str, Row]] = field(default_factory=list)
+    frames: list[tuple[int, int]] = field(default_factory=list)
+    rows: dict[str, list[Row]] = field(default_factory=lambda: {name: [] for name in _WIDTHS})
+    gap: tuple[int, int] | None = None
+
+
+def walk(file: File, numbers: bool) -> list[Subject]:
+    """Go through an MVNX file.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    numbers : bool
+        Whether to read the numbers of the person that the file's name means, else of the first.
+
+    Returns
+    -------
+    list of Subject
+        At least one.
+
+    Raises
+    ------
+    CaptureError
+        It is no sound XML, or has a document type or entities, or its frames are damaged; names
+        the line.
+    """
+    walker = _Walker(file, numbers)
+    walker.go()
+    if not walker.subjects:
+        raise CaptureError("has no subject", place=file.name, wanted="MVNX with a person in it")
+    return walker.subjects
+
+
+def chosen(subjects: list[Subject], file: File) -> Subject:
+    """Return whom of several people a file's name means; the first, where it means none.
+
+    Raises
+    ------
+    CaptureError
+        There is no such person, or the person has no frames.
+    """
+    names = [subject.name for subject in subjects]
+    if file.subject and file.subject not in names:
+        found = f"has no subject {quoted(file.subject)}"
+        raise CaptureError(found, place=file.name, wanted=" or ".join(names[:20]))
+    subject = subjects[names.index(file.subject) if file.subject else 0]
+    if not subject.frames:
+        place = f"{file.name}:{subject.line}"
+        raise CaptureError(
+            f"{quoted(subject.name)} has no frames", place=place, wanted="frames of type normal"
+        )
+    return subject
+
+
+class _Walker:
+    """What hears of elements as they begin and end."""
+
+    def __init__(self, file: File, numbers: bool) -> None:
+        self.file, self.wanted, self.numbers = file, numbers, False
+        self.subjects: list[Subject] = []
+        self.names: set[str] = set()
+        self.open: list[str] = []  # elements that have begun
+        self.heard: list[str] | None = None  # pieces of a text with numbers
+        self.size = 0
+        self.point = ""
+        self.begun: int | None = None  # where the frame begins that is open, if it is movement
+        self.number: int | None = None  # of the frame before
+        self.parser = expat.ParserCreate()
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.StartDoctypeDeclHandler = self._document_type
+
+    def go(self) -> None:
+        content = self.file.content
+        size = len(content)
+        try:
+            for start in range(0, size, PIECE):
+                piece = content[start : start + PIECE]
+                self.parser.Parse(piece, start + PIECE >= size)
+                if start + len(piece) - self.parser.CurrentByteIndex > LARGEST_TAG:
+                    self._refuse("a tag without an end", f"tags of at most {LARGEST_TAG} bytes")
+        except expat.ExpatError as error:
+            remedy = "The file may be cut short." if self.open else ""
+            self._refuse(
+                f"is no sound XML: {expat.ErrorString(error.code)}", "elements that end", remedy
+            )
+        except (ValueError, LookupError) as error:
+            self._refuse(f"is no sound XML: {error}", "UTF-8")
+
+    def _refuse(self, found: str, wanted: str, remedy: str = "") -> NoReturn:
+        place = f"{self.file.name}:{self.parser.ErrorLineNumber}"
+        raise CaptureError(found, place=place, wanted=wanted, remedy=remedy)
+
+    def _document_type(self, *_: object) -> None:
+        wanted = "MVNX without one, in which nothing stands for something else"
+        self._refuse("has a document type", wanted, "Take its <!DOCTYPE ...> out.")
+
+    def _start(self, name: str, said: dict[str, str]) -> None:
+        name = name.rpartition(":")[2]
+        above = self.open[-1] if self.open else ""
+        self.open.append(name)
+        if len(self.open) > DEEPEST:
+            self._refuse(f"{len(self.open)} elements within each other", "MVNX, which has seven")
+        if name == "subject":
+            self._subject(said)
+        elif not self.subjects:
+            return
+        elif name == "segment" and above == "segments":
+            self._segment(said)
+        elif name == "point":
+            self.point = said.get("label", "")
+        elif name == "frame" and above == "frames":
+            self._frame(said)
+        elif self.numbers and (name == "pos_b" or (name in _WIDTHS and self.begun is not None)):
+            self.heard, self.size = [], 0
+            self.parser.CharacterDataHandler = self._text
+
+    def _end(self, name: str) -> None:
+        name = self.open.pop()
+        if self.heard is not None and name in ("pos_b", *_WIDTHS):
+            self.parser.CharacterDataHandler = None
+            text, self.heard = "".join(self.heard), None
+            self._row(name, text)
+        elif name == "frame" and self.begun is not None:
+            self._close(self.begun)
+        elif name == "subject":
+            self.subjects[-1].stop = self.parser.CurrentByteIndex
+
+    def _text(self, text: str) -> None:
+        if self.heard is not None:
+            self.heard.append(text)
+            self.size += len(text)
+            if self.size > LARGEST_TAG:
+                self._refuse("numbers without an end", f"at most {LARGEST_TAG} bytes")
+
+    def _subject(self, said: dict[str, str]) -> None:
+        if "subject" in self.open[:-1]:
+            self._refuse("a subject within another", "one behind the other")
+        number = len(self.subjects) + 1
+        name = said.get("label", "").strip() or f"subject {number}"
+        name = f"{name} {number}" if name in self.names else name
+        self.names.add(name)
+        meant = name == self.file.subject if self.file.subject else number == 1
+        self.numbers, self.number = self.wanted and meant, None
+        at, line = self.parser.CurrentByteIndex, self.parser.CurrentLineNumber
+        self.subjects.append(Subject(name, at, line, said))
+
+    def _segment(self, said: dict[str, str]) -> None:
+        subject = self.subjects[-1]
+        if len(subject.segments) >= MOST_SEGMENTS or subject.frames:
+            self._refuse("one more segment", f"at most {MOST_SEGMENTS}, before the frames")
+        subject.segments.append(said.get("label", ""))
+        subject.points.append({})
+
+    def _frame(self, said: dict[str, str]) -> None:
+        if said.get("type", NORMAL) != NORMAL:
+            return
+        subject, index = self.subjects[-1], said.get("index", "")
+        number = int(index) if index.isdecimal() and len(index) < 16 else None
+        if None not in (number, self.number) and number != (self.number or 0) + 1:
+            subject.gap = subject.gap or (self.number or 0, number or 0)
+        self.begun, self.number = self.parser.CurrentByteIndex, number
+
+    def _close(self, begun: int) -> None:
+        """End a frame: all or none of them have a row, all have a position."""
+        subject, stop = self.subjects[-1], self.parser.CurrentByteIndex
+        self.begun = None
+        subject.frames.append((begun, stop))
+        count = len(subject.frames)
+        counts = {name: len(rows) for name, rows in subject.rows.items()} if self.numbers else {}
+        for name, found in counts.items():
+            if found not in ((count,) if name == "position" else (0, count)):
+                wanted = f"<{name}> once in each"
+                self._refuse(f"{found} times <{name}> in {count} frames", wanted)
+        if stop == begun:
+            self._refuse("an empty frame", "<position> in it")
+
+    def _row(self, name: str, text: str) -> None:
+        subject = self.subjects[-1]
+        width = 3 if name == "pos_b" else _WIDTHS[name] * len(subject.segments)
+        words = text.split()
+        if len(words) != width:
+            each = f"{_WIDTHS.get(name)} for each of {len(subject.segments)} segments"
+            wanted = "3" if name == "pos_b" else each
+            self._refuse(f"<{name}> has {len(words)} numbers", wanted)
+        try:
+            row = np.array(list(map(float, words)))
+            sound = "_" not in text and not (np.abs(row) > LARGEST).any()
+        except ValueError:
+            sound = False
+        if not sound:
+            self._refuse(f"<{name}> has what is no number", f"numbers up to {LARGEST:g}")
+        if name != "pos_b":
+            subject.rows[name].append(row.astype(np.float32))
+        elif subject.points:
+            subject.points[-1][self.point] = row.astype(np.float32)
