@@ -88,7 +88,7 @@ FORMATS: tuple[Format, ...] = (
     Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh"),
     Format("amc", "AMC", (".amc",), sniff.amc, "amc"),
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
-    # Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
+    Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     # Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx"),
     # Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False),
     # Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
