@@ -28,7 +28,11 @@ def person(frames: int = 20) -> np.ndarray:
     """Return (T, 15, 3) mm: a right arm that rises, a body that sways."""
     places = np.tile(np.array(list(JOINTS.values()), float), (frames, 1, 1))
     ways = np.linspace(0, 1, frames)[:, None]
-    for name, lift in (("right_elbow", 250.0), ("right_wrist", 900.0)):
-        places[:, NAMES.index(name)] += ways * [-60.0, lift, 30.0]
+    angle = 2.6 * ways[:, 0]
+    shoulder = np.array(JOINTS["right_shoulder"], float)
+    for name in ("right_elbow", "right_wrist"):
+        x, y, z = np.subtract(JOINTS[name], shoulder)
+        turned = (x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle))
+        places[:, NAMES.index(name)] = shoulder + np.stack((*turned, np.full(frames, z)), axis=1)
     places[..., 0] += 12.25 * ways
     return places

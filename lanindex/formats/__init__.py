@@ -91,8 +91,8 @@ FORMATS: tuple[Format, ...] = (
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     # Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx"),
     # Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False),
-    # Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
-    # Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
+    Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
+    Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
     # Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf"),
     # Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx"),
 )

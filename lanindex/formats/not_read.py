@@ -25,8 +25,6 @@ UNREAD: dict[str, str] = {
     ".laban": "the Laban files of other programs",
     ".csv": "CSV",
     ".tsv": "TSV",
-    ".npy": "NumPy",
-    ".npz": "NumPy",
     ".pkl": "pickle",
     ".7z": "7z",
     ".rar": "RAR",

@@ -210,6 +210,9 @@ def test_fuzzing():
 @pytest.mark.fuzz
 @pytest.mark.timeout(3600)
 def test_long_fuzzing(captures):
-    real = [path.read_bytes()[:20_000] for path in sorted((captures / "trc").glob("*.trc"))]
+    real = [
+        b"\n".join(path.read_bytes().split(b"\n")[:20]) + b"\n"
+        for path in sorted((captures / "trc").glob("*.trc"))
+    ]
     seen = fuzzed("walk.trc", [made(frames=5), made(frames=5, separator=","), *real], 50_000, 2)
-    assert min(seen.values()) > 5_000, seen
+    assert min(seen.values()) > 2_000, seen
