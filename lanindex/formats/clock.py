@@ -17,6 +17,9 @@ WITHIN = 0.01
 ROUNDED = 0.006
 """Seconds: what two times may be wrong by, where they are written in hundredths."""
 
+MEASURED = 0.02
+"""Of the rate: what a whole number may be away from it, where times were measured."""
+
 UNEVEN = 0.5
 """Of the usual step: what a step may differ by."""
 
@@ -93,9 +96,14 @@ def _by_times(times: NDArray[np.float64]) -> tuple[Fraction | None, tuple[str, .
     usual = float(np.median(steps)) if len(steps) else 0.0
     if not 1e-6 <= usual <= 1:
         return None, ()
-    off = np.abs(steps - usual) > UNEVEN * usual + ROUNDED * (usual > ROUNDED)
-    if not off.any():
-        return nearest_rate(Fraction(len(steps) / float(steps.sum()))), ()
-    many = f"{np.count_nonzero(off)} of {len(steps)} steps in time"
-    doubt = f"{many} differ from the usual {usual:g} s: frames may be missing"
-    return nearest_rate(Fraction(1 / usual)), (doubt,)
+    away = np.abs(steps - usual)
+    off = away > UNEVEN * usual + ROUNDED * (usual > ROUNDED)
+    doubts: tuple[str, ...] = ()
+    if off.any():
+        many = f"{np.count_nonzero(off)} of {len(steps)} steps in time"
+        doubts = (f"{many} differ from the usual {usual:.4g} s: frames may be missing",)
+    near = steps[~off]
+    rate = Fraction(1 / (float(near.mean()) if len(near) else usual))
+    if away.max() > ROUNDED * usual and abs(round(rate) - rate) <= MEASURED * rate:
+        rate = Fraction(round(rate))  # a clock that measures frames does not part them
+    return nearest_rate(rate), doubts

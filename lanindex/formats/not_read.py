@@ -23,8 +23,6 @@ UNREAD: dict[str, str] = {
     ".usdc": "USD",
     ".usdz": "USD",
     ".laban": "the Laban files of other programs",
-    ".csv": "CSV",
-    ".tsv": "TSV",
     ".pkl": "pickle",
     ".7z": "7z",
     ".rar": "RAR",

@@ -231,7 +231,8 @@ def _sound(
     """Return numbers as float32; refuse absurd ones, and unknown ones where all must be known."""
     result = np.empty(values.shape, np.float32)
     for start in range(0, len(values), smpl.BLOCK):
-        block = values[start : start + smpl.BLOCK].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of all that is no number, some signals
+            block = values[start : start + smpl.BLOCK].astype(np.float64)
         bad = ~(np.abs(block) <= largest) if known else np.abs(block) > largest
         if bad.any():
             at = tuple(np.argwhere(bad)[0].tolist())
