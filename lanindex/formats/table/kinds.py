@@ -219,38 +219,40 @@ def _motive_points(
 
 def _qualisys(file: File, head: list[Line]) -> Layout:
     """Return an export of Qualisys: keys, the names of the markers, then x, y, z of each."""
-    said: dict[str, list[str]] = {}
-    axes: list[str] = []
+    said: dict[str, str] = {}
+    names: list[str] = []
+    before: list[str] | None = None
     begin = head[0].first
     for line in head:
         cells = line.cells(b"\t")
         key = cells[0].upper()
+        if key in ("FRAME", "TIME") or key.endswith(" X"):
+            before = [cell.lower() for cell in cells[:2] if cell.lower() in ("frame", "time")]
+            begin = line.stop
+            break
         if not re.fullmatch(r"[A-Z_]{2,}", key):
             break
         begin = line.stop
-        if key == "FRAME" or key == "TIME":
-            axes = cells
-            break
-        said[key] = cells[1:]
-    names = [name for name in said.get("MARKER_NAMES", []) if name]
-    rows = numbers.rows(file.content, begin)
-    row = file.content[int(rows[0, 0]) : int(rows[0, 1])].rstrip() if len(rows) else b""
-    there = row.count(b"\t") + 1
-    before = [cell.lower() for cell in axes[:2] if cell.lower() in ("frame", "time")]
-    if not axes and there - 3 * len(names) in (1, 2):
-        before = ["frame", "time"][: there - 3 * len(names)]
-    skip = len(before)
-    points = [(at, at + 1, at + 2) for at in range(skip, skip + 3 * len(names), 3)]
-    if said.get("DATA_INCLUDED", ["3D"])[:1] not in (["3D"], [""]):
-        found = f"data of the kind {said['DATA_INCLUDED'][0][:20]!r}"
+        said[key] = cells[1] if len(cells) > 1 else ""
+        names = [name for name in cells[1:] if name] if key == "MARKER_NAMES" else names
+    if said.get("DATA_INCLUDED", "3D") not in ("3D", ""):
+        found = f"data of the kind {shown(said['DATA_INCLUDED'], 20)!r}"
         raise CaptureError(found, place=file.name, wanted="3D, places of markers")
-    heads = [before.index("time")] if "time" in before else []
+    rows = numbers.rows(file.content, begin)
+    if before is None and len(rows):
+        row = file.content[int(rows[0, 0]) : int(rows[0, 1])].rstrip(b"\r\n")
+        extra = row.removesuffix(b"\t").count(b"\t") + 1 - 3 * len(names)
+        before = ["frame", "time"][: max(extra, 0)]
+    skip = len(before or ())
+    points = [(at, at + 1, at + 2) for at in range(skip, skip + 3 * len(names), 3)]
+    heads = [before.index("time")] if before and "time" in before else []
     table = made(file, rows, b"\t", skip + 3 * len(names), heads, points)
-    first = {key: cells[0] for key, cells in said.items() if cells}
-    doubts = counted(first.get("NO_OF_FRAMES", ""), len(rows))
+    doubts = counted(said.get("NO_OF_FRAMES", ""), len(rows))
     when = 0 if heads else None
-    return Layout("Qualisys", tuple(names), table, when, 1.0, first.get("FREQUENCY", ""),
-                  stated=Stated("mm"), doubts=doubts)  # fmt: skip
+    rate = said.get("FREQUENCY", "")
+    return Layout(
+        "Qualisys", tuple(names), table, when, 1.0, rate, stated=Stated("mm"), doubts=doubts
+    )
 
 
 _KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], Layout]] = {

@@ -276,7 +276,9 @@ def qualisys(header: bool = True, columns: bool = True, declared: int = 12) -> b
     return ("\r\n".join(lines) + "\r\n").encode()
 
 
-@pytest.mark.parametrize(("header", "columns"), [(True, True), (False, True), (False, False)])
+@pytest.mark.parametrize(
+    ("header", "columns"), [(True, True), (True, False), (False, True), (False, False)]
+)
 def test_qualisys(header, columns):
     motion = read(qualisys(header, columns), "walk.tsv")
     assert (motion.rate, motion.source.unit, motion.source.up) == (100, "mm", "z")
