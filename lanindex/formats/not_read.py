@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import PurePath
 
 UNREAD: dict[str, str] = {
-    ".trc": "TRC",
     ".mot": "MOT, angles that mean nothing without their OpenSim model (the TRC of the take does),",
     ".sto": "STO, angles that mean nothing without their OpenSim model (the TRC of the take does),",
     ".fbx": "FBX",
@@ -23,10 +22,6 @@ UNREAD: dict[str, str] = {
     ".usdc": "USD",
     ".usdz": "USD",
     ".laban": "the Laban files of other programs",
-    ".csv": "CSV",
-    ".tsv": "TSV",
-    ".npy": "NumPy",
-    ".npz": "NumPy",
     ".pkl": "pickle",
     ".7z": "7z",
     ".rar": "RAR",

@@ -5,10 +5,15 @@ from __future__ import annotations
 import re
 
 _AMC = re.compile(rb":(FULLY-SPECIFIED|DEGREES|RADIANS)\b", re.IGNORECASE)
-_TRIPLE = re.compile(
-    rb"[_.: ]x['\"]?\s*[,;\t]\s*['\"]?[^,;\t\n]*[_.: ]y['\"]?\s*[,;\t]", re.IGNORECASE
+_TRIPLE = re.compile(rb"[^,;\t]x\b[^,;\t]*[,;\t].*y\b", re.IGNORECASE)
+_POINTS = 3  # at least, for a limb
+_LINES = 40  # in which a header is looked for
+_KINECT_COLUMNS = 101
+_PROGRAMS = re.compile(
+    rb"(trajectories|model outputs|devices|joints|segments|no_of_frames|format version)"
+    rb"[ \t]*[,;\t\r\n]",
+    re.IGNORECASE,
 )
-_KINECT_COLUMNS = 100
 _GLTF = (b'"asset"', b'"accessors"', b'"scenes"', b'"nodes"', b'"buffers"')
 
 
@@ -54,14 +59,18 @@ def mvnx(head: bytes) -> bool:
 def table(head: bytes) -> bool:
     """Tell a table of points: a known program's, or one whose header names triples x, y, z."""
     begun = text(head)
-    first = begun.partition(b"\n")[0].rstrip(b"\r")
-    word = first.split(b",")[0].split(b"\t")[0].strip().lower()
-    if word in (b"trajectories", b"model outputs", b"no_of_frames", b"format version"):
+    if _PROGRAMS.match(begun):
         return True
-    if _TRIPLE.search(first + b","):
-        return True
-    cells = first.rstrip(b",").split(b",")
-    return len(cells) >= _KINECT_COLUMNS and len(cells) % 4 == 1 and _numbers(cells)
+    lines = begun.splitlines()[:_LINES]
+    cells = (lines or [b""])[0].replace(b"\t", b",").replace(b";", b",").rstrip(b",").split(b",")
+    if len(cells) == _KINECT_COLUMNS:
+        return _numbers(cells)
+    if b"\0" in head or not any(_TRIPLE.search(line) for line in lines):
+        return False
+    from lanindex.formats.table.layout import separator_of, triples
+
+    named = (line.decode("latin-1").split(separator_of(line).decode()) for line in lines)
+    return any(len(triples([cell.strip(" \"'") for cell in row])[0]) >= _POINTS for row in named)
 
 
 def npy(head: bytes) -> bool:

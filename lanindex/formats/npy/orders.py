@@ -1,0 +1,126 @@
+"""In which order joints stand that have no names: known by their number, and by their bones.
+
+Sources: Loper et al. (2015), *SMPL*, and its extensions SMPL-H and SMPL-X, whose first 22 joints
+HumanML3D takes (Guo et al. 2022); KIT-ML as HumanML3D orders it; Human3.6M as Martinez et al.
+(2017) reduce it; COCO's keypoints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body import sampled
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(text.split())
+
+
+SMPL = _words(
+    "pelvis left_hip right_hip spine1 left_knee right_knee spine2 left_ankle right_ankle spine3 "
+    "left_foot right_foot neck left_collar right_collar head left_shoulder right_shoulder "
+    "left_elbow right_elbow left_wrist right_wrist left_hand right_hand"
+)
+"""The joints of SMPL; the first 22 are those of SMPL-H, SMPL-X and HumanML3D too."""
+
+_FINGERS = tuple(
+    f"{side}_{finger}{part}"
+    for side in ("left", "right")
+    for finger in ("index", "middle", "pinky", "ring", "thumb")
+    for part in (1, 2, 3)
+)
+_KIT = _words(
+    "pelvis spine chest neck head right_shoulder right_elbow right_wrist left_shoulder "
+    "left_elbow left_wrist right_hip right_knee right_ankle right_heel right_foot left_hip "
+    "left_knee left_ankle left_heel left_foot"
+)
+_H36M = _words(
+    "pelvis right_hip right_knee right_ankle left_hip left_knee left_ankle spine neck nose head "
+    "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist"
+)
+_COCO = _words(
+    "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow "
+    "right_elbow left_wrist right_wrist left_hip right_hip left_knee right_knee left_ankle "
+    "right_ankle"
+)
+
+_BONES = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
+_STEADY = 0.2  # of its length: what a bone may change by, middle half of the poses
+_EVEN = 1.5  # how many times as long a bone may be on one side as on the other
+_NEXT = 2.3  # how many times as long it may be as the one next to it
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """One order of joints.
+
+    Attributes
+    ----------
+    title : str
+        As people call it.
+    names : tuple of str
+        (J) the joints.
+    rate : str
+        Frames a second that its files have, where none is told; empty: nobody knows.
+    """
+
+    title: str
+    names: tuple[str, ...]
+    rate: str = ""
+
+
+ORDERS = (
+    Order("HumanML3D", SMPL[:22], "20"),
+    Order("SMPL", SMPL),
+    Order("SMPL-H", SMPL[:22] + _FINGERS),
+    Order("SMPL-X", (*SMPL[:22], "jaw", "left_eye", "right_eye", *_FINGERS)),
+    Order("KIT-ML", _KIT, "12.5"),
+    Order("Human3.6M", _H36M),
+    Order("COCO", _COCO),
+)
+"""All orders that are known."""
+
+
+def order_of(places: NDArray[Any]) -> Order | None:
+    """Return the one order in which places make a body.
+
+    Parameters
+    ----------
+    places : ndarray
+        (T, J, 3).
+
+    Returns
+    -------
+    Order or None
+        None: in no order of so many joints, or in several, the bones of arms and legs keep their
+        lengths and are as long right as left.
+    """
+    poses = places[sampled(len(places))].astype(np.float64)
+    fitting = [one for one in ORDERS if len(one.names) == places.shape[1] and _fits(one, poses)]
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def _fits(order: Order, poses: NDArray[np.float64]) -> bool:
+    """Tell whether the bones of an order are bones."""
+    ends = [[order.names.index(f"{side}_{end}") for end in bone]
+            for bone in _BONES for side in ("left", "right")]  # fmt: skip
+    bones = poses[:, [first for first, _ in ends]] - poses[:, [last for _, last in ends]]
+    lengths = np.sqrt((bones * bones).sum(axis=2))
+    lengths = lengths[np.isfinite(lengths).all(axis=1)]
+    if not len(lengths):
+        return False
+    low, usual, high = np.percentile(lengths, (25, 50, 75), axis=0)
+    steady = (high - low <= _STEADY * usual).all() and (usual > 0).all()
+    return bool(
+        steady
+        and _alike(usual[0::2], usual[1::2], _EVEN)
+        and _alike(usual[0::4], usual[2::4], _NEXT)
+    )
+
+
+def _alike(one: NDArray[np.float64], other: NDArray[np.float64], most: float) -> bool:
+    return bool((np.maximum(one, other) <= most * np.minimum(one, other)).all())

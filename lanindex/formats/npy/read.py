@@ -1,0 +1,242 @@
+"""Arrays → Motion: which of them holds joints, what they are called, and how fast they follow.
+
+An array of places is (T, J, 3). What it lacks, others say, by these names:
+
+- names of the joints: ``joint_names``, ``names`` ...; else their number and their bones tell the
+  order (`orders`);
+- frames a second: ``fps``, ``rate``, ``mocap_framerate`` ...; else HumanML3D's and KIT-ML's own
+  are assumed, and said;
+- ``unit`` and ``up``; else the body tells them.
+
+``poses`` and ``trans`` without places are AMASS: `smpl`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body import Stated
+from lanindex.errors import CaptureError, quoted
+from lanindex.formats.clock import rate_by
+from lanindex.formats.file import File, Wanted
+from lanindex.formats.npy import smpl
+from lanindex.formats.npy.arrays import Arrays, Header, arrays
+from lanindex.formats.npy.orders import ORDERS, SMPL, order_of
+from lanindex.formats.points import Points, motion_of
+from lanindex.model import Motion, Reading
+
+PLACES = ("joints", "positions", "keypoints", "xyz", "joint_positions", "joints3d", "joints_3d",
+          "keypoints3d", "keypoints_3d", "poses3d", "motion", "")  # fmt: skip
+NAMES = ("joint_names", "names", "joints_names", "keypoint_names", "labels")
+RATES = ("fps", "rate", "mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate")
+
+LARGEST = 1e9
+"""Places are no further away, in any unit."""
+
+_TURNS = 1e3  # radians
+_FEATURES = {263: "HumanML3D", 251: "KIT-ML"}
+_REMEDY = "Save its joints as (T, J, 3): numpy.savez(path, joints=..., joint_names=..., fps=...)."
+_WANTED = "places of joints, (T, J, 3)"
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Which array holds the movement.
+
+    Attributes
+    ----------
+    key : str
+        Its name.
+    axis : int
+        Its axis of frames.
+    frames : int
+        How many.
+    turns : bool
+        Whether it holds poses of SMPL instead of places.
+    doubts : tuple of str
+        What was guessed.
+    """
+
+    key: str
+    axis: int
+    frames: int
+    turns: bool = False
+    doubts: tuple[str, ...] = ()
+
+
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read an array, or a file of arrays.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        See `lanindex.formats.read`.
+    wanted : Wanted
+        What the motion is for.
+
+    Returns
+    -------
+    Motion
+        Every joint; with its rotations where the file has them (AMASS).
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged, holds Python objects, or no movement.
+    BodyError
+        Its joints make no human body.
+    """
+    found = arrays(file)
+    layout = laid(found)
+    form = "npz" if file.content[:2] == b"PK" else "npy"
+    points = (_turned if layout.turns else _placed)(found, layout, told)
+    return motion_of(points, file, form, told, wanted)
+
+
+def laid(found: Arrays) -> Layout:
+    """Return where the movement is.
+
+    Raises
+    ------
+    CaptureError
+        There is none that is understood; says what there is instead.
+    """
+    shapes = {name: header.shape for name, header in found.headers.items() if _number(header)}
+    many = [name for name, shape in shapes.items() if _axis(shape) is not None]
+    named = next((name for name in PLACES if name in many), None)
+    poses, shift = shapes.get("poses", ()), shapes.get("trans", ())
+    if named is None and len(poses) == 2 and poses[1] in smpl.WIDTHS and shift == (poses[0], 3):
+        return _filled(found, Layout("poses", 0, poses[0], turns=True))
+    doubts: tuple[str, ...] = ()
+    if named is None and len(many) == 1:
+        named = many[0]
+        doubts = (f"its array {quoted(named)} is taken for places of joints",)
+    if named is None:
+        raise CaptureError(
+            _instead(found, shapes, many), place=found.place, wanted=_WANTED, remedy=_REMEDY
+        )
+    axis = _axis(shapes[named]) or 0
+    return _filled(found, Layout(named, axis, shapes[named][axis], doubts=doubts))
+
+
+def _filled(found: Arrays, layout: Layout) -> Layout:
+    if not layout.frames:
+        raise CaptureError("no frames", place=found.place, wanted=_WANTED)
+    return layout
+
+
+def _number(header: Header) -> bool:
+    return header.kind.kind in "fiu"
+
+
+def _axis(shape: tuple[int, ...]) -> int | None:
+    """Return the axis of frames of places; None where they are no places of one person."""
+    if len(shape) == 3 and shape[2] == 3 and shape[1] > 3:
+        return 0
+    return 1 if len(shape) == 4 and shape[0] == 1 and _axis(shape[1:]) == 0 else None
+
+
+def _instead(found: Arrays, shapes: dict[str, tuple[int, ...]], many: Iterable[str]) -> str:
+    """Say what a file holds that has no movement."""
+    if many:
+        return f"several arrays that may be places of joints: {', '.join(map(quoted, many))}"
+    for shape in shapes.values():
+        if len(shape) == 2 and shape[1] in _FEATURES:
+            title = _FEATURES[shape[1]]
+            return f"features of {title} {shape}, from which joints would have to be computed"
+        if len(shape) == 4 and _axis((1, *shape[1:])) is not None:
+            return f"places of {shape[0]} people {shape}"
+        if len(shape) == 3 and shape[2] == 2:
+            return f"points in a picture {shape}"
+    refused = [f"{quoted(name)} {why}" for name, why in found.refused.items()]
+    there = [f"{quoted(name)} {shape}" if name else f"an array {shape}"
+             for name, shape in shapes.items()]  # fmt: skip
+    listed = [*refused, *there]
+    return "; ".join(listed[:6]) if listed else "no array of numbers"
+
+
+def _text(found: Arrays, keys: Iterable[str], sizes: Iterable[int]) -> list[str] | None:
+    """Return the texts of the first of some arrays that is there in one of these sizes."""
+    for name in keys:
+        header = found.headers.get(name)
+        if header and header.kind.kind in "US" and header.size // header.kind.itemsize in sizes:
+            words = found[name].ravel().tolist()
+            return [word.decode("utf-8", "replace") if isinstance(word, bytes) else word
+                    for word in words]  # fmt: skip
+    return None
+
+
+def _rate(found: Arrays) -> str:
+    """Return what the file says of its rate; empty if nothing."""
+    for name in RATES:
+        header = found.headers.get(name)
+        if header and _number(header) and header.size == header.kind.itemsize:
+            return repr(float(found[name].ravel()[0]))
+    return ""
+
+
+def _stated(found: Arrays, unit: str | None = None, up: str | None = None) -> Stated:
+    words = {name: _text(found, (name, f"{name}s"), (1,)) for name in ("unit", "up")}
+    said = {name: word[0] for name, word in words.items() if word}
+    return Stated(said.get("unit", unit), said.get("up", up))
+
+
+def _placed(found: Arrays, layout: Layout, told: Reading) -> Points:
+    """Return the points of an array of places."""
+    places = found[layout.key]
+    places = _sound(places[0] if layout.axis else places, layout.key, LARGEST, found.place)
+    places[np.isnan(places).any(axis=2)] = np.nan
+    doubts, rate = layout.doubts, _rate(found)
+    count = places.shape[1]
+    names = _text(found, NAMES, (count,))
+    if names is None:
+        order = order_of(places)
+        if order is None:
+            orders = " or ".join(f"{len(it.names)} ({it.title})" for it in ORDERS)
+            raise CaptureError(
+                f"{count} joints without names, in no order that is known",
+                place=found.place,
+                wanted=f"names of the joints, or {orders} whose bones keep their lengths",
+                remedy="Save their names with them: numpy.savez(path, joints=..., joint_names=...)",
+            )
+        names = list(order.names)
+        if not rate and order.rate and told.rate is None:
+            rate = order.rate
+            assumed = f"no rate in it: {rate} frames a second assumed, as {order.title} has it"
+            doubts += (f"{assumed}. If that is wrong, give --fps",)
+    hertz, unsteady = rate_by(told, rate, np.zeros(0), found.place)
+    return Points(tuple(names), places, hertz, _stated(found), doubts=(*doubts, *unsteady))
+
+
+def _turned(found: Arrays, layout: Layout, told: Reading) -> Points:
+    """Return the points of poses of SMPL."""
+    hertz, doubts = rate_by(told, _rate(found), np.zeros(0), found.place)
+    poses = _sound(found["poses"][:, : 3 * smpl.TURNED], "poses", _TURNS, found.place, known=True)
+    shift = _sound(found["trans"], "trans", LARGEST, found.place, known=True)
+    places, turns = smpl.placed(poses, shift)
+    stated = _stated(found, "m", "z")
+    return Points(SMPL, places, hertz, stated, smpl.PARENTS, smpl.OFFSETS, turns, doubts)
+
+
+def _sound(
+    values: NDArray[Any], name: str, largest: float, place: str, known: bool = False
+) -> NDArray[np.float32]:
+    """Return numbers as float32; refuse absurd ones, and unknown ones where all must be known."""
+    result = np.empty(values.shape, np.float32)
+    for start in range(0, len(values), smpl.BLOCK):
+        with np.errstate(invalid="ignore"):  # of all that is no number, some signals
+            block = values[start : start + smpl.BLOCK].astype(np.float64)
+        bad = ~(np.abs(block) <= largest) if known else np.abs(block) > largest
+        if bad.any():
+            at = tuple(np.argwhere(bad)[0].tolist())
+            found = f"{name or 'array'}: frame {start + at[0]} has {block[at]}"
+            raise CaptureError(found, place=place, wanted=f"numbers up to {largest:g}")
+        result[start : start + smpl.BLOCK] = block
+    return result

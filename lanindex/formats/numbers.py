@@ -1,0 +1,298 @@
+"""Tables of numbers as text: which lines are rows, and the cells in them, a block at a time.
+
+A cell that is blank, or says ``nan``, is unknown. The compiled path, `numbers_fast`, gives the
+same arrays bit for bit.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from operator import itemgetter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.errors import CaptureError, quoted
+from lanindex.formats.bvh.compiled import WORTH
+from lanindex.formats.bvh.hierarchy import LARGEST, line_of, text_of
+from lanindex.formats.file import Content, File, holding
+from lanindex.model import Motion
+
+BLOCK = 4096
+"""Rows whose numbers are held at a time."""
+
+MOST = 1e18
+"""No number is larger: ticks of 100 ns since the year 1 are not."""
+
+BLANKS = b" "
+"""As a separator: any number of blanks stands for one."""
+
+_PIECE = 1 << 17  # bytes looked through at a time
+_NOTHING = b" \t\r\n,;"
+_OPENS = np.isin(np.arange(256), list(b"0123456789+-."))
+_COMMA = bytes.maketrans(b",", b".")
+_FAST = "lanindex.formats.numbers_fast"
+
+Lines = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Parse = Callable[[bytes, Lines, "Table"], tuple[Floats, int | None]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """Where the numbers of a table lie.
+
+    Attributes
+    ----------
+    lines : ndarray
+        (T, 2) int64, first byte of each row, and the one behind its line's end.
+    separator : bytes
+        Stands between cells; `BLANKS`: any number of them.
+    width : int
+        Columns: what a row has beyond them is blank.
+    heads : tuple of int
+        Columns of frame numbers, times, states.
+    points : tuple of int
+        (3 M) columns of x, y, z of each point.
+    comma : bool
+        Whether a comma stands in numbers where a point would.
+    """
+
+    lines: Lines
+    separator: bytes
+    width: int
+    heads: tuple[int, ...]
+    points: tuple[int, ...]
+    comma: bool = False
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """All that are read."""
+        return self.heads + self.points
+
+
+def rows(data: Content, first: int, stop: int | None = None) -> Lines:
+    """Return the lines that are not blank, nor hold separators alone.
+
+    Parameters
+    ----------
+    data : Content
+        The file.
+    first, stop : int
+        The bytes that are looked through; to the end, if not told.
+
+    Returns
+    -------
+    ndarray
+        (T, 2) int64, first byte of each, and the one behind its line's end.
+    """
+    stop = len(data) if stop is None else stop
+    end = newline(data[first : min(stop, first + _PIECE)])[0]
+    found, doubtful = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
+    behind = True
+    for start in range(first, stop, _PIECE):
+        until = min(start + _PIECE, stop)
+        held, begin = holding(data, start, until)
+        text = np.frombuffer(held, np.uint8)[start - begin : until - begin]
+        ends = text == end
+        opens = np.flatnonzero(np.append(behind, ends[:-1]))
+        behind = bool(ends[-1])
+        found.append(opens + start)
+        doubtful.append(~_OPENS[text[opens]])
+    starts = np.concatenate(found)
+    lines = np.stack((starts, np.append(starts[1:], stop)[: len(starts)]), axis=1)
+    doubts = np.flatnonzero(np.concatenate(doubtful)).tolist()
+    blank = [row for row in doubts if not data[lines[row, 0] : lines[row, 1]].strip(_NOTHING)]
+    return np.delete(lines, blank, axis=0) if blank else lines
+
+
+def newline(head: bytes) -> bytes:
+    """Return what ends the lines of a text: a carriage return where nothing else does."""
+    return b"\r" if b"\r" in head and b"\n" not in head else b"\n"
+
+
+def read(file: File, table: Table, total: int) -> tuple[Floats, NDArray[np.float32]]:
+    """Read the numbers of a table.
+
+    Parameters
+    ----------
+    file : File
+        The file.
+    table : Table
+        Where they lie.
+    total : int
+        Bytes that are going to be read in all: see `lanindex.formats.file.Wanted`.
+
+    Returns
+    -------
+    tuple of ndarray
+        (T, H) float64 heads, and (T, M, 3) float32 points; NaN where unknown: of a point that is
+        not known whole, all three.
+
+    Raises
+    ------
+    CaptureError
+        A row is damaged; names the line.
+    """
+    lines = table.lines
+    needed = max(table.columns)  # as many separators stand in a row at least
+    short = np.flatnonzero(lines[:, 1] - lines[:, 0] < needed)
+    if len(short):  # before anything is allocated for them
+        raise _damaged(file, table, int(short[0]))
+    heads = np.empty((len(lines), len(table.heads)))
+    points = np.empty((len(lines), len(table.points)), np.float32)
+    parse = _parser(max(total, len(file.content)))
+    for start in range(0, len(lines), BLOCK):
+        block = lines[start : start + BLOCK]
+        data, begin = holding(file.content, int(block[0, 0]), int(block[-1, 1]))
+        if table.comma:
+            data, begin = data[block[0, 0] - begin : block[-1, 1] - begin], int(block[0, 0])
+            data = data.translate(_COMMA)
+        values, bad = parse(data, block - begin, table)
+        if bad is not None:
+            raise _damaged(file, table, start + bad)
+        heads[start : start + BLOCK] = values[:, : len(table.heads)]
+        points[start : start + BLOCK] = values[:, len(table.heads) :]
+    places = points.reshape(len(lines), -1, 3)
+    places[np.isnan(places).any(axis=2)] = np.nan
+    return heads, places
+
+
+def at_origin(
+    places: NDArray[np.float32], names: Sequence[str]
+) -> tuple[tuple[str, ...], NDArray[np.float32]]:
+    """Take places of 0, 0, 0 for unknown, as some programs write it.
+
+    A point that lies there always is left: it may be what all others are measured from.
+
+    Parameters
+    ----------
+    places : ndarray
+        (T, M, 3); changed.
+    names : sequence of str
+        (M) for the warning.
+
+    Returns
+    -------
+    tuple of tuple of str and ndarray
+        A warning, if any is; and the places.
+    """
+    zero = (places == 0).all(axis=2)
+    zero &= ~(zero | np.isnan(places[..., 0])).all(axis=0)
+    if not zero.any():
+        return (), places
+    places[zero] = np.nan
+    gone = [names[index] for index in np.flatnonzero(zero.any(axis=0)).tolist()]
+    most = ", ".join(gone[:3]) + (f" and {len(gone) - 3} others" if len(gone) > 3 else "")
+    return (
+        f"{most} at 0, 0, 0 in {np.count_nonzero(zero.any(axis=1))} frames: taken as unknown",
+    ), places
+
+
+def shown(motion: Motion) -> tuple[tuple[str, ...], NDArray[np.float32]]:
+    """Return what a table of a motion shows: its markers, where it has them, or else its joints."""
+    if motion.markers is not None:
+        return motion.markers.names, motion.markers.positions
+    return motion.skeleton.names, motion.positions
+
+
+def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
+    """Read some rows: the plain path.
+
+    Parameters
+    ----------
+    data : bytes
+        Holds the rows.
+    lines : ndarray
+        (T, 2) int64, their bytes.
+    table : Table
+        Which columns are read.
+
+    Returns
+    -------
+    tuple of ndarray and (int or None)
+        (T, C) float64, the columns in the table's order, and the first row that is damaged.
+    """
+    values = np.empty((len(lines), len(table.columns)))
+    for row, (first, stop) in enumerate(lines.tolist()):
+        if not fill(values[row], data[first:stop], table):
+            return values, row
+    return values, None
+
+
+def fill(values: Floats, line: bytes, table: Table) -> bool:
+    """Read a row; return whether it is sound."""
+    cells = cells_of(line, table.separator)
+    if len(cells) > table.width and any(map(bytes.strip, cells[table.width :])):
+        return False
+    try:
+        values[:] = _numbers(cells, table.columns)
+    except (ValueError, IndexError):
+        return False
+    if b"_" in line and any(b"_" in cells[column] for column in table.columns):
+        return False  # float() lets 1_0 pass
+    heads, sizes = len(table.heads), np.abs(values)
+    largest = sizes[heads:].max(initial=0)
+    if largest <= LARGEST and sizes[:heads].max(initial=0) <= MOST:
+        return True
+    return not ((sizes[:heads] > MOST).any() or (sizes[heads:] > LARGEST).any())
+
+
+def _numbers(cells: list[bytes], columns: tuple[int, ...]) -> list[float]:
+    """Return the numbers of a row, NaN where a cell is blank."""
+    wanted = itemgetter(*columns)(cells) if len(columns) > 1 else (cells[columns[0]],)
+    try:
+        return list(map(float, wanted))
+    except ValueError:
+        return [float(cell.strip() or b"nan") for cell in wanted]
+
+
+def cells_of(line: bytes, separator: bytes) -> list[bytes]:
+    """Cut a line into its cells."""
+    return line.split(None if separator == BLANKS else separator)
+
+
+def _damaged(file: File, table: Table, row: int) -> CaptureError:
+    """Say what is wrong with a row."""
+    first, stop = table.lines[row].tolist()
+    line = file.content[first:stop]
+    cells = cells_of(line.translate(_COMMA) if table.comma else line, table.separator)
+    found, wanted = f"has {len(cells)} cells", f"{table.width}, as the header says"
+    for number, column in enumerate(table.columns):
+        one = np.full(1, np.nan)
+        cell = cells[column] if column < len(cells) else b""
+        alone = Table(
+            table.lines,
+            table.separator,
+            1,
+            *(((0,), ()) if number < len(table.heads) else ((), (0,))),
+        )
+        if not fill(one, cell, alone):
+            found = f"has {quoted(text_of(cell.strip()))} in column {column + 1}"
+            wanted = f"a number up to {LARGEST:g}, or nothing where it is unknown"
+            break
+    last = row == len(table.lines) - 1 and len(cells) <= table.width
+    return CaptureError(
+        f"frame {row} {found}",
+        place=f"{file.name}:{line_of(file.content, first)}",
+        wanted=wanted,
+        remedy="It is the last line: the file may be cut short." if last else "",
+    )
+
+
+def _parser(size: int) -> Parse:
+    """Return the compiled path for a large file, or once it has been loaded; else the plain one."""
+    return (compiled() or parse) if size >= WORTH or _FAST in sys.modules else parse
+
+
+@cache
+def compiled() -> Parse | None:
+    """Load the compiled path; without numba, or a folder for its cache, there is none."""
+    try:
+        from lanindex.formats import numbers_fast
+    except (ImportError, RuntimeError):
+        return None
+    return numbers_fast.parse

@@ -1,0 +1,106 @@
+"""Tables of numbers as text: the compiled path (extra ``fast``).
+
+What is short and plain is read here; a row with anything else in it is left to the plain path.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.formats import numbers
+from lanindex.formats.bvh.floats_fast import (
+    _MINUS,
+    _NIL,
+    _NOTHING,
+    _ONE,
+    _PLUS,
+    _POINT,
+    _SHORT,
+    _TENS,
+    _blank,
+    _digits,
+    _number,
+)  # fmt: skip
+from lanindex.formats.bvh.hierarchy import LARGEST
+
+_SPACE = np.uint8(32)
+_MOST = numbers.MOST
+
+
+@numba.njit
+def _row(text, at, stop, separator, width, slots, heads, row):
+    """Read one line into `row`; tell whether all of it could be read here."""
+    column, many = 0, len(slots)
+    runs = separator == _SPACE
+    while True:
+        while at < stop and _blank(text[at]) and (runs or text[at] != separator):
+            at += _ONE
+        slot = slots[column] if column < many else -1
+        ended = at >= stop
+        if ended and runs:
+            return column >= many
+        if slot < 0:
+            if column >= width and not ended and text[at] != separator:
+                return False
+            while at < stop and text[at] != separator and not (runs and _blank(text[at])):
+                at += _ONE
+        elif ended or text[at] == separator:
+            row[slot] = np.nan
+        else:
+            begin = at
+            negative = text[at] == _MINUS
+            if negative or text[at] == _PLUS:
+                at += _ONE
+            first, power = at, _NOTHING
+            whole, at = _digits(text, at, stop, _NIL)
+            digits = at - first
+            if at < stop and text[at] == _POINT:
+                first = at + _ONE
+                whole, at = _digits(text, first, stop, whole)
+                power = at - first
+                digits += power
+            clean = at >= stop or text[at] == separator or _blank(text[at])
+            if clean and _NOTHING < digits <= _SHORT:
+                value = np.float64(whole) / _TENS[power]
+                value = -value if negative else value
+            else:
+                value, at, proper = _number(text, begin, stop)
+                if not proper or np.isnan(value):
+                    return False
+            if abs(value) > (_MOST if slot < heads else LARGEST):
+                return False
+            row[slot] = value
+            while not runs and at < stop and text[at] != separator and _blank(text[at]):
+                at += _ONE
+            if at < stop and text[at] != separator and not (runs and _blank(text[at])):
+                return False
+        column += 1
+        if at >= stop:
+            return column >= many
+        at += _ONE
+
+
+@numba.njit(cache=True, nogil=True)
+def _rows(text, lines, separator, width, slots, heads, values, read):
+    for row in range(len(lines)):
+        start, stop = np.uintp(lines[row, 0]), np.uintp(lines[row, 1])
+        read[row] = _row(text, start, stop, separator, width, slots, heads, values[row])
+
+
+def parse(
+    data: bytes, lines: NDArray[np.int64], table: numbers.Table
+) -> tuple[NDArray[np.float64], int | None]:
+    """Read some rows: see `lanindex.formats.numbers.parse`."""
+    slots = np.full(max(table.columns) + 1, -1, np.int64)
+    slots[list(table.columns)] = np.arange(len(table.columns))
+    values = np.empty((len(lines), len(table.columns)))
+    read = np.zeros(len(lines), np.bool_)
+    text, separator = np.frombuffer(data, np.uint8), np.uint8(table.separator[0])
+    _rows(text, lines, separator, table.width, slots, len(table.heads), values, read)
+    for row in np.flatnonzero(~read).tolist():
+        first, stop = lines[row].tolist()
+        if not numbers.fill(values[row], data[first:stop], table):
+            return values, row
+    return values, None

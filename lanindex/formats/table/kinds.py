@@ -1,0 +1,263 @@
+"""The tables of known programs: how each is recognised, and where its points are.
+
+Sources: Microsoft, *Kinect for Windows SDK 2.0*, JointType, and LabanotationSuite; Vicon, *Nexus
+User Guide*, ASCII export; NaturalPoint, *Motive*, CSV data export; Qualisys, *QTM User Manual*, TSV
+export.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from itertools import islice
+
+import numpy as np
+
+from lanindex.body import Stated
+from lanindex.errors import CaptureError, shown
+from lanindex.formats import numbers
+from lanindex.formats.file import Content, File
+from lanindex.formats.table.layout import (
+    Layout,
+    Line,
+    comma_of,
+    counted,
+    lines,
+    made,
+    separator_of,
+    triples,
+)  # fmt: skip
+
+_JOINTS = (
+    "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight "
+    "ElbowRight WristRight HandRight HipLeft KneeLeft AnkleLeft FootLeft HipRight KneeRight "
+    "AnkleRight FootRight SpineShoulder HandTipLeft ThumbLeft HandTipRight ThumbRight"
+)
+KINECT = tuple(_JOINTS.split())
+"""The joints of Kinect v2, in the order of its JointType."""
+
+_TICKS = 1e-7  # seconds
+_NEXUS = b"trajectories", b"model outputs", b"devices", b"joints", b"segments"
+_NAME_ROWS = 40  # lines in which a header is looked for
+_TIME = re.compile(
+    r"(?:time|timestamp|seconds?|secs?|t)(?:[\s_]*[(\[]?(s|sec|seconds|ms|us|µs|ns|milliseconds|"
+    r"microseconds|nanoseconds)?[)\]]?)",
+    re.IGNORECASE,
+)
+_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "milliseconds": 1e-3, "us": 1e-6,
+          "µs": 1e-6, "microseconds": 1e-6, "ns": 1e-9, "nanoseconds": 1e-9}  # fmt: skip
+_LENGTHS = {"millimeters": "mm", "centimeters": "cm", "meters": "m"}
+
+
+def layout_of(file: File) -> Layout:
+    """Return where the points of a table are, whosesoever it is.
+
+    Raises
+    ------
+    CaptureError
+        It is none that is known, or its header is damaged.
+    """
+    head = list(islice(lines(file), _NAME_ROWS))
+    first = next((line for line in head if line.text.strip(b" \t\r\n,;\xef\xbb\xbf")), None)
+    if first is None:
+        raise CaptureError("nothing but blanks", place=file.name, wanted="a table of points")
+    begun = first.text.removeprefix(b"\xef\xbb\xbf").strip().lower()
+    for starts, kind in _KINDS.items():
+        if begun.startswith(starts):
+            return kind(file, head)
+    return _kinect(file, first) or _named(file, head)
+
+
+def _kinect(file: File, first: Line) -> Layout | None:
+    """Return a table of LabanotationSuite: no header, ticks, then x, y, z and a state of each."""
+    separator = separator_of(first.text)
+    cells = first.text.strip().rstrip(separator).split(separator)
+    width = 1 + 4 * len(KINECT)
+    if len(cells) != width or not all(map(_is_number, cells)):
+        return None
+    starts = range(1, width, 4)
+    points = [(at, at + 1, at + 2) for at in starts]
+    heads = [0, *(at + 3 for at in starts)]
+    comma = comma_of(first.text, separator)
+    rows = numbers.rows(file.content, first.first)
+    table = made(file, rows, separator, width, heads, points, comma)
+    return Layout("Kinect v2", KINECT, table, 0, _TICKS, states=1, stated=Stated("m", "y"))
+
+
+def _is_number(cell: bytes) -> bool:
+    try:
+        float(cell.replace(b",", b"."))
+    except ValueError:
+        return False
+    return True
+
+
+def _named(file: File, head: list[Line]) -> Layout:
+    """Return a table whose header names the columns: ``time``, ``head_x``, ``head_y`` ..."""
+    best: tuple[Line, list[str], bytes] | None = None
+    most = 0
+    for line in head:
+        separator = separator_of(line.text)
+        cells = line.cells(separator)
+        points = triples(cells)[0]
+        if len(points) > most:
+            best, most = (line, cells, separator), len(points)
+    if best is None:
+        raise CaptureError(
+            f"a table that begins with {shown(head[0].text.decode('latin-1').strip(), 40)!r}",
+            place=file.name,
+            wanted="a header that names x, y, z of each joint, as head_x, head_y, head_z",
+            remedy="Say what its columns are with --columns.",
+        )
+    line, cells, separator = best
+    points, unit = triples(cells)
+    time = [number for number, cell in enumerate(cells) if _TIME.fullmatch(cell)]
+    rows = numbers.rows(file.content, line.stop)
+    row = file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
+    comma = comma_of(row, separator)
+    table = made(file, rows, separator, len(cells), time[:1], list(points.values()), comma)
+    said = _TIME.fullmatch(cells[time[0]]) if time else None
+    tick = _UNITS[said[1].lower()] if said and said[1] else None
+    when = 0 if time else None
+    return Layout("a table", tuple(points), table, when, tick, stated=Stated(unit))
+
+
+def _nexus(file: File, head: list[Line]) -> Layout:
+    """Return the block ``Trajectories`` of an export of Vicon Nexus."""
+    at = block(file.content, b"Trajectories")
+    if at is None:
+        raise CaptureError(
+            "an export of Vicon Nexus without Trajectories: what a model says of segments and "
+            "angles, but no markers",
+            place=file.name,
+            wanted="the block Trajectories",
+            remedy="Export the trajectories too, or give the C3D file.",
+        )
+    head = list(islice(lines(file, at), 5))
+    if len(head) < 5:
+        raise CaptureError("ends in its header", place=file.name, wanted="five lines, then frames")
+    separator = separator_of(head[3].text)
+    rate, names, axes, units = (line.cells(separator) for line in head[1:5])
+    called: list[str] = []
+    points: list[tuple[int, int, int]] = []
+    for column in range(2, len(axes) - 2):
+        upper = [axis.upper() for axis in axes[column : column + 3]]
+        name = names[column] if column < len(names) else ""
+        if name and upper == ["X", "Y", "Z"]:
+            called.append(name)
+            points.append((column, column + 1, column + 2))
+    rows = numbers.rows(file.content, head[4].stop)
+    beyond = np.flatnonzero(rows[1:, 0] != rows[:-1, 1])  # a blank line ends the block
+    rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
+    unit = next((units[point[0]] for point in points if point[0] < len(units)), None)
+    table = made(file, rows, separator, len(axes), [0], points)
+    return Layout("Vicon Nexus", tuple(called), table, rate=rate[0], stated=Stated(unit))
+
+
+def block(content: Content, title: bytes) -> int | None:
+    """Return where a line begins that holds a title; None: there is none."""
+    pattern = re.compile(rb"(?:^|[\r\n]|\xef\xbb\xbf)" + title + rb"(?=[\s,;]|$)", re.IGNORECASE)
+    size = 1 << 20
+    for start in range(0, len(content), size):
+        held = content[start : start + size + len(title) + 8]
+        for match in pattern.finditer(held):
+            if match.start() or not start:
+                return start + match.end() - len(title)
+    return None
+
+
+def _motive(file: File, head: list[Line]) -> Layout:
+    """Return an export of OptiTrack Motive: places of bones, where it has them, else of markers."""
+    first = head[0].cells(b",")
+    said = dict(zip(first[::2], first[1::2], strict=False))
+    rows: dict[str, list[str]] = {}
+    kinds: list[str] = []
+    axes: Line | None = None
+    for line in head[1:]:
+        cells = line.cells(b",")
+        if cells[0].lower() == "frame":
+            axes = line
+            break
+        if "Position" in cells:
+            kinds = cells
+        elif len(cells) > 1:
+            rows[cells[1].lower()] = cells
+    if axes is None or not kinds or "name" not in rows:
+        wanted = "rows of Name, Rotation and Position, and Frame"
+        raise CaptureError("the header of Motive cut short", place=file.name, wanted=wanted)
+    types = rows.get("type", [])
+    names, points = _motive_points(rows["name"], kinds, types, axes.cells(b","))
+    lines_there = numbers.rows(file.content, axes.stop)
+    width = len(axes.cells(b","))
+    table = made(file, lines_there, b",", width, [1], points)
+    unit = said.get("Length Units", "").lower()
+    rate = said.get("Export Frame Rate") or said.get("Capture Frame Rate", "")
+    count = said.get("Total Exported Frames", "")
+    doubts = counted(count, len(lines_there))
+    stated = Stated(_LENGTHS.get(unit, unit or None), "y")
+    return Layout("Motive", names, table, 0, 1.0, rate, stated=stated, doubts=doubts)
+
+
+def _motive_points(
+    names: list[str], kinds: list[str], types: list[str], axes: list[str]
+) -> tuple[tuple[str, ...], list[tuple[int, int, int]]]:
+    """Return names and columns of the bones; where there are none, of the markers."""
+    width = min(len(names), len(kinds), len(axes))
+    found: dict[str, dict[str, tuple[int, int, int]]] = {}
+    for column in range(2, width - 2):
+        if kinds[column] == "Position" and axes[column : column + 3] == ["X", "Y", "Z"]:
+            kind = types[column] if column < len(types) else "Marker"
+            kind = "Bone" if kind == "Bone" else "Marker" if "Marker" in kind else kind
+            name = names[column]
+            parts = name.split(":")
+            if kind == "Bone" and (len(parts) == 1 or parts[0] == parts[-1]):
+                name = f"{parts[0]}:Hip"  # the skeleton itself
+            found.setdefault(kind, {})[name] = (column, column + 1, column + 2)
+    chosen = found.get("Bone") or found.get("Marker") or next(iter(found.values()), {})
+    return tuple(chosen), list(chosen.values())
+
+
+def _qualisys(file: File, head: list[Line]) -> Layout:
+    """Return an export of Qualisys: keys, the names of the markers, then x, y, z of each."""
+    said: dict[str, str] = {}
+    names: list[str] = []
+    before: list[str] | None = None
+    begin = head[0].first
+    for line in head:
+        cells = line.cells(b"\t")
+        key = cells[0].upper()
+        if key in ("FRAME", "TIME") or key.endswith(" X"):
+            before = [cell.lower() for cell in cells[:2] if cell.lower() in ("frame", "time")]
+            begin = line.stop
+            break
+        if not re.fullmatch(r"[A-Z_]{2,}", key):
+            break
+        begin = line.stop
+        said[key] = cells[1] if len(cells) > 1 else ""
+        names = [name for name in cells[1:] if name] if key == "MARKER_NAMES" else names
+    if said.get("DATA_INCLUDED", "3D") not in ("3D", ""):
+        found = f"data of the kind {shown(said['DATA_INCLUDED'], 20)!r}"
+        raise CaptureError(found, place=file.name, wanted="3D, places of markers")
+    rows = numbers.rows(file.content, begin)
+    if before is None and len(rows):
+        row = file.content[int(rows[0, 0]) : int(rows[0, 1])].rstrip(b"\r\n")
+        extra = row.removesuffix(b"\t").count(b"\t") + 1 - 3 * len(names)
+        before = ["frame", "time"][: max(extra, 0)]
+    skip = len(before or ())
+    points = [(at, at + 1, at + 2) for at in range(skip, skip + 3 * len(names), 3)]
+    heads = [before.index("time")] if before and "time" in before else []
+    table = made(file, rows, b"\t", skip + 3 * len(names), heads, points)
+    doubts = counted(said.get("NO_OF_FRAMES", ""), len(rows))
+    when = 0 if heads else None
+    rate = said.get("FREQUENCY", "")
+    return Layout(
+        "Qualisys", tuple(names), table, when, 1.0, rate, stated=Stated("mm"), doubts=doubts
+    )
+
+
+_KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], Layout]] = {
+    _NEXUS: _nexus,
+    b"format version": _motive,
+    b"no_of_frames": _qualisys,
+}
+"""By how a table begins, in small letters: whose it is."""

@@ -1,0 +1,151 @@
+"""Tables → Motion, whosesoever they are, and clips of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body.by_name import LIMBS
+from lanindex.body.markers import making_of
+from lanindex.body.names import candidates
+from lanindex.errors import CaptureError, quoted
+from lanindex.formats import numbers
+from lanindex.formats.clock import rate_by
+from lanindex.formats.file import File, Wanted
+from lanindex.formats.points import Points, motion_of
+from lanindex.formats.table import columns
+from lanindex.formats.table.kinds import layout_of
+from lanindex.formats.table.layout import Layout
+from lanindex.model import Motion, Reading, Span
+
+_TICKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
+          ("units of 100 ns", 1e-7), ("nanoseconds", 1e-9))  # fmt: skip
+_USUAL = (0.002, 0.2)  # seconds between frames
+
+
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read a table of points.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        See `lanindex.formats.read`; ``columns`` names a file that says what the columns are.
+    wanted : Wanted
+        What the motion is for.
+
+    Returns
+    -------
+    Motion
+        Joints as the table has them, or made of its markers; of several subjects the one that is
+        meant, else the first.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged; names the line.
+    BodyError
+        Its points make no human body.
+    UsageError
+        What the user says of its columns is not understood.
+    """
+    layout = columns.layout_of(file, told.columns) if told.columns else layout_of(file)
+    chosen, whose = _chosen(file, layout)
+    heads, places = numbers.read(file, layout.table, wanted.total)
+    if layout.states is not None:
+        places[heads[:, layout.states :] == 0] = np.nan
+    names = tuple(layout.names[number] for number in chosen)
+    places = places if len(chosen) == len(layout.names) else places[:, chosen]
+    gone, places = numbers.at_origin(places, names)
+    times, unsure = _seconds(layout, heads)
+    rate, doubts = rate_by(told, layout.rate, times, file.name)
+    unsure = unsure if told.rate is None else ()
+    doubts = (*layout.doubts, *whose, *unsure, *doubts, *gone)
+    return motion_of(
+        Points(names, places, rate, layout.stated, doubts=doubts), file, "csv", told, wanted
+    )
+
+
+def _seconds(
+    layout: Layout, heads: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return the times in seconds; where their unit is not told, in that which is usual."""
+    if layout.time is None:
+        return np.zeros(0), ()
+    times = heads[:, layout.time]
+    if layout.tick is not None:
+        return times * layout.tick, ()
+    steps = np.diff(times)
+    steps = steps[np.isfinite(steps)]
+    step = float(np.median(steps)) if len(steps) else 0.0
+    for name, tick in _TICKS:
+        if _USUAL[0] <= step * tick <= _USUAL[1]:
+            doubt = () if tick == 1 else (f"its times are taken for {name}",)
+            return (times - times[0]) * tick, doubt
+    return times, ()
+
+
+def _chosen(file: File, layout: Layout) -> tuple[list[int], tuple[str, ...]]:
+    """Return the points of one subject by their numbers, and who else there is."""
+    found = people(layout.names)
+    if file.subject:
+        if file.subject not in found:
+            raise CaptureError(
+                f"has no subject {quoted(file.subject)} that makes a body",
+                place=file.name,
+                wanted=" or ".join(filter(None, found)) or "none: its subjects have no names",
+            )
+        return found[file.subject], ()
+    if not found:
+        return list(range(len(layout.names))), ()
+    first, *others = found
+    if not others:
+        return found[first], ()
+    doubt = f"{first or 'the first subject'} is read; it holds also {', '.join(others)}"
+    return found[first], (doubt,)
+
+
+def people(names: tuple[str, ...]) -> dict[str, list[int]]:
+    """Return the points of each subject that makes a body, by what stands before a colon."""
+    groups: dict[str, list[int]] = {}
+    for number, name in enumerate(names):
+        groups.setdefault(name.rpartition(":")[0], []).append(number)
+    return {
+        subject: points
+        for subject, points in groups.items()
+        if _makes_body(tuple(names[number].rpartition(":")[2] for number in points))
+    }
+
+
+def _makes_body(names: tuple[str, ...]) -> bool:
+    """Tell whether points are enough of a body: of a known set of markers, or named as limbs."""
+    if making_of(names):
+        return True
+    found: Any = candidates(names)
+    return any(
+        all(found["limbs", side, joint] for side in "RL" for joint in limb) for limb in LIMBS
+    )
+
+
+def subjects(file: File) -> tuple[str, ...]:
+    """Return the names of the people that a file holds; none where nobody is named."""
+    return tuple(name for name in people(layout_of(file).names) if name)
+
+
+def cutter(file: File) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of a table, which is looked through once.
+
+    Header and rows are the source's, byte for byte; of several blocks the one that is read.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read.
+    """
+    rows = layout_of(file).table.lines
+    head = file.content[: int(rows[0, 0])]
+    return lambda span: head + file.content[int(rows[span.start, 0]) : int(rows[span.stop - 1, 1])]

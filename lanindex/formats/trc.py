@@ -1,0 +1,241 @@
+"""TRC (Track Row Column): markers by name, as OpenSim and the programs around it write them.
+
+Five lines tell what follows, then a line is a frame: its number, its time, and x, y, z of each
+marker. Real files leave cells blank, pad lines, part cells by commas and miscount their frames;
+they are read by what stands in them.
+
+Source: OpenSim documentation, *Marker (.trc) Files*.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import PurePath
+
+import numpy as np
+
+from lanindex.body import Stated
+from lanindex.errors import CaptureError, quoted
+from lanindex.formats import numbers
+from lanindex.formats.bvh.hierarchy import text_of
+from lanindex.formats.clock import rate_by
+from lanindex.formats.file import File, Wanted
+from lanindex.formats.points import Points, motion_of
+from lanindex.model import Motion, Reading, Span
+
+_HEAD = 1 << 20  # bytes in which the header is looked for
+_WORD = re.compile(rb"[^\s,;]+")
+_MARKER = re.compile(rb"[xX]\d*")
+_FIRST = 2  # columns before the markers: number and time
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """The bytes of a TRC file, and what its header says.
+
+    Attributes
+    ----------
+    said : dict of str to str
+        By key in small letters: ``datarate``, ``numframes``, ``units`` ...
+    count : tuple of int
+        First byte of the number of frames, and the one behind its last; empty where there is none.
+    names : tuple of str
+        (M) the markers.
+    table : numbers.Table
+        Where the numbers lie.
+    doubts : tuple of str
+        What the header gets wrong.
+    """
+
+    said: dict[str, str]
+    count: tuple[int, int]
+    names: tuple[str, ...]
+    table: numbers.Table
+    doubts: tuple[str, ...]
+
+
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read a TRC file.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        See `lanindex.formats.read`.
+    wanted : Wanted
+        What the motion is for.
+
+    Returns
+    -------
+    Motion
+        The joints that its markers make, or are; the vertical axis is told from the body.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged; names the line.
+    BodyError
+        Its markers make no human body.
+    """
+    layout = scan(file)
+    heads, places = numbers.read(file, layout.table, wanted.total)
+    place, said = f"{file.name}:3", layout.said
+    rate, doubts = rate_by(told, said.get("datarate", ""), heads[:, 1], place)
+    stated = Stated(unit=said.get("units"))
+    gone, places = numbers.at_origin(places, layout.names)
+    doubts = (*layout.doubts, *doubts, *gone)
+    points = Points(layout.names, places, rate, stated, doubts=doubts)
+    return motion_of(points, file, "trc", told, wanted)
+
+
+def cutter(file: File) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of a TRC file, which is looked through once.
+
+    Header and lines are the source's, numbers and times of the frames too; only ``NumFrames`` is
+    new.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read.
+    """
+    layout = scan(file)
+    lines, (before, after) = layout.table.lines, layout.count
+    head = file.content[: int(lines[0, 0])]
+
+    def cut(span: Span) -> bytes:
+        count = str(len(span)).encode() if after > before else b""
+        frames = file.content[int(lines[span.start, 0]) : int(lines[span.stop - 1, 1])]
+        return head[:before] + count + head[after:] + frames
+
+    return cut
+
+
+def scan(file: File) -> Layout:
+    """Find the frames of a TRC file without reading their numbers.
+
+    Raises
+    ------
+    CaptureError
+        The header cannot be understood, or there are no frames.
+    """
+    head = file.content[:_HEAD]
+    above = _head_lines(head)
+    if len(above) < 4:
+        found = "the file ends in its header"
+        raise CaptureError(found, place=file.name, wanted="five lines, then frames")
+    (keys, _), (values, at), (named, names_at) = above[1:4]
+    separator = max(b"\t,;", key=named.count).to_bytes(1, "big")
+    said, count = _said(keys, values, at)
+    cells = [cell.strip() for cell in named.split(separator)]
+    behind, many = names_at + len(named), 0
+    first = _WORD.search(above[4][0]) if len(above) > 4 else None
+    if first and _MARKER.fullmatch(first.group()):
+        axes, axes_at = above[4]
+        behind, many = axes_at + len(axes), len(_WORD.findall(axes)) // 3
+    names = _names(cells[_FIRST:], many, f"{file.name}:4")
+    lines = numbers.rows(file.content, behind)
+    if not len(lines):
+        wanted = "lines of numbers behind the names of the markers"
+        raise CaptureError("no frames", place=file.name, wanted=wanted)
+    width = _FIRST + 3 * len(names)
+    table = numbers.Table(lines, separator, width, (0, 1), tuple(range(_FIRST, width)))
+    doubts = _miscounted(said, "numframes", len(lines), "frames")
+    doubts += _miscounted(said, "nummarkers", len(names), "markers")
+    return Layout(said, count, names, table, doubts)
+
+
+def _head_lines(head: bytes) -> list[tuple[bytes, int]]:
+    """Return the first five lines that are not blank, with their ends, and where they begin."""
+    end, at = numbers.newline(head), 0
+    lines: list[tuple[bytes, int]] = []
+    while at < len(head) and len(lines) < 5:
+        stop = head.find(end, at) + 1 or len(head)
+        if head[at:stop].strip(b" \t\r\n,;"):
+            lines.append((head[at:stop], at))
+        at = stop
+    return lines
+
+
+def _said(keys: bytes, values: bytes, at: int) -> tuple[dict[str, str], tuple[int, int]]:
+    """Return what the header says by key, and the bytes of the number of frames."""
+    names = [text_of(word.group()).lower() for word in _WORD.finditer(keys)]
+    words = list(_WORD.finditer(values))
+    said = dict(zip(names, (text_of(word.group()) for word in words), strict=False))
+    if "numframes" not in said or not said["numframes"].isdecimal():
+        return said, (at, at)
+    start, stop = words[names.index("numframes")].span()
+    return said, (at + start, at + stop)
+
+
+def _names(cells: list[bytes], many: int, place: str) -> tuple[str, ...]:
+    """Return the names of the markers, of which each stands over three columns."""
+    named = [number for number, cell in enumerate(cells) if cell]
+    if all(number % 3 == 0 for number in named):
+        many = max(many, named[-1] // 3 + 1 if named else 0)
+        words = [cells[3 * k] if 3 * k < len(cells) else b"" for k in range(many)]
+    else:
+        words = [cells[number] for number in named]
+    if not words or (many and len(words) != many):
+        found = f"{len(words)} names over {many} markers"
+        raise CaptureError(found, place=place, wanted="a name over every third column")
+    return tuple(text_of(word) or f"marker {number}" for number, word in enumerate(words, 1))
+
+
+def _miscounted(said: dict[str, str], key: str, there: int, what: str) -> tuple[str, ...]:
+    """Return a warning where the header counts otherwise than there are."""
+    if key not in said or said[key] == str(there):
+        return ()
+    return (f"its header says {quoted(said[key])} {what}, the file has {there}",)
+
+
+def write(motion: Motion) -> bytes:
+    """Write a motion as TRC: millimetres, y up; its markers, or else its joints.
+
+    Parameters
+    ----------
+    motion : Motion
+        Any; what is unknown is left blank.
+
+    Returns
+    -------
+    bytes
+        Read again it gives the positions within 0.0001 mm.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.formats.trc import write
+    >>> write(lanindex.read("corpus/compass.bvh")).split()[3]
+    b'compass.trc'
+    """
+    names, places = numbers.shown(motion)
+    names = tuple(re.sub(r"[\t\r\n]+", " ", name).strip() or "marker" for name in names)
+    title = re.sub(r"\s+", " ", PurePath(motion.source.path).with_suffix(".trc").name)
+    many, count = len(names), len(motion)
+    rate = f"{float(motion.rate):.9g}"
+    keys = (
+        "DataRate CameraRate NumFrames NumMarkers Units OrigDataRate OrigDataStartFrame "
+        "OrigNumFrames"
+    )
+    values = (rate, rate, count, many, "mm", rate, 1, count)
+    axes = (f"{axis}{number}" for number in range(1, many + 1) for axis in "XYZ")
+    out = io.StringIO()
+    for line in (
+        ("PathFileType", "4", "(X/Y/Z)", title),
+        keys.split(),
+        values,
+        ("Frame#", "Time", *(cell for name in names for cell in (name, "", ""))),
+        ("", "", *axes),
+        ("",),
+    ):
+        out.write("\t".join(map(str, line)) + "\n")
+    form = "%d\t%.7f" + "\t%.4f" * (3 * many) + "\n"
+    seconds = np.arange(count) / float(motion.rate)
+    for frame, (time, row) in enumerate(zip(seconds.tolist(), places, strict=True), 1):
+        out.write((form % (frame, time, *row.ravel().tolist())).replace("nan", ""))
+    return out.getvalue().encode()
