@@ -2,7 +2,8 @@
 
 Two limbs are a pair if they leave the trunk at one joint and have equal bones. The pair with the
 longest two bones in a row is the legs, the next one the arms; the trunk between goes on to neck
-and head. Feet point forward (else knees do), and that tells left from right.
+and head. Feet point forward (else knees do), and that tells left from right, unless the names of
+the limbs do.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.body.names import keys
 from lanindex.body.rig import Rig, near_hips
 
 _ALIKE = 0.3  # how much the bones of two sides may differ
@@ -187,11 +189,19 @@ def _sided(rig: Rig, body: dict[str, int]) -> tuple[dict[str, int], tuple[str, .
         hips, arms = _across(poses, body, "Hip"), _across(poses, body, "Shoulder")
         if (hips * arms).sum() < 0:
             body = {_other(j) if j[1:] in _ARM else j: index for j, index in body.items()}
-    forward = _forward(poses, body, up)
+    forward = _named(rig, body) or _forward(poses, body, up)
     if forward < 0:
         body = {_other(joint): index for joint, index in body.items()}
     doubt = "which side is left could not be told for certain"
     return body, () if abs(forward) > _CLEAR else (doubt,)
+
+
+def _named(rig: Rig, body: dict[str, int]) -> int:
+    """Return 1 where names tell the same sides, -1: the other ones, 0: they do not tell them."""
+    sides = [side for side, _ in keys(rig.names)]
+    told = [sides[index] == joint[0] for joint, index in body.items()
+            if _other(joint) != joint and sides[index]]  # fmt: skip
+    return 0 if len(told) < 4 else 1 if all(told) else 0 if any(told) else -1
 
 
 def _other(joint: str) -> str:
