@@ -12,8 +12,6 @@ UNREAD: dict[str, str] = {
     ".htr": "HTR",
     ".bip": "BIP",
     ".vmd": "VMD",
-    ".glb": "glTF",
-    ".gltf": "glTF",
     ".vrm": "VRM",
     ".vrma": "VRM animation",
     ".dae": "COLLADA",

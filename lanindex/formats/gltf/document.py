@@ -1,0 +1,314 @@
+"""A glTF file as what it is made of: JSON, looked at with care, and buffers of numbers."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import math
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any, NoReturn
+from urllib.parse import unquote_to_bytes
+
+from lanindex.errors import CaptureError, quoted
+from lanindex.formats.file import Content, File, on_disk, opened
+
+MAGIC = b"glTF"
+JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
+
+MOST_VALUES = 4_000_000
+"""Numbers, texts, lists in the JSON: a capture of an hour has some thousands."""
+
+MOST_BUFFERS = 10_000
+
+SPARE = 1 << 20
+"""Bytes of numbers that may be read though the file is smaller than half of that."""
+
+_PACKED = "EXT_meshopt_compression"
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A value of the JSON, and where it stands; whatever it should be it is asked for."""
+
+    value: Any
+    where: str
+    path: str
+
+    def __contains__(self, key: str) -> bool:
+        """Tell whether an object has something of that name."""
+        return isinstance(self.value, dict) and self.value.get(key) is not None
+
+    def get(self, key: str, default: Any = None) -> Value:
+        """Return what an object has of that name, else the default."""
+        if not isinstance(self.value, dict):
+            self.wrong("an object")
+        found = self.value.get(key)
+        where = f"{self.where}.{key}" if self.where else key
+        return Value(default if found is None else found, where, self.path)
+
+    def __iter__(self) -> Iterator[Value]:
+        """Yield the values of a list; of nothing, none."""
+        if self.value is None:
+            return
+        if not isinstance(self.value, list):
+            self.wrong("a list")
+        for number, value in enumerate(self.value):
+            yield Value(value, f"{self.where}[{number}]", self.path)
+
+    def __getitem__(self, number: int) -> Value:
+        """Return a value of a list."""
+        return Value(self.value[number], f"{self.where}[{number}]", self.path)
+
+    def count(self) -> int:
+        """Return how many values a list has."""
+        if not isinstance(self.value, list | None):
+            self.wrong("a list")
+        return len(self.value or ())
+
+    def whole(self, least: int = 0, most: int = 2**53) -> int:
+        """Return a whole number."""
+        value = self.value
+        if isinstance(value, float) and value.is_integer():
+            value = int(value)
+        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+            self.wrong(f"a whole number from {least} to {most}")
+        return value
+
+    def one_of(self, things: Value) -> int:
+        """Return the number of one of some things."""
+        count = things.count()
+        if not count:
+            self.wrong(f"a number of {things.where}, of which there are none")
+        return self.whole(0, count - 1)
+
+    def numbers(self, count: int) -> list[float]:
+        """Return as many finite numbers."""
+        value = self.value
+        if not isinstance(value, list) or len(value) != count or not all(map(_finite, value)):
+            self.wrong(f"{count} finite numbers")
+        return [float(number) for number in value]
+
+    def text(self) -> str:
+        """Return a text."""
+        if not isinstance(self.value, str):
+            self.wrong("a text")
+        return self.value
+
+    def wrong(self, wanted: str, remedy: str = "") -> NoReturn:
+        """Say that it is not what it should be."""
+        found = "not there" if self.value is None else quoted(self.value)
+        raise CaptureError(
+            f"{self.where or 'the JSON'} is {found}", place=self.path, wanted=wanted, remedy=remedy
+        )
+
+
+def _finite(value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(float(value)) and abs(value) < 1e30
+    except OverflowError:
+        return False
+
+
+@dataclass(slots=True)
+class Document:
+    """A glTF file.
+
+    Attributes
+    ----------
+    file : File
+        Its content and name.
+    root : Value
+        Its JSON.
+    binary : tuple of int and int
+        Where in the content the numbers of a GLB lie.
+    spent : int
+        Bytes of numbers that were read.
+    """
+
+    file: File
+    root: Value
+    binary: tuple[int, int]
+    spent: int = 0
+    _buffers: dict[int, tuple[Content, int, int]] = field(default_factory=dict)
+
+    @property
+    def is_glb(self) -> bool:
+        """Whether all of it is in one file of bytes."""
+        return self.file.content[:4] == MAGIC
+
+    def view(self, number: Value) -> tuple[int, int, int, int | None]:
+        """Return a buffer view: its buffer, its first byte, how many, and from one to the next."""
+        views = self.root.get("bufferViews")
+        view = views[number.one_of(views)]
+        buffer = view.get("buffer").one_of(self.root.get("buffers"))
+        offset, length = view.get("byteOffset", 0).whole(), view.get("byteLength").whole(1)
+        stride = view.get("byteStride").whole(1, 252) if "byteStride" in view else None
+        size = self.size(buffer)
+        if offset + length > size:
+            self._short(f"{view.where} ends at byte {offset + length}", f"at most {size}")
+        return buffer, offset, length, stride
+
+    def spend(self, count: int, what: Value) -> None:
+        """Count bytes that are read; refuse a file whose parts lie on each other."""
+        self.spent += count
+        most = SPARE + 2 * sum(stop - first for _, first, stop in self._buffers.values())
+        if self.spent > most:
+            self._short(f"{what.where} is the same bytes once more", "bytes that are used once")
+
+    def size(self, buffer: int) -> int:
+        """Return how many bytes a buffer has."""
+        _, first, stop = self._bytes(buffer)
+        return stop - first
+
+    def bytes(self, buffer: int, start: int, stop: int) -> bytes:
+        """Return a stretch of a buffer that lies in it."""
+        content, first, _ = self._bytes(buffer)
+        return content[first + start : first + stop]
+
+    def _bytes(self, number: int) -> tuple[Content, int, int]:
+        """Return where the bytes of a buffer are: the first, and the one behind the last."""
+        if number not in self._buffers:
+            buffer = self.root.get("buffers")[number]
+            length = buffer.get("byteLength").whole(1)
+            content, first, stop = self._source(number, buffer)
+            if stop - first < length:
+                self._short(f"{buffer.where} has {stop - first} bytes", f"{length}, as it says")
+            self._buffers[number] = content, first, first + length
+        return self._buffers[number]
+
+    def _source(self, number: int, buffer: Value) -> tuple[Content, int, int]:
+        if "uri" not in buffer:
+            if number == 0 and self.binary[1] > self.binary[0]:
+                return self.file.content, *self.binary
+            packed = _PACKED in (it.value for it in self.root.get("extensionsUsed", []))
+            buffer.wrong(
+                "bytes in the file, or a uri",
+                f"It is packed by {_PACKED}: write it without that." if packed else "",
+            )
+        uri = buffer.get("uri")
+        if uri.text()[:5].lower() == "data:":
+            data = _decoded(uri)
+            return data, 0, len(data)
+        content = opened(_beside(self.file, uri)).content
+        return content, 0, len(content)
+
+    def _short(self, found: str, wanted: str) -> NoReturn:
+        raise CaptureError(
+            found, place=self.file.name, wanted=wanted, remedy="The file may be cut short."
+        )
+
+
+def _decoded(uri: Value) -> bytes:
+    head, comma, data = uri.text().partition(",")
+    try:
+        if comma and head.lower().endswith(";base64"):
+            return base64.b64decode(data if "%" not in data else unquote_to_bytes(data))
+        if comma:
+            return unquote_to_bytes(data)
+    except (binascii.Error, ValueError):
+        pass
+    uri.wrong("data:...;base64, and bytes as base64")
+
+
+def _beside(file: File, uri: Value) -> Path:
+    """Return a file that a uri names: beside the file, or in a folder beside it."""
+    name = unquote_to_bytes(uri.text()).decode("utf-8", "replace")
+    parts = PurePosixPath(name).parts
+    if not parts or parts[0] == "/" or ".." in parts or any(c in name for c in ":\\\0?#"):
+        uri.wrong("the name of a file beside it")
+    return Path(on_disk(file.name)[0]).parent.joinpath(*parts)
+
+
+def opened_document(file: File) -> Document:
+    """Return what a glTF or GLB file is made of.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+
+    Returns
+    -------
+    Document
+        Its JSON is read, its numbers are not.
+
+    Raises
+    ------
+    CaptureError
+        It is damaged, or of a version before 2.
+
+    Examples
+    --------
+    >>> from lanindex.formats import File
+    >>> from lanindex.formats.gltf.document import opened_document
+    >>> document = opened_document(File("a.gltf", b'{"asset": {"version": "2.0"}}'))
+    >>> document.root.get("asset").get("version").text()
+    '2.0'
+    """
+    content, binary = file.content, (0, 0)
+    if content[:4] == MAGIC:
+        first, stop, binary = _chunks(file)
+        text = content[first:stop]
+    else:
+        text = content[:].removeprefix(b"\xef\xbb\xbf")
+    root = Value(_json(text, file.name), "", file.name)
+    version = root.get("asset").get("version").text()
+    if version.split(".")[0] != "2":
+        root.get("asset").get("version").wrong("2.0")
+    if root.get("buffers").count() > MOST_BUFFERS:
+        raise CaptureError("has too many buffers", place=file.name, wanted=f"{MOST_BUFFERS}")
+    return Document(file, root, binary)
+
+
+def _chunks(file: File) -> tuple[int, int, tuple[int, int]]:
+    """Return where the JSON and the numbers of a GLB lie."""
+    content, size = file.content, len(file.content)
+    head = content[:20]
+    if len(head) < 20:
+        raise CaptureError(
+            f"has {size} bytes", place=file.name, wanted="the 20 with which a GLB begins"
+        )
+    version, _, length = struct.unpack("<III", head[4:16])
+    if version != 2 or head[16:20] != JSON_CHUNK:
+        found = f"GLB {version}, whose first chunk is {quoted(head[16:20])}"
+        raise CaptureError(found, place=file.name, wanted="GLB 2 with JSON first")
+    first, stop = 20, 20 + length
+    if stop > size:
+        raise CaptureError(
+            f"has {size} bytes",
+            place=file.name,
+            wanted=f"{stop} at least, as its JSON is said to be long",
+            remedy="The file may be cut short.",
+        )
+    binary = (0, 0)
+    following = content[stop : stop + 8]
+    if len(following) == 8 and following[4:] == BINARY_CHUNK:
+        binary = (stop + 8, min(stop + 8 + int.from_bytes(following[:4], "little"), size))
+    return first, stop, binary
+
+
+def _json(text: bytes, path: str) -> Any:
+    """Read JSON that is not larger or deeper than it may be."""
+    wanted, found = "JSON", ""
+    if sum(map(text.count, (b",", b"[", b"{"))) > MOST_VALUES:
+        wanted, found = f"at most {MOST_VALUES} values in its JSON", "is too large"
+    else:
+        try:
+            return json.loads(text.decode("utf-8"), parse_constant=_no_number)
+        except UnicodeDecodeError as error:
+            found = f"byte {error.start} of its JSON is no UTF-8"
+        except json.JSONDecodeError as error:
+            found = f"its JSON breaks at line {error.lineno}, column {error.colno}: {error.msg}"
+        except (ValueError, RecursionError):
+            found = "its JSON has numbers too long or lists too deep"
+    raise CaptureError(found, place=path, wanted=wanted)
+
+
+def _no_number(word: str) -> NoReturn:
+    raise json.JSONDecodeError(f"{word} is no number", "", 0)

@@ -1,0 +1,88 @@
+"""From the nodes' shifts, turns and scales to where joints are, all frames of a block at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.formats.gltf.scene import Nodes, Person
+from lanindex.formats.gltf.tracks import Clock, Track
+from lanindex.formats.turning import matrices, product
+
+BLOCK = 2048
+"""Frames at a time."""
+
+Floats = NDArray[np.float64]
+
+
+def above(nodes: Nodes, person: Person) -> list[int]:
+    """Return the joints of a person and all nodes above them, parents before children."""
+    needed = set[int]()
+    for joint in person.joints:
+        node = joint
+        while node >= 0 and node not in needed:
+            needed.add(node)
+            node = nodes.parents[node]
+    return [node for node in nodes.order if node in needed]
+
+
+def placed(
+    nodes: Nodes,
+    person: Person,
+    tracks: Sequence[Track] = (),
+    clock: Clock | None = None,
+    frames: NDArray[np.int64] | None = None,
+) -> tuple[Floats, Floats]:
+    """Return where joints are and how they are turned, in the axes of the scene.
+
+    Parameters
+    ----------
+    nodes : Nodes
+        The file's.
+    person : Person
+        Whose joints.
+    tracks : sequence of Track
+        What moves them; without any they stand.
+    clock : Clock, optional
+        When frames are.
+    frames : ndarray, optional
+        (T,) which.
+
+    Returns
+    -------
+    tuple of ndarray and ndarray
+        (T, J, 3) and (T, J, 4) quaternions (w, x, y, z); T is 1 where nothing moves.
+    """
+    moved = {(track.node, track.path): track for track in tracks}
+    count = 1 if frames is None else len(frames)
+    place = {node: number for number, node in enumerate(person.joints)}
+    points, turned = np.empty((count, len(place), 3)), np.empty((count, len(place), 4))
+    known: dict[int, tuple[Floats, Floats, Floats]] = {}
+
+    def standing(node: int, path: str, still: Floats) -> Floats:
+        track = moved.get((node, path))
+        if track is None or clock is None or frames is None:
+            return still[None]
+        return track.at(frames, clock)
+
+    for node in above(nodes, person):
+        shift = standing(node, "translation", nodes.shifts[node])
+        turn = standing(node, "rotation", nodes.turns[node])
+        scale = standing(node, "scale", nodes.scales[node])
+        axes = matrices(turn) * scale[:, None, :]
+        if nodes.parents[node] >= 0:
+            point, base, whole = known[nodes.parents[node]]
+            shift = point + np.einsum("tij,tj->ti", *_alike(base, shift))
+            turn, axes = product(whole, turn), base @ axes
+        known[node] = shift, axes, turn
+        if node in place:
+            points[:, place[node]], turned[:, place[node]] = shift, turn
+    return points, turned
+
+
+def _alike(base: Floats, shift: Floats) -> tuple[Floats, Floats]:
+    """Return axes and shifts of the same number of frames."""
+    count = max(len(base), len(shift))
+    return np.broadcast_to(base, (count, 3, 3)), np.broadcast_to(shift, (count, 3))

@@ -1,0 +1,234 @@
+"""glTF: nodes, skins and animations → Motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body.rig import Rig
+from lanindex.body.understand import Stated, find_body, sampled
+from lanindex.errors import BodyError, CaptureError, quoted
+from lanindex.formats.file import File, Wanted
+from lanindex.formats.gltf.document import Document, Value, opened_document
+from lanindex.formats.gltf.kinematics import BLOCK, above, placed
+from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
+from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, tracks
+from lanindex.formats.points import Points, motion_of
+from lanindex.formats.rates import told_rate
+from lanindex.formats.turning import inverse, product
+from lanindex.model import Motion, Reading
+
+MOST = 20_000_000
+"""Places of joints in a file that is smaller than four bytes for each."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Performance:
+    """Somebody in a take.
+
+    Attributes
+    ----------
+    document : Document
+        The file.
+    nodes : Nodes
+        Its nodes.
+    person : Person
+        Whose joints.
+    take : Value
+        The animation.
+    tracks : list of Track
+        What moves the joints.
+    clock : Clock
+        When frames are.
+    """
+
+    document: Document
+    nodes: Nodes
+    person: Person
+    take: Value
+    tracks: list[Track]
+    clock: Clock
+
+    def placed(self, frames: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return where joints are in some frames, (T, J, 3), and how they are turned."""
+        return placed(self.nodes, self.person, self.tracks, self.clock, frames)
+
+    def human(self) -> bool:
+        """Tell whether the joints make a body."""
+        poses, _ = self.placed(sampled(self.clock.count))
+        try:
+            find_body(Rig(self.person.names, self.person.parents, poses))
+        except BodyError:
+            return False
+        return True
+
+
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read a glTF or GLB file.
+
+    Of several people the one is read that the file's name tells behind ``#``, else the first; of
+    several animations the one that is told, else the first that moves them. At rest joints are as
+    the nodes stand while nothing is animated. A GLB that LanIndex wrote tells where joints were
+    unknown.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        See `lanindex.formats.read`.
+    wanted : Wanted
+        What the motion is for.
+
+    Returns
+    -------
+    Motion
+        The joints of a skin, or the nodes that move.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged, or nothing moves in it.
+    BodyError
+        It holds no human skeleton.
+
+    References
+    ----------
+    Khronos Group, glTF 2.0 Specification, 2021: 3.6 (accessors), 3.7 (skins), 3.11 (animations).
+    """
+    found, doubts = chosen(file, told.take)
+    person, ticks = found.person, found.clock
+    rate = ticks.rate if told.rate is None else told_rate(told.rate)
+    rest, upright = placed(found.nodes, person)
+    offsets = rest[0].copy()
+    for joint, parent in enumerate(person.parents):
+        if parent >= 0:
+            offsets[joint] = rest[0, joint] - rest[0, parent]
+    joints = len(person.joints)
+    places = np.empty((ticks.count, joints, 3), np.float32)
+    turns = np.empty((ticks.count, joints, 4), np.float32)
+    back = inverse(upright)
+    for start in range(0, ticks.count, BLOCK):
+        frames = np.arange(start, min(start + BLOCK, ticks.count))
+        points, turned = found.placed(frames)
+        places[frames], turns[frames] = points, product(turned, back)
+    points_of = Points(
+        person.names,
+        places,
+        rate,
+        Stated("m", "y"),
+        person.parents,
+        offsets,
+        turns,
+        (*doubts, *(ticks.doubts if told.rate is None else ())),
+    )
+    return motion_of(points_of, file, "gltf", told, wanted)
+
+
+def subjects(file: File) -> tuple[str, ...]:
+    """Return the names of the people that a file holds; none where there is one alone.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged, or nothing moves in it.
+    """
+    found = performers(opened_document(file), None)
+    return tuple(found) if len(found) > 1 else ()
+
+
+def chosen(file: File, take: str | None) -> tuple[Performance, tuple[str, ...]]:
+    """Return who is meant in a file, in which take, and who and what else there is.
+
+    Parameters
+    ----------
+    file : File
+        The file; it tells who is meant.
+    take : str or None
+        Which animation, where that is told.
+
+    Returns
+    -------
+    tuple of Performance and tuple of str
+    """
+    document = opened_document(file)
+    found = performers(document, take)
+    name = file.subject or next(iter(found))
+    if name not in found:
+        raise CaptureError(
+            f"has nobody called {quoted(name)}",
+            place=file.name,
+            wanted=" or ".join(found),
+        )
+    meant = found[name]
+    doubts = []
+    if len(found) > 1 and not file.subject:
+        doubts.append(f"{name} is read; it holds also {_listed(found, name)}")
+    names = [called for called, _ in takes(document)]
+    called = next(called for called, value in takes(document) if value.where == meant.take.where)
+    if len(names) > 1 and take is None:
+        doubts.append(f"the take {called} is read; it holds also {_listed(names, called)}")
+    return meant, tuple(doubts)
+
+
+def _listed(names: Any, but: str) -> str:
+    others = [name for name in names if name != but]
+    return ", ".join(others[:10]) + (f" and {len(others) - 10} more" if len(others) > 10 else "")
+
+
+def performers(document: Document, take: str | None) -> dict[str, Performance]:
+    """Return the people of a file by their names; somebody who is not human only where none is.
+
+    Parameters
+    ----------
+    document : Document
+        The file.
+    take : str or None
+        The animation in which they are to move; else the first in which they do.
+    """
+    path, nodes, known = document.file.name, nodes_of(document), takes(document)
+    meant = known if take is None else [one for one in known if one[0] == take]
+    if not meant:
+        raise CaptureError(
+            "has no animation" if take is None else f"has no take {quoted(take)}",
+            place=path,
+            wanted=_listed([name for name, _ in known], "") or "an animation of a skeleton",
+        )
+    moving = [(value, moved(document, value)) for _, value in meant]
+    skeletons = people(document, nodes, set().union(*(which for _, which in moving)))
+    found = list[Performance]()
+    for person in skeletons:
+        needed = set(above(nodes, person))
+        for value, which in moving:
+            if which & needed:
+                found.append(_performance(document, nodes, person, value, needed))
+                break
+    if not found:
+        raise CaptureError(
+            "no animation moves a skeleton", place=path, wanted="one that moves its joints"
+        )
+    if len(found) > 1:
+        found = [one for one in found if one.human()] or found[:1]
+    named = dict[str, Performance]()
+    for number, one in enumerate(found, 1):
+        name = one.person.name or str(number)
+        named[name if name not in named else f"{name} {number}"] = one
+    return named
+
+
+def _performance(
+    document: Document, nodes: Nodes, person: Person, take: Value, needed: set[int]
+) -> Performance:
+    found = tracks(document, take, needed)
+    ticks = clock([track.times for track in found], document.file.name)
+    count = ticks.count * len(person.joints)
+    if count > max(MOST, len(document.file.content) // 4):
+        raise CaptureError(
+            f"{ticks.count} frames of {len(person.joints)} joints",
+            place=document.file.name,
+            wanted="as many as such a file can hold",
+        )
+    return Performance(document, nodes, person, take, found, ticks)

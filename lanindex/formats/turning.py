@@ -1,0 +1,149 @@
+"""Turns as unit quaternions (w, x, y, z)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def product(first: NDArray[Any], second: NDArray[Any]) -> Floats:
+    """Return the turns (..., 4) that `second` makes, then `first`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.turning import product
+    >>> half = np.array([0.0, 0, 1, 0])  # about y
+    >>> product(half, half)
+    array([-1.,  0.,  0.,  0.])
+    """
+    w, x, y, z = np.moveaxis(np.asarray(first), -1, 0)
+    a, b, c, d = np.moveaxis(np.asarray(second), -1, 0)
+    parts = (
+        w * a - x * b - y * c - z * d,
+        w * b + x * a + y * d - z * c,
+        w * c - x * d + y * a + z * b,
+        w * d + x * c - y * b + z * a,
+    )
+    return np.stack(parts, axis=-1)
+
+
+def inverse(turns: NDArray[Any]) -> Floats:
+    """Return the turns (..., 4) that undo some."""
+    undone: Floats = np.asarray(turns) * np.array([1.0, -1.0, -1.0, -1.0])
+    return undone
+
+
+def unit(turns: NDArray[Any]) -> Floats:
+    """Return turns of length 1; what has no length, or none that is known, does not turn.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.turning import unit
+    >>> unit(np.array([[0.0, 0, 3, 4], [0, 0, 0, 0]]))
+    array([[0. , 0. , 0.6, 0.8],
+           [1. , 0. , 0. , 0. ]])
+    """
+    turns = np.asarray(turns, np.float64)
+    length = np.sqrt((turns * turns).sum(axis=-1, keepdims=True))
+    sound = length > 1e-12
+    return np.where(sound, turns / np.where(sound, length, 1), [1.0, 0.0, 0.0, 0.0])
+
+
+def between(start: Floats, stop: Floats, part: Floats) -> Floats:
+    """Return turns on the shortest way from some to others, evenly.
+
+    Parameters
+    ----------
+    start, stop : ndarray
+        (T, 4), of length 1.
+    part : ndarray
+        (T,) of the way, 0 to 1.
+
+    Returns
+    -------
+    ndarray
+        (T, 4).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.turning import between
+    >>> between(np.array([[1.0, 0, 0, 0]]), np.array([[0.0, 1, 0, 0]]), np.array([1 / 3]))
+    array([[0.8660254, 0.5      , 0.       , 0.       ]])
+    """
+    cosine = (start * stop).sum(axis=1)
+    stop = np.where(cosine[:, None] < 0, -stop, stop)
+    angle = np.arccos(np.clip(np.abs(cosine), 0, 1))
+    sine = np.sin(angle)
+    near = sine < 1e-6
+    sine = np.where(near, 1, sine)
+    first = np.where(near, 1 - part, np.sin((1 - part) * angle) / sine)
+    second = np.where(near, part, np.sin(part * angle) / sine)
+    return unit(first[:, None] * start + second[:, None] * stop)
+
+
+def matrices(turns: NDArray[Any]) -> Floats:
+    """Return (..., 3, 3) rotations of unit quaternions."""
+    w, x, y, z = np.moveaxis(np.asarray(turns, np.float64), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternions(turns: NDArray[Any]) -> Floats:
+    """Return the unit quaternions of rotations (..., 3, 3).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.turning import quaternions
+    >>> quaternions(np.diag([-1.0, 1.0, -1.0]))
+    array([0., 0., 1., 0.])
+    """
+    turns = np.asarray(turns, np.float64)
+    a, b, c = turns[..., 0, 0], turns[..., 1, 1], turns[..., 2, 2]
+    # four ways to the same turn, each up to a factor: the longest is the most exact
+    x = turns[..., 2, 1] - turns[..., 1, 2]
+    y = turns[..., 0, 2] - turns[..., 2, 0]
+    z = turns[..., 1, 0] - turns[..., 0, 1]
+    xy = turns[..., 0, 1] + turns[..., 1, 0]
+    xz = turns[..., 0, 2] + turns[..., 2, 0]
+    yz = turns[..., 1, 2] + turns[..., 2, 1]
+    ways = np.stack(
+        [
+            np.stack([1 + a + b + c, x, y, z], axis=-1),
+            np.stack([x, 1 + a - b - c, xy, xz], axis=-1),
+            np.stack([y, xy, 1 - a + b - c, yz], axis=-1),
+            np.stack([z, xz, yz, 1 - a - b + c], axis=-1),
+        ],
+        axis=-2,
+    )
+    diagonal = np.stack([1 + a + b + c, 1 + a - b - c, 1 - a + b - c, 1 - a - b + c], axis=-1)
+    best = diagonal.argmax(axis=-1)[..., None, None]
+    return unit(np.take_along_axis(ways, best, axis=-2)[..., 0, :])
+
+
+def steady(turns: Floats) -> Floats:
+    """Return turns (T, ..., 4), each of the sign that is nearer to the one before.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.turning import steady
+    >>> steady(np.array([[1.0, 0, 0, 0], [-1, 0, 0, 0], [-1, 0, 0, 0]]))[:, 0]
+    array([1., 1., 1.])
+    """
+    flips = (turns[1:] * turns[:-1]).sum(axis=-1) < 0
+    odd = np.cumsum(flips, axis=0) % 2 == 1
+    result = turns.copy()
+    result[1:][odd] *= -1
+    return result
