@@ -1,5 +1,6 @@
 """glTF 2.0 (GL Transmission Format), and GLB, all of it in one file: read, cut, write."""
 
 from lanindex.formats.gltf.read import read, subjects
+from lanindex.formats.gltf.write import write
 
-__all__ = ["read", "subjects"]
+__all__ = ["read", "subjects", "write"]

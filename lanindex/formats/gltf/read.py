@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 
 from lanindex.body.rig import Rig
 from lanindex.body.understand import Stated, find_body, sampled
-from lanindex.errors import BodyError, CaptureError, quoted
+from lanindex.errors import BodyError, CaptureError, UsageError, quoted
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf.document import Document, Value, opened_document
 from lanindex.formats.gltf.kinematics import BLOCK, above, placed
@@ -101,7 +103,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     """
     found, doubts = chosen(file, told.take)
     person, ticks = found.person, found.clock
-    rate = ticks.rate if told.rate is None else told_rate(told.rate)
+    rate = _rate(found) if told.rate is None else told_rate(told.rate)
     rest, upright = placed(found.nodes, person)
     offsets = rest[0].copy()
     for joint, parent in enumerate(person.parents):
@@ -115,6 +117,10 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         frames = np.arange(start, min(start + BLOCK, ticks.count))
         points, turned = found.placed(frames)
         places[frames], turns[frames] = points, product(turned, back)
+    for joint, gaps in unknown(found).items():
+        for start, stop in gaps:
+            places[start:stop, joint] = np.nan
+            turns[start:stop, joint] = np.nan
     points_of = Points(
         person.names,
         places,
@@ -126,6 +132,34 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         (*doubts, *(ticks.doubts if told.rate is None else ())),
     )
     return motion_of(points_of, file, "gltf", told, wanted)
+
+
+def _rate(found: Performance) -> Fraction:
+    """Return the rate; a single key tells none, LanIndex's own files do."""
+    told = extras(found)
+    if found.clock.count == 1 and isinstance(told.get("rate"), str):
+        with suppress(UsageError):
+            return told_rate(told["rate"])
+    return found.clock.rate
+
+
+def extras(found: Performance) -> dict[str, Any]:
+    """Return what LanIndex wrote beside an animation, if all its frames are there."""
+    told = found.take.get("extras").value
+    fits = isinstance(told, dict) and told.get("frames") == found.clock.count
+    return told if fits else {}
+
+
+def unknown(found: Performance) -> dict[int, list[tuple[int, int]]]:
+    """Return by joint in which frames LanIndex wrote that its place was unknown."""
+    told = extras(found).get("unknown")
+    place = {name: joint for joint, name in enumerate(found.person.names)}
+    gaps = dict[int, list[tuple[int, int]]]()
+    for name, spans in told.items() if isinstance(told, dict) else ():
+        for span in spans if isinstance(spans, list) and name in place else ():
+            if isinstance(span, list) and [type(it) for it in span] == [int, int]:
+                gaps.setdefault(place[name], []).append((max(span[0], 0), max(span[1], 0)))
+    return gaps
 
 
 def subjects(file: File) -> tuple[str, ...]:
