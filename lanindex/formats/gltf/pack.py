@@ -29,13 +29,31 @@ class Pack:
     ----------
     size : int
         Bytes of the numbers.
+    free : tuple of list of int
+        Accessors and views that are overwritten before others are added.
     """
 
     def __init__(self, views: list[Any] | None = None, accessors: list[Any] | None = None) -> None:
         self.views: list[Any] = [] if views is None else views
         self.accessors: list[Any] = [] if accessors is None else accessors
         self.size = 0
+        self.free: tuple[list[int], list[int]] = ([], [])
         self._parts: list[bytes] = []
+
+    def copy(self, accessors: list[int], views: list[int]) -> Pack:
+        """Return the same once more, some of whose accessors and views may be overwritten."""
+        made = Pack(list(self.views), list(self.accessors))
+        made.size, made._parts = self.size, list(self._parts)
+        made.free = (accessors[::-1], views[::-1])
+        return made
+
+    def fill(self, number: int) -> None:
+        """Let what is free yet be the same as an accessor."""
+        told = self.accessors[number]
+        for free in self.free[0]:
+            self.accessors[free] = told
+        for free in self.free[1]:
+            self.views[free] = self.views[told["bufferView"]]
 
     def numbers(self) -> bytes:
         """Return the numbers."""
@@ -52,8 +70,8 @@ class Pack:
     def view(self, data: bytes, target: int | None = None) -> int:
         """Add a buffer view; return its number."""
         told = self.lay(data)
-        self.views.append(told if target is None else {**told, "target": target})
-        return len(self.views) - 1
+        told = told if target is None else {**told, "target": target}
+        return _put(self.views, told, self.free[1])
 
     def accessor(
         self,
@@ -73,8 +91,16 @@ class Pack:
         }
         if bounds:
             told |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        self.accessors.append(told)
-        return len(self.accessors) - 1
+        return _put(self.accessors, told, self.free[0])
+
+
+def _put(things: list[Any], thing: Any, free: list[int]) -> int:
+    """Put a thing where one is free, else behind the others; return its number."""
+    if free:
+        things[free[-1]] = thing
+        return free.pop()
+    things.append(thing)
+    return len(things) - 1
 
 
 def glb(told: dict[str, Any], data: bytes) -> bytes:

@@ -103,7 +103,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     """
     found, doubts = chosen(file, told.take)
     person, ticks = found.person, found.clock
-    rate = _rate(found) if told.rate is None else told_rate(told.rate)
+    rate = rate_of(found) if told.rate is None else told_rate(told.rate)
     rest, upright = placed(found.nodes, person)
     offsets = rest[0].copy()
     for joint, parent in enumerate(person.parents):
@@ -134,7 +134,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     return motion_of(points_of, file, "gltf", told, wanted)
 
 
-def _rate(found: Performance) -> Fraction:
+def rate_of(found: Performance) -> Fraction:
     """Return the rate; a single key tells none, LanIndex's own files do."""
     told = extras(found)
     if found.clock.count == 1 and isinstance(told.get("rate"), str):

@@ -57,8 +57,11 @@ class Track:
     times: Floats
     values: NDArray[Any]
 
-    def at(self, frames: NDArray[np.int64], clock: Clock) -> Floats:
-        """Return the values (T, W) in some frames; turns are (w, x, y, z)."""
+    def at(self, frames: NDArray[np.int64], clock: Clock, *, exactly: bool = False) -> Floats:
+        """Return the values (T, W) in some frames; turns are (w, x, y, z), of length 1.
+
+        Where turns are wanted exactly they are of the length that their keys have.
+        """
         keys = clock.frames(self.times)
         last = len(keys) - 1
         before = np.clip(np.searchsorted(keys, frames, side="right") - 1, 0, last)
@@ -70,7 +73,7 @@ class Track:
             on = np.flatnonzero(part)
             if len(on):
                 found[on] = self._between(before[on], after[on], part[on])
-        return unit(found) if self.path == "rotation" else found
+        return unit(found) if self.path == "rotation" and not exactly else found
 
     def _key(self, index: NDArray[np.int64], which: int = 1) -> Floats:
         """Return values (T, W) of keys, or of a spline's a tangent: 0 before it, 2 behind."""

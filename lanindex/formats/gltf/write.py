@@ -113,7 +113,7 @@ def _rounded(values: Floats) -> list[float]:
 def _held(motion: Motion, parents: NDArray[np.int_]) -> tuple[Floats, NDArray[np.bool_]]:
     """Return positions without gaps, and where there were gaps (T, J)."""
     points = motion.positions.astype(np.float64)
-    unknown: NDArray[np.bool_] = np.isnan(points).any(axis=2)
+    unknown = np.asarray(np.isnan(points).any(axis=2))
     for joint in np.flatnonzero(unknown.any(axis=0)).tolist():
         parent = parents[joint]
         base = points[:, parent] if parent >= 0 else np.zeros((len(points), 3))

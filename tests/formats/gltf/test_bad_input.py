@@ -12,7 +12,7 @@ from made_gltf import Made, body, waving
 from lanindex.errors import CaptureError, LanindexError
 from lanindex.formats import gltf, read
 from lanindex.formats.file import File
-from lanindex.model import Motion
+from lanindex.model import Motion, Span
 
 
 def good() -> Made:
@@ -174,6 +174,7 @@ def outcome(data: bytes) -> str:
     try:
         found = read("a.glb", data=data)
         gltf.subjects(File("a.glb", data))
+        clip = gltf.cutter(File("a.glb", data))(Span(0, len(found)))
     except LanindexError as refused:
         error = refused
     else:
@@ -183,6 +184,7 @@ def outcome(data: bytes) -> str:
         return "error"
     assert isinstance(found, Motion)
     assert len(found) >= 1
+    assert len(read("clip.glb", data=clip)) == len(found)
     return "motion"
 
 
