@@ -25,10 +25,7 @@ def shape(document: Document, number: Value) -> tuple[int, int]:
     """Return how many elements an accessor has and of how many numbers, without reading them."""
     accessors = document.root.get("accessors")
     accessor = accessors[number.one_of(accessors)]
-    kind = accessor.get("type")
-    if kind.value not in WIDTHS:
-        kind.wrong(" or ".join(WIDTHS))
-    return accessor.get("count").whole(1), WIDTHS[kind.text()]
+    return accessor.get("count").whole(1), WIDTHS[accessor.get("type").word(WIDTHS)]
 
 
 def numbers(document: Document, number: Value) -> NDArray[Any]:

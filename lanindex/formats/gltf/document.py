@@ -7,7 +7,7 @@ import binascii
 import json
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn
@@ -96,6 +96,12 @@ class Value:
         """Return a text."""
         if not isinstance(self.value, str):
             self.wrong("a text")
+        return self.value
+
+    def word(self, words: Iterable[str]) -> str:
+        """Return a text that is one of some words."""
+        if not isinstance(self.value, str) or self.value not in words:
+            self.wrong(" or ".join(words))
         return self.value
 
     def wrong(self, wanted: str, remedy: str = "") -> NoReturn:

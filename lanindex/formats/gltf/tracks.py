@@ -145,7 +145,7 @@ def moved(document: Document, take: Value) -> set[int]:
     found = set()
     for channel in take.get("channels"):
         target = channel.get("target")
-        if target.get("path").value in PATHS and "node" in target:
+        if str(target.get("path").value) in PATHS and "node" in target:
             found.add(target.get("node").one_of(nodes))
     return found
 
@@ -177,22 +177,20 @@ def tracks(document: Document, take: Value, wanted: Iterable[int] | None = None)
     found = []
     for channel in take.get("channels"):
         target = channel.get("target")
-        path = target.get("path").value
+        path = str(target.get("path").value)
         node = target.get("node").one_of(nodes) if "node" in target else -1
         if chosen is not None and (path not in PATHS or node not in chosen):
             continue
         sampler = samplers[channel.get("sampler").one_of(samplers)]
-        found.append(_track(document, sampler, node, str(path), known))
+        found.append(_track(document, sampler, node, path, known))
     return found
 
 
 def _track(
     document: Document, sampler: Value, node: int, path: str, known: dict[int, NDArray[Any]]
 ) -> Track:
-    kind = sampler.get("interpolation", "LINEAR")
-    if kind.value not in KINDS:
-        kind.wrong(" or ".join(KINDS))
-    spline = kind.value == "CUBICSPLINE"
+    kind = sampler.get("interpolation", "LINEAR").word(KINDS)
+    spline = kind == "CUBICSPLINE"
     start, stop = sampler.get("input"), sampler.get("output")
     keys, (count, width) = shape(document, start), shape(document, stop)
     elements = keys[0] * (3 if spline else 1)
@@ -205,7 +203,7 @@ def _track(
         raise CaptureError(
             f"{sampler.where} has {keys[0]} keys of {keys[1]} and {count} values of {width}",
             place=document.file.name,
-            wanted=f"times and as many values as a {kind.value} {path} has",
+            wanted=f"times and as many values as a {kind} {path} has",
         )
     if start.whole() not in known:
         times = numbers(document, start)[:, 0].astype(np.float64)
@@ -220,7 +218,7 @@ def _track(
         known[stop.whole()] = numbers(document, stop)
     values = known[stop.whole()]
     values = values.reshape(keys[0], 3, -1) if spline else values.reshape(keys[0], -1)
-    return Track(node, path, kind.text(), known[start.whole()], values)
+    return Track(node, path, kind, known[start.whole()], values)
 
 
 def clock(times: Sequence[Floats], path: str) -> Clock:
