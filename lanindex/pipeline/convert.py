@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from lanindex.errors import UsageError, shown
 from lanindex.model import Markers, Motion, Span
 
-TARGETS = {"bvh": "bvh", "c3d": "c3d"}
+TARGETS = {
+    "bvh": "bvh",
+    "glb": "gltf",
+    "c3d": "c3d",
+    "trc": "trc",
+    "csv": "table",
+    "npz": "npy",
+}
 """Formats that any motion can be written in, and where each is written in `lanindex.formats`."""
 
 ANIMATED = ("bvh", "glb")
