@@ -41,6 +41,7 @@ BELL = (-0.22, -0.30, 0.36)
 _OTHER = re.compile(r"[\W_]+")
 _HIPS = frozenset(("RHip", "LHip"))
 _HIP_CODES = [JOINT_CODES[name] for name in sorted(_HIPS)]
+_PLAIN = {joint.removeprefix("R").upper() for joint in JOINTS if not joint.startswith("L")}
 _LIMB = {"arm": {"Shoulder", "Elbow", "Wrist"}, "leg": {"Hip", "Knee", "Ankle"}}
 
 
@@ -204,6 +205,9 @@ def _making(
             used.append(one.set)
         ways = {**made.ways, **{joint: one.ways[joint] for joint in left}}
         made = Making(", ".join(used), ways, made.caps | (one.caps & left), pelvis)
+    used_names = {name for name, number in index.items() if number in made.used}
+    if all(name.lstrip("RL") in _PLAIN for name in used_names):
+        made = Making("", {})  # those are joints, and called so
     if told:
         body = {joint: _told(joint, way, index) for joint, way in told}
         pelvis = () if body.keys() >= _HIPS else made.pelvis

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import Stated, Understanding, body_of, understand
-from lanindex.body.calibration import unit_of
+from lanindex.body.calibration import UNITS, unit_of
 from lanindex.body.markers import making_of
 from lanindex.body.standing import at_rest, hung
 from lanindex.body.told import told_body
@@ -30,6 +30,9 @@ Floats = NDArray[np.float64]
 
 BLOCK = 4096
 """Frames that are turned and scaled at a time."""
+
+REACH = 1600.0
+"""Millimetres that the markers of a body reach over, about: it tells the unit where nobody does."""
 
 SAMPLED = 512
 """Frames that tell how long bones are."""
@@ -103,7 +106,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     if made is None:
         names, places, stated = points.names, points.places, points.stated
     else:
-        size = unit_of({}, told.unit, points.stated.unit)[1]
+        size = _millimetres(points, told)
         names = made.joints
         places = made.places(points.places, size)
         for number, name in enumerate(names):  # in place, for it may be large: never to the right
@@ -136,6 +139,18 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         rotations,
         markers,
     )
+
+
+def _millimetres(points: Points, told: Reading) -> float:
+    """Return the millimetres in a unit of markers: as is said, else by how far they reach."""
+    _, size, doubts = unit_of({}, told.unit, points.stated.unit)
+    some = points.places[:: max(len(points.places) // POSES, 1)]
+    known = np.isfinite(some).all(axis=2)
+    if not doubts or not known.any():
+        return size
+    reach = max(float((one[seen].max(axis=0) - one[seen].min(axis=0)).max())
+                for one, seen in zip(some, known, strict=True) if seen.any())  # fmt: skip
+    return min(UNITS.values(), key=lambda unit: abs(np.log(max(unit * reach, 1e-9) / REACH)))
 
 
 def _numbered(names: Sequence[str]) -> NDArray[np.int16]:
