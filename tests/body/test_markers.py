@@ -1,0 +1,172 @@
+"""Markers → joints: sets as data, hips by regression, shoulders below their tops."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lanindex import formats
+from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.body.markers import BELL, SHOULDER_BELOW, making_of
+from lanindex.body.told import told_body
+from lanindex.errors import BodyError, UsageError
+
+PELVIS = {  # forward x, up y, right z: width 240, depth 150
+    "RASI": (0, 1000, 120),
+    "LASI": (0, 1000, -120),
+    "RPSI": (-150, 1000, 50),
+    "LPSI": (-150, 1000, -50),
+}
+REST = {
+    "RSHO": (0, 1500, 200),
+    "LSHO": (0, 1500, -200),
+    "RELB": (0, 1200, 220),
+    "RWRA": (30, 950, 220),
+    "RWRB": (-30, 950, 220),
+    "RKNE": (0, 550, 130),
+    "RANK": (0, 100, 130),
+    "C7": (-80, 1550, 0),
+    "CLAV": (60, 1450, 0),
+}
+
+
+def made(markers: dict[str, tuple], turn: np.ndarray | None = None, scale: float = 1.0):
+    """Return how joints are made of some markers, and where they are, in mm."""
+    making = making_of(tuple(markers))
+    assert making is not None
+    places = np.array([list(markers.values())], float) / scale
+    if turn is not None:
+        places = places @ turn.T
+    found = making.places(places, scale)[0] * scale
+    return making, {joint: found[JOINT_CODES[joint]] for joint in making.joints}
+
+
+def test_hips_by_the_regression_of_harrington() -> None:
+    making, found = made(PELVIS | REST)
+    assert making.set == "Plug-in Gait"
+    assert found["RHip"] == pytest.approx([-45.9, 1000 - 82.9, 86.5])
+    assert found["LHip"] == pytest.approx([-45.9, 1000 - 82.9, -86.5])
+    assert found["Pelvis"] == pytest.approx([-45.9, 1000 - 82.9, 0])
+
+
+@pytest.mark.parametrize("scale", [1.0, 10.0, 1000.0, 25.4])
+def test_neither_place_nor_unit_matters(scale: float) -> None:
+    rng = np.random.default_rng(3)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    _, still = made(PELVIS | REST)
+    _, found = made(PELVIS | REST, turn, scale)
+    for joint, place in still.items():
+        assert found[joint] == pytest.approx(turn @ place), joint
+
+
+def test_hips_by_the_two_in_front_alone() -> None:
+    markers = {name: place for name, place in (PELVIS | REST).items() if "PSI" not in name}
+    _, found = made(markers)
+    up = np.array([-10.0, 500, 0])  # from the front to the neck
+    forward, upwards, across = (share * 240 for share in BELL)
+    up /= np.linalg.norm(up)
+    ahead = np.cross(up, [0, 0, 1])
+    wanted = np.array([0, 1000, 0]) + forward * ahead + upwards * up + [0, 0, across]
+    assert found["RHip"] == pytest.approx(wanted, abs=1e-6)
+
+
+def test_shoulders_lie_below_their_tops() -> None:
+    _, found = made(PELVIS | REST)
+    down = found["Pelvis"] - np.array([0, 1500, 0])
+    away = SHOULDER_BELOW * 400 * down / np.linalg.norm(down)
+    assert found["RShoulder"] == pytest.approx(np.array([0, 1500, 200]) + away)
+    _, alone = made({name: REST[name] for name in ("RSHO", "LSHO", "RELB", "RWRA", "RWRB")})
+    assert alone["RShoulder"] == pytest.approx([0, 1500, 200])  # no trunk tells which way is down
+
+
+def test_a_middle_of_markers_and_a_single_one() -> None:
+    making, found = made(PELVIS | REST)
+    assert found["RWrist"] == pytest.approx([0, 950, 220])
+    assert found["RElbow"] == pytest.approx(REST["RELB"])
+    told = making.told(tuple(PELVIS | REST))
+    assert told["RWrist"] == "RWRA RWRB"
+    assert told["RShoulder"] == "RSHO, below"
+    assert told["RHip"] == "RASI LASI RPSI LPSI, by regression"
+    assert told["Pelvis"] == "the middle of the hips"
+
+
+def test_what_is_unknown_stays_so() -> None:
+    names = tuple(PELVIS | REST)
+    making = making_of(names)
+    places = np.tile(np.array(list((PELVIS | REST).values()), float), (3, 1, 1))
+    places[1, names.index("RWRB")] = np.nan
+    places[2, names.index("LPSI")] = np.nan
+    unknown = np.isnan(making.places(places, 1.0)).any(axis=2)
+    assert [JOINTS[joint] for joint in np.flatnonzero(unknown[1] & ~unknown[0])] == ["RWrist"]
+    lost = {JOINTS[joint] for joint in np.flatnonzero(unknown[2] & ~unknown[0])}
+    assert lost == {"RHip", "LHip", "Pelvis"}
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        JOINTS,
+        [f"{side}{joint}" for side in "RL" for joint in ("Hip", "Knee", "Ankle")],
+        ["a", "b", "c"],
+        ["RASI", "LASI", "C7"],
+        [],
+    ],
+)
+def test_joints_are_no_markers(names: list[str]) -> None:
+    assert making_of(tuple(names)) is None
+
+
+def test_subjects_cases_and_separators_do_not_matter() -> None:
+    names = tuple(f"Bob:{name.lower()}" for name in PELVIS | REST)
+    assert making_of(names).joints == making_of(tuple(PELVIS | REST)).joints
+
+
+def test_what_a_user_says_comes_first(tmp_path: Path) -> None:
+    file = tmp_path / "body.toml"
+    file.write_text('RWrist = "RWRA"\nRElbow = ["RSHO", "RWRB"]\n')
+    making = making_of(tuple(PELVIS | REST), told_body(str(file)))
+    told = making.told(tuple(PELVIS | REST))
+    assert (told["RWrist"], told["RElbow"]) == ("RWRA", "RSHO RWRB")
+    assert making.set == "as told, Plug-in Gait"
+    with pytest.raises(BodyError, match='no "nose" for Head'):
+        making_of(tuple(PELVIS | REST), {"Head": ("nose",)})
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("RWrst = 'a'", '"RWrst"'),
+        ("RWrist = 3", "RWrist = 3"),
+        ("RWrist = []", r"RWrist = \[\]"),
+        ("", "nothing"),
+        ("RWrist", "cannot be read"),
+    ],
+)
+def test_what_no_user_can_say(tmp_path: Path, text: str, found: str) -> None:
+    file = tmp_path / "body.toml"
+    file.write_text(text)
+    with pytest.raises(UsageError, match=found):
+        told_body(str(file))
+
+
+SETS = {
+    "c3d/qualisys_ezc3d.c3d": ("ISB names (Qualisys, Visual3D)", 20),
+    "c3d/rehazenter_2014001_C1_01.c3d": ("ISB names (Qualisys, Visual3D)", 19),
+    "c3d/vicon_pig_59993_Static.c3d": ("Plug-in Gait", 20),
+    "c3d/vicon_upperbody_25hz.c3d": ("Plug-in Gait", 12),
+    "c3d/theia_rotations.c3d": ("Theia", 18),
+    "trc/opencap_walk.trc": ("OpenCap, Pose2Sim with added markers", 16),
+    "trc/opensim_rajagopal_walk.trc": ("OpenSim", 15),
+}
+
+
+@pytest.mark.parametrize(("name", "wanted"), SETS.items())
+def test_real_sets_are_known(captures: Path, name: str, wanted: tuple[str, int]) -> None:
+    motion = formats.read(captures / name)
+    assert (motion.source.set, len(motion.source.made)) == wanted
+    assert motion.markers is not None
+    legs = [
+        motion.positions[:, motion.skeleton.body[JOINT_CODES[f"{side}Hip"]], 1] for side in "RL"
+    ]
+    assert all(600 < np.nanmedian(hip) < 1200 for hip in legs) or "upperbody" in name
