@@ -10,7 +10,7 @@ Source: *The C3D File Format, User Guide*, Motion Lab Systems (c3d.org), "The he
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from operator import itemgetter
@@ -143,14 +143,7 @@ def scan(file: File) -> Layout:
     first, said, vague = _said(words, told)
     counts = list(said.values())
     believed, frames = _believed(list(options.values()), counts, vague, turns, size)
-    doubts = [
-        f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
-        for (what, choices), chosen in zip(options.items(), believed, strict=True)
-        if len(choices) > 1
-    ]
-    if {*counts, frames} != {frames}:
-        sayers = ", ".join(f"{who}: {count}" for who, count in said.items())
-        doubts.append(f"says different numbers of frames ({sayers}): {frames} believed")
+    doubts = _contradictions(options, believed, said, frames)
     seconds = _rate(told, rate, doubts)
     start, points, analog, step = believed
     layout = Layout(
@@ -238,6 +231,24 @@ def _believed(
     one = tuple(choices[0] for choices in options)
     there, frame = room(one)
     return one, int(there // frame) if frame else turned
+
+
+def _contradictions(
+    options: Mapping[str, list[float]],
+    believed: tuple[float, ...],
+    said: Mapping[str, int],
+    frames: int,
+) -> list[str]:
+    """Return what the file says in two ways, and which of them was believed."""
+    doubts = [
+        f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
+        for (what, choices), chosen in zip(options.items(), believed, strict=True)
+        if len(choices) > 1
+    ]
+    if {*said.values(), frames} != {frames}:
+        sayers = ", ".join(f"{who}: {count}" for who, count in said.items())
+        doubts.append(f"says different numbers of frames ({sayers}): {frames} believed")
+    return doubts
 
 
 def _turns(told: Parameters, size: int) -> Turns | None:

@@ -82,11 +82,24 @@ def people(layout: Layout, names: Mapping[int, str]) -> dict[str, dict[int, str]
 def subjects(file: File) -> tuple[str, ...]:
     """Return the names of the people that a file holds; none where nobody is named.
 
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged.
+
     Examples
     --------
-    >>> from lanindex.formats.c3d import subjects  # doctest: +SKIP
-    >>> subjects(opened("two_dancers.c3d"))  # doctest: +SKIP
-    ('Anna', 'Bob')
+    >>> import lanindex
+    >>> from lanindex.formats.c3d import subjects, write
+    >>> from lanindex.formats.file import File
+    >>> motion = lanindex.animate(lanindex.read_lnd("corpus/compass.lnd"))
+    >>> subjects(File("dance.c3d", write(motion)))  # points without markers of a person's
+    ()
     """
     layout = scan(file)
     return tuple(name for name in people(layout, names_of(layout)) if name)

@@ -77,7 +77,25 @@ def write(motion: Motion) -> bytes:
 
 def _section(motion: Motion, names: Sequence[str], frames: int, start: int) -> bytes:
     """Return the parameters, in whole blocks; the data begin in a block."""
-    groups = {
+    chain = [
+        piece
+        for number, (group, values) in enumerate(_told(motion, names, frames, start).items(), 1)
+        for piece in (
+            _entry(group, -number, b"\0"),
+            *(_entry(name, number, _value(value)) for name, value in values.items()),
+        )
+    ]
+    size = 4 + sum(map(len, chain)) + 2
+    blocks = math.ceil(size / BLOCK)
+    section = bytes((0, 0, min(blocks, 255), _INTEL)) + b"".join(chain)
+    return section.ljust(blocks * BLOCK, b"\0")
+
+
+def _told(
+    motion: Motion, names: Sequence[str], frames: int, start: int
+) -> dict[str, dict[str, Value]]:
+    """Return the parameters by their groups."""
+    return {
         "POINT": {
             "USED": _ints(len(names)),
             "SCALE": _floats(_FLOATS),
@@ -107,18 +125,6 @@ def _section(motion: Motion, names: Sequence[str], frames: int, start: int) -> b
             "ACTUAL_END_FIELD": _many(2, [frames & FULL, frames >> 16]),
         },
     }
-    chain = [
-        piece
-        for number, (group, values) in enumerate(groups.items(), 1)
-        for piece in (
-            _entry(group, -number, b"\0"),
-            *(_entry(name, number, _value(value)) for name, value in values.items()),
-        )
-    ]
-    size = 4 + sum(map(len, chain)) + 2
-    blocks = math.ceil(size / BLOCK)
-    section = bytes((0, 0, min(blocks, 255), _INTEL)) + b"".join(chain)
-    return section.ljust(blocks * BLOCK, b"\0")
 
 
 def _entry(name: str, number: int, body: bytes) -> bytes:
