@@ -115,8 +115,10 @@ def candidates(names: tuple[str, ...]) -> Mapping[tuple[str, str, str], tuple[in
         Group of `names.toml`, side, joint of the body → indices; of equal names the first.
     """
     found: dict[Key, int] = {}
+    passed_over = exporter_of(names).get("passed_over", ())
     for index, key in enumerate(keys(names)):
-        found.setdefault(key, index)
+        if names[index] not in passed_over:
+            found.setdefault(key, index)
     return {
         (group, side, joint): tuple(
             found[side, alias] for alias in aliases if (side, alias) in found

@@ -30,7 +30,7 @@ def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
     Returns
     -------
     tuple of File and tuple of str
-        For ``01_01.amc`` it is ``01.asf``, else ``01_01.asf``, else the only one of its folder;
+        For ``01_01.amc`` it is ``01_01.asf``, else ``01.asf``, else the only one of its folder;
         in capital letters or small ones.
 
     Raises
@@ -60,10 +60,10 @@ def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
 
 
 def _stems(stem: str) -> list[str]:
-    """Return what a skeleton may be called: the name up to an underscore, or all of it."""
+    """Return what a skeleton may be called: as its motion, or that up to an underscore."""
     words = stem.split("_")
     begun = ("_".join(words[:count]) for count in range(len(words) - 1, 0, -1))
-    return [*[name for name in begun if name][:_MOST_STEMS], stem]
+    return [stem, *[name for name in begun if name][:_MOST_STEMS]]
 
 
 def _changed(path: str) -> int:

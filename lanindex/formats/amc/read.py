@@ -7,10 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.body import Stated, sampled
+from lanindex.body import Stated
 from lanindex.body.calibration import UNITS
-from lanindex.body.rig import Rig
-from lanindex.body.understand import find_body, told_joints
 from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bones, parse
 from lanindex.formats.amc.beside import skeleton_of
@@ -29,9 +27,6 @@ BLOCK = 1024
 
 USUAL_RATE = Fraction(120)
 """Hz, of the public collections in this format, which for the most part does not tell it."""
-
-FOREARM = {"lwrist": "lhand", "rwrist": "rhand"}
-"""Bones that are the last third of a forearm, and the one behind, which begins at the wrist."""
 
 MANY_PLACES = 100_000
 """Of joints that do not move: so many cost nothing."""
@@ -85,13 +80,8 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))
         values = numbers.read(data, stops - first, ends - first, _Places(file, first))
         places[block], turns[block] = world(skeleton.bones, axes, values, turn)
-    called = tuple("" if FOREARM.get(name) in names else name for name in names)
-    poses = places[sampled(count)].astype(np.float64)
-    said = told_joints(told, names, file.name)
-    body, body_doubts = find_body(Rig(called, parents, poses), file.name, said)
-    stated = Stated(_unit(skeleton.inches), "y", body)
-    doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout))
-    doubts += (*rate_doubts, *body_doubts)
+    doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout), *rate_doubts)
+    stated = Stated(_unit(skeleton.inches), "y")
     points = Points(names, places, rate, stated, parents, offsets, turns, doubts)
     return motion_of(points, file, "amc", told, wanted)
 

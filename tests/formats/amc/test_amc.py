@@ -213,7 +213,7 @@ class TestSkeleton:
     @pytest.mark.parametrize(
         ("names", "wanted"),
         [
-            (["ada.asf", "ada_1.asf"], "ada.asf"),
+            (["ada.asf", "ada_1.asf"], "ada_1.asf"),
             (["ADA.asf", "ada.ASF"], "ada.ASF"),
             (["ada_1.asf", "eve.asf"], "ada_1.asf"),
             (["eve.Asf"], "eve.Asf"),
@@ -271,7 +271,7 @@ class TestSkeleton:
         with pytest.raises(CaptureError) as caught:
             read(tmp_path, GOOD)
         assert str(caught.value) == (
-            f"{tmp_path}/ada_1.amc: {found}, wanted ada.asf or ada_1.asf, or a single .asf in "
+            f"{tmp_path}/ada_1.amc: {found}, wanted ada_1.asf or ada.asf, or a single .asf in "
             "its folder. Name it with --skeleton FILE."
         )
 
