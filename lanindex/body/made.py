@@ -6,6 +6,7 @@ A middle of two joints or markers, or a regression that is linear in markers, is
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,10 @@ MADE: Mapping[str, Mapping[str, float]] = {
     "Pelvis": {"LHip": 0.5, "RHip": 0.5},
 }
 """Joint of the body: the joints that it is made of where the file lacks it, and their shares."""
+
+
+GAP = Fraction(1, 5)
+"""Seconds that a joint may be unknown and is filled; longer ones stay open."""
 
 
 def weighted(parts: Iterable[tuple[Floats, float]]) -> Floats:

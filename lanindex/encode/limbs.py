@@ -16,16 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS, PARTS
-from lanindex.body.made import MADE, weighted
+from lanindex.body.made import GAP, MADE, weighted
 from lanindex.encode.arithmetic import blocks, median
 from lanindex.encode.profile import Profile
 from lanindex.encode.resample import Resampling, resample
 from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]
-
-GAP = Fraction(1, 5)
-"""Seconds: shorter gaps are filled."""
 
 TOGETHER = 1 << 20
 """Frames times parts that are worked out together: some 120 MB."""

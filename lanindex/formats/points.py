@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import Stated, Understanding, body_of, understand
 from lanindex.body.calibration import UNITS, unit_of
+from lanindex.body.made import GAP
 from lanindex.body.markers import making_of
 from lanindex.body.standing import at_rest, hung
 from lanindex.body.told import told_body
@@ -129,13 +130,15 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         set=made.set if made else "",
         made=made.told(points.names) if made else {},
     )
+    doubts = (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate))
+    gaps = _gaps(places[:, found.body[found.body >= 0]], points.rate)
     return Motion(
         skeleton,
         points.rate,
         _oriented(found, places, order),
         source,
         found.first,
-        (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate), *found.doubts),
+        (*doubts, *found.doubts, *gaps),
         rotations,
         markers,
     )
@@ -151,6 +154,22 @@ def _millimetres(points: Points, told: Reading) -> float:
     reach = max(float((one[seen].max(axis=0) - one[seen].min(axis=0)).max())
                 for one, seen in zip(some, known, strict=True) if seen.any())  # fmt: skip
     return min(UNITS.values(), key=lambda unit: abs(np.log(max(unit * reach, 1e-9) / REACH)))
+
+
+def _gaps(places: NDArray[Any], rate: Fraction) -> tuple[str, ...]:
+    """Say how many gaps joints have: short ones are filled as they are written down."""
+    unknown = ~np.isfinite(places).all(axis=2)
+    if not unknown.any():
+        return ()
+    edges = np.diff(unknown.T, axis=1, prepend=False, append=False)
+    starts, stops = (np.flatnonzero(edges) % edges.shape[1]).reshape(-1, 2).T
+    filled = (stops - starts <= GAP * rate) & (starts > 0) & (stops < len(places))
+    short, many = int(filled.sum()), len(filled)
+    said = (
+        (short, f"{short} {'gap' if short == 1 else 'gaps'} of at most {float(GAP):g} s filled"),
+        (many - short, f"{many - short} {'gap' if many - short == 1 else 'gaps'} left open"),
+    )
+    return tuple(text for count, text in said if count)
 
 
 def _numbered(names: Sequence[str]) -> NDArray[np.int16]:

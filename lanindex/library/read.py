@@ -217,13 +217,25 @@ def read_parts(connection: Link) -> Counter[str]:
     LibraryError
         If the tracks are not those that were stored.
     """
+    parts: Counter[str] = Counter()
+    for tracks in read_lists(connection).values():
+        for listed in tracks:
+            parts[listed.part] += listed.symbols
+    return parts
+
+
+def read_lists(connection: Link) -> dict[int, list[Listed]]:
+    """Return what tracks each capture has, without their symbols, by the captures' numbers.
+
+    Raises
+    ------
+    LibraryError
+        If the tracks are not those that were stored.
+    """
     wanted = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
     state.check_numbers(connection, [number for number, _, _ in wanted])
-    parts: Counter[str] = Counter()
-    for tracks in _lists(connection, wanted).values():
-        for _, part, _, _, symbols, _ in tracks:
-            parts[part] += symbols
-    return parts
+    lists = _lists(connection, wanted)
+    return {number: [Listed(*row) for row in rows] for number, rows in lists.items()}
 
 
 def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> dict[int, list[_Raw]]:

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from lanindex.library import read
 from lanindex.library.link import Link
 
+_NANO = 10**9
+"""Parts of a second in which times are added up."""
+
 
 @dataclass(frozen=True, slots=True)
 class Stats:
@@ -24,6 +27,8 @@ class Stats:
         Bytes of the database; 0 where it is no file.
     parts : Mapping of str to int
         Symbols by part.
+    coverage : Mapping of str to float
+        By part, in which share of all seconds it is known, 0 to 1.
     labels, profiles, formats : Mapping of str to int
         Captures by label, by profile (the empty name: scores that came as such), by format.
     """
@@ -34,6 +39,7 @@ class Stats:
     seconds: float
     size: int
     parts: Mapping[str, int]
+    coverage: Mapping[str, float]
     labels: Mapping[str, int]
     profiles: Mapping[str, int]
     formats: Mapping[str, int]
@@ -55,15 +61,23 @@ def count(connection: Link, size: int) -> Stats:
         If a capture is not what was stored.
     """
     stored = read.read_captures(connection)
-    parts = read.read_parts(connection)
+    tracks = read.read_lists(connection)
     captures = [one.capture for one in stored]
+    parts, known = Counter[str](), Counter[str]()
+    for one in captures:
+        for listed in tracks[one.id]:
+            parts[listed.part] += listed.symbols
+            frames = sum(len(span) for span in read.known_of(one, listed))
+            known[listed.part] += round(frames / one.rate * _NANO)
+    seconds = sum(float(one.frames / one.rate) for one in captures)
     return Stats(
         captures=len(captures),
         frames=sum(one.frames for one in captures),
         symbols=parts.total(),
-        seconds=sum(float(one.frames / one.rate) for one in captures),
+        seconds=seconds,
         size=size,
         parts=_sorted(parts),
+        coverage={it: round(known[it] / _NANO / seconds, 4) for it in sorted(known) if seconds},
         labels=_sorted(Counter(one.label for one in captures)),
         profiles=_sorted(Counter(one.encoding.profile for one in stored)),
         formats=_sorted(Counter(one.format for one in captures)),

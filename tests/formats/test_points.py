@@ -79,6 +79,16 @@ def test_gaps_are_kept_and_never_looked_at(compass) -> None:
     unknown = np.isnan(motion.positions[:, motion.skeleton.body[JOINT_CODES["RWrist"]], 0])
     assert np.flatnonzero(unknown).tolist() == [0, *range(100, 200)]
     assert motion.skeleton.played()["RWrist"] == "RightHand"
+    assert motion.warnings == ("21 gaps left open",)  # that, and all joints in the first frame
+
+
+def test_short_gaps_are_said(compass) -> None:
+    held = points(compass)
+    wrist = compass.skeleton.names.index("RightHand")
+    for start, stop in ((50, 56), (100, 107), (200, 201), (838, 840)):
+        held.places[start:stop, wrist, 1] = np.nan
+    motion = motion_of(held, FILE, "csv", Reading(), Wanted(True))
+    assert motion.warnings == ("2 gaps of at most 0.2 s filled", "2 gaps left open")
 
 
 def test_a_joint_that_is_never_known_is_absent(compass) -> None:

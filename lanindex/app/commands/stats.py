@@ -38,4 +38,7 @@ def run(
         ("part", found.parts),
     ):
         rows += [(f"{name} {key or '(none)'}", f"{number}") for key, number in counts.items()]
+    rows += [
+        (f"coverage {part}", f"{share:.1%}") for part, share in found.coverage.items() if share < 1
+    ]
     out.table(("what", "how much"), rows)
