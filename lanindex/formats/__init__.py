@@ -97,7 +97,7 @@ FORMATS: tuple[Format, ...] = (
     Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
     Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", several=True),
-    # Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx", several=True),
+    Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx", several=True),
 )
 """All formats that are read."""
 

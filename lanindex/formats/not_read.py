@@ -7,7 +7,6 @@ from pathlib import PurePath
 UNREAD: dict[str, str] = {
     ".mot": "MOT, angles that mean nothing without their OpenSim model (the TRC of the take does),",
     ".sto": "STO, angles that mean nothing without their OpenSim model (the TRC of the take does),",
-    ".fbx": "FBX",
     ".mvn": "MVN",
     ".htr": "HTR",
     ".bip": "BIP",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -130,6 +131,44 @@ def quaternions(turns: NDArray[Any]) -> Floats:
     diagonal = np.stack([1 + a + b + c, 1 + a - b - c, 1 - a + b - c, 1 - a - b + c], axis=-1)
     best = diagonal.argmax(axis=-1)[..., None, None]
     return unit(np.take_along_axis(ways, best, axis=-2)[..., 0, :])
+
+
+def worlds(
+    nodes: Iterable[tuple[int, int]], standing: Callable[[int], tuple[Floats, Floats, Floats]]
+) -> Iterator[tuple[int, Floats, Floats]]:
+    """Yield where nodes are and how they are turned.
+
+    Parameters
+    ----------
+    nodes : iterable of tuple
+        Each node and the one that it stands in, -1: none; parents before children.
+    standing : Callable
+        Gives a node's shift (T, 3), turn (T, 4) and scale (T, 3) within its parent, T being 1
+        where it stays.
+
+    Yields
+    ------
+    tuple
+        The node, (T, 3) and (T, 4).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.turning import worlds
+    >>> up, half = np.array([[0.0, 1, 0]]), np.array([[0.0, 0, 0, 1]])  # half a turn about z
+    >>> [point.tolist() for _, point, _ in worlds([(0, -1), (1, 0)], lambda _: (up, half, up + 1))]
+    [[[0.0, 1.0, 0.0]], [[0.0, -1.0, 0.0]]]
+    """
+    known: dict[int, tuple[Floats, Floats, Floats]] = {}
+    for node, parent in nodes:
+        point, turn, scale = standing(node)
+        axes = matrices(turn) * scale[:, None, :]
+        if parent >= 0:
+            base, whole, above = known[parent]
+            point = base + (above @ point[:, :, None])[:, :, 0]
+            turn, axes = product(whole, turn), above @ axes
+        known[node] = point, turn, axes
+        yield node, point, turn
 
 
 def steady(turns: Floats) -> Floats:

@@ -201,7 +201,12 @@ class Document:
         if uri.text()[:5].lower() == "data:":
             data = _decoded(uri)
             return data, 0, len(data)
-        content = opened(_beside(self.file, uri)).content
+        path = _beside(self.file, uri)
+        try:
+            content = opened(path).content
+        except CaptureError as error:
+            found = f"{uri.where} is {path.name}: {error.found}"
+            raise CaptureError(found, place=self.file.name, wanted="its numbers") from None
         return content, 0, len(content)
 
     def _short(self, found: str, wanted: str) -> NoReturn:

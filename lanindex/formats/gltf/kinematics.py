@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lanindex.formats.gltf.scene import Nodes, Person
 from lanindex.formats.gltf.tracks import Clock, Track
-from lanindex.formats.turning import matrices, product
+from lanindex.formats.turning import worlds
 
 BLOCK = 2048
 """Frames at a time."""
@@ -59,30 +59,22 @@ def placed(
     count = 1 if frames is None else len(frames)
     place = {node: number for number, node in enumerate(person.joints)}
     points, turned = np.empty((count, len(place), 3)), np.empty((count, len(place), 4))
-    known: dict[int, tuple[Floats, Floats, Floats]] = {}
 
-    def standing(node: int, path: str, still: Floats) -> Floats:
+    def at(node: int, path: str, still: Floats) -> Floats:
         track = moved.get((node, path))
         if track is None or clock is None or frames is None:
             return still[None]
         return track.at(frames, clock)
 
-    for node in above(nodes, person):
-        shift = standing(node, "translation", nodes.shifts[node])
-        turn = standing(node, "rotation", nodes.turns[node])
-        scale = standing(node, "scale", nodes.scales[node])
-        axes = matrices(turn) * scale[:, None, :]
-        if nodes.parents[node] >= 0:
-            point, base, whole = known[nodes.parents[node]]
-            shift = point + np.einsum("tij,tj->ti", *_alike(base, shift))
-            turn, axes = product(whole, turn), base @ axes
-        known[node] = shift, axes, turn
+    def standing(node: int) -> tuple[Floats, Floats, Floats]:
+        return (
+            at(node, "translation", nodes.shifts[node]),
+            at(node, "rotation", nodes.turns[node]),
+            at(node, "scale", nodes.scales[node]),
+        )
+
+    needed = ((node, nodes.parents[node]) for node in above(nodes, person))
+    for node, point, turn in worlds(needed, standing):
         if node in place:
-            points[:, place[node]], turned[:, place[node]] = shift, turn
+            points[:, place[node]], turned[:, place[node]] = point, turn
     return points, turned
-
-
-def _alike(base: Floats, shift: Floats) -> tuple[Floats, Floats]:
-    """Return axes and shifts of the same number of frames."""
-    count = max(len(base), len(shift))
-    return np.broadcast_to(base, (count, 3, 3)), np.broadcast_to(shift, (count, 3))

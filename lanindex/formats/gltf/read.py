@@ -18,6 +18,7 @@ from lanindex.formats.gltf.document import Document, Value, opened_document
 from lanindex.formats.gltf.kinematics import BLOCK, above, placed
 from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
 from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, tracks
+from lanindex.formats.people import others, person, take_doubt
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import told_rate
 from lanindex.formats.turning import inverse, product
@@ -102,14 +103,14 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     Khronos Group, glTF 2.0 Specification, 2021: 3.6 (accessors), 3.7 (skins), 3.11 (animations).
     """
     found, doubts = chosen(file, told.take)
-    person, ticks = found.person, found.clock
+    whose, ticks = found.person, found.clock
     rate = rate_of(found) if told.rate is None else told_rate(told.rate)
-    rest, upright = placed(found.nodes, person)
+    rest, upright = placed(found.nodes, whose)
     offsets = rest[0].copy()
-    for joint, parent in enumerate(person.parents):
+    for joint, parent in enumerate(whose.parents):
         if parent >= 0:
             offsets[joint] = rest[0, joint] - rest[0, parent]
-    joints = len(person.joints)
+    joints = len(whose.joints)
     places = np.empty((ticks.count, joints, 3), np.float32)
     turns = np.empty((ticks.count, joints, 4), np.float32)
     back = inverse(upright)
@@ -122,11 +123,11 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
             places[start:stop, joint] = np.nan
             turns[start:stop, joint] = np.nan
     points_of = Points(
-        person.names,
+        whose.names,
         places,
         rate,
         Stated("m", "y"),
-        person.parents,
+        whose.parents,
         offsets,
         turns,
         (*doubts, *(ticks.doubts if told.rate is None else ())),
@@ -190,27 +191,10 @@ def chosen(file: File, take: str | None) -> tuple[Performance, tuple[str, ...]]:
     """
     document = opened_document(file)
     found = performers(document, take)
-    name = file.subject or next(iter(found))
-    if name not in found:
-        raise CaptureError(
-            f"has nobody called {quoted(name)}",
-            place=file.name,
-            wanted=" or ".join(found),
-        )
-    meant = found[name]
-    doubts = []
-    if len(found) > 1 and not file.subject:
-        doubts.append(f"{name} is read; it holds also {_listed(found, name)}")
-    names = [called for called, _ in takes(document)]
-    called = next(called for called, value in takes(document) if value.where == meant.take.where)
-    if len(names) > 1 and take is None:
-        doubts.append(f"the take {called} is read; it holds also {_listed(names, called)}")
-    return meant, tuple(doubts)
-
-
-def _listed(names: Any, but: str) -> str:
-    others = [name for name in names if name != but]
-    return ", ".join(others[:10]) + (f" and {len(others) - 10} more" if len(others) > 10 else "")
+    name, doubts = person(file, list(found))
+    meant, known = found[name], takes(document)
+    read = next(called for called, value in known if value.where == meant.take.where)
+    return meant, (*doubts, *take_doubt([called for called, _ in known], read, take))
 
 
 def performers(document: Document, take: str | None) -> dict[str, Performance]:
@@ -229,16 +213,16 @@ def performers(document: Document, take: str | None) -> dict[str, Performance]:
         raise CaptureError(
             "has no animation" if take is None else f"has no take {quoted(take)}",
             place=path,
-            wanted=_listed([name for name, _ in known], "") or "an animation of a skeleton",
+            wanted=others(name for name, _ in known) or "an animation of a skeleton",
         )
     moving = [(value, moved(document, value)) for _, value in meant]
     skeletons = people(document, nodes, set().union(*(which for _, which in moving)))
     found = list[Performance]()
-    for person in skeletons:
-        needed = set(above(nodes, person))
+    for skeleton in skeletons:
+        needed = set(above(nodes, skeleton))
         for value, which in moving:
             if which & needed:
-                found.append(_performance(document, nodes, person, value, needed))
+                found.append(_performance(document, nodes, skeleton, value, needed))
                 break
     if not found:
         raise CaptureError(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.formats.gltf.document import Document, Value
+from lanindex.formats.people import distinct
 from lanindex.formats.turning import quaternions, unit
 
 DEEPEST = 500
@@ -245,15 +246,8 @@ def _person(name: str, joints: list[int], nodes: Nodes, document: Document) -> P
     if len(joints) > MOST_JOINTS:
         Value(len(joints), "the number of joints", document.file.name).wrong(f"{MOST_JOINTS}")
     place, parents = dict[int, int](), []
-    names = list[str]()
-    taken = set[str]()
     for number, joint in enumerate(joints):
         place[joint] = number
         parents.append(place.get(nodes.parents[joint], -1))
-        called = nodes.names[joint] or f"node {joint}"
-        called = called if called not in taken else f"{called} {joint}"
-        while called in taken:
-            called += "'"
-        taken.add(called)
-        names.append(called)
-    return Person(name, tuple(joints), tuple(names), tuple(parents))
+    names = distinct([nodes.names[joint] for joint in joints], joints)
+    return Person(name, tuple(joints), names, tuple(parents))

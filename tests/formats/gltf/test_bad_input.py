@@ -120,6 +120,11 @@ CASES = {
         "element 1 of accessors[0] is [nan]",
         "finite",
     ),
+    "nothing beside it": (
+        good().gltf("numbers.bin"),
+        "buffers[0].uri is numbers.bin: there is no such file",
+        "its numbers",
+    ),
     "times": (
         GOOD.replace(struct.pack("<f", np.float32(1 / 30)), struct.pack("<f", 7)),
         "go back at key 2",

@@ -1,0 +1,134 @@
+"""What reads an FBX file by ``ufbx``, in a process of its own: a C library may crash.
+
+It is run as a script, imports nothing of LanIndex, takes the file from its standard input behind a
+line of JSON, and answers by a line of JSON and numbers (float64). Whatever it asks of ``ufbx`` it
+keeps in a variable, for objects that are asked of passing ones may be gone.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from array import array
+from typing import Any
+
+MOVED = ("Lcl Translation", "Lcl Rotation", "Lcl Scaling")
+MARGIN = 512 << 20
+"""Bytes of memory beside what the file needs."""
+
+UNPACKED = 64
+"""Times its size that a file may grow to."""
+
+
+def main() -> None:
+    """Answer one question."""
+    asked = json.loads(sys.stdin.buffer.readline())
+    data = sys.stdin.buffer.read()
+    _limit(MARGIN + UNPACKED * len(data))
+    numbers = array("d")
+    try:
+        answer = _answer(data, asked, numbers)
+    except Exception as error:
+        answer = {"error": f"{type(error).__name__}: {error}"[:300]}
+    sys.stdout.buffer.write(json.dumps(answer).encode() + b"\n")
+    sys.stdout.buffer.write(numbers.tobytes() if "error" not in answer else b"")
+
+
+def _limit(size: int) -> None:
+    try:
+        import resource
+    except ImportError:  # not a Unix
+        return
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (size, hard))
+
+
+def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[str, Any]:
+    import ufbx
+
+    scene = ufbx.load_memory(
+        data,
+        ignore_geometry=True,
+        ignore_embedded=True,
+        load_external_files=False,
+        inherit_mode_handling=ufbx.InheritModeHandling.HELPER_NODES,
+    )
+    found = scene.nodes
+    nodes = [found[number] for number in range(len(found))]
+    settings = scene.settings
+    axes = settings.axes
+    told = {
+        "rate": settings.frames_per_second,
+        "metres": settings.unit_meters,
+        "axes": [int(axes.right), int(axes.up), int(axes.front)],
+        "nodes": [_told(node) for node in nodes],
+    }
+    stacks = scene.anim_stacks
+    takes = [stacks[number] for number in range(len(stacks))]
+    told["takes"] = [take.name for take in takes]
+    moving = [_moving(ufbx, take, nodes) for take in takes]
+    first = next((number for number, moved in enumerate(moving) if moved), -1)
+    named = [number for number, name in enumerate(told["takes"]) if name == asked["take"]]
+    number = first if asked["take"] is None else named[0] if named else -1
+    told["take"] = number
+    if number < 0:
+        return told
+    take, moved = takes[number], moving[number]
+    begin, end, rate = take.time_begin, take.time_end, told["rate"]
+    if end <= begin:
+        begin, end = _keyed(scene)
+    if not rate > 0 or not end - begin < asked["most"] / rate:
+        return {**told, "take": -1, "count": -1}
+    count = max(round((end - begin) * rate), 0) + 1
+    told["count"], told["moved"] = count, sorted(moved)
+    if count * len(moved) > asked["most"]:
+        return {**told, "count": -1}
+    anim = take.anim
+    for place, node in enumerate(nodes):
+        _lay(numbers, node.local_transform)
+        if place in moved:
+            for frame in range(count):
+                _lay(numbers, ufbx.evaluate_transform(anim, node, begin + frame / rate))
+    return told
+
+
+def _told(node: Any) -> list[Any]:
+    """Return a node's name, its parent, and what it is."""
+    parent = node.parent
+    if node.is_scale_helper or node.is_geometry_transform_helper:
+        kind = "helper"
+    elif any(it is not None for it in (node.mesh, node.light, node.camera)):
+        kind = "shown"
+    else:
+        kind = "node" if node.bone is None else "bone"
+    return [node.name, -1 if parent is None else parent.typed_id, kind]
+
+
+def _moving(ufbx: Any, take: Any, nodes: list[Any]) -> set[int]:
+    """Return the nodes that a take moves."""
+    layers = take.layers
+    held = [layers[number] for number in range(len(layers))]
+    return {
+        place
+        for place, node in enumerate(nodes)
+        if any(ufbx.find_anim_prop(layer, node, name) for layer in held for name in MOVED)
+    }
+
+
+def _keyed(scene: Any) -> tuple[float, float]:
+    """Return the times of the first and the last key, where a take does not say its own."""
+    found = scene.anim_curves
+    curves = [found[number] for number in range(len(found))]
+    times = [(curve.min_time, curve.max_time) for curve in curves if len(curve.keyframes)]
+    return min(time for time, _ in times), max(time for _, time in times)
+
+
+def _lay(numbers: array[float], transform: Any) -> None:
+    shift, turn, scale = transform.translation, transform.rotation, transform.scale
+    numbers.extend(
+        (shift.x, shift.y, shift.z, turn.w, turn.x, turn.y, turn.z, scale.x, scale.y, scale.z)
+    )
+
+
+if __name__ == "__main__":
+    main()

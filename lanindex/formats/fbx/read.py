@@ -1,0 +1,232 @@
+"""FBX: what moves whom → Motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body.rig import Rig
+from lanindex.body.understand import Stated, find_body, sampled
+from lanindex.errors import BodyError, CaptureError
+from lanindex.formats.fbx.asked import Scene, asked
+from lanindex.formats.file import File, Wanted
+from lanindex.formats.people import distinct, person, take_doubt
+from lanindex.formats.points import Points, motion_of
+from lanindex.formats.rates import nearest_rate, told_rate
+from lanindex.formats.turning import inverse, product, unit, worlds
+from lanindex.model import Motion, Reading
+
+Floats = NDArray[np.float64]
+
+UNITS = {0.001: "mm", 0.01: "cm", 1.0: "m", 0.0254: "inch"}
+"""By metres."""
+
+AXES = ("x", "-x", "y", "-y", "z", "-z")
+BLOCK = 2048
+
+
+@dataclass(frozen=True, slots=True)
+class Skeleton:
+    """The bones of somebody.
+
+    Attributes
+    ----------
+    joints : tuple of int
+        (J) nodes, parents before children.
+    names : tuple of str
+        (J) each its own.
+    parents : tuple of int
+        (J) joints by their places in this list, -1 for a root.
+    """
+
+    joints: tuple[int, ...]
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+
+
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read an FBX file.
+
+    Of several people the one is read that the file's name tells behind ``#``, else the first; of
+    several takes the one that is told, else the first that moves something.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading
+        See `lanindex.formats.read`.
+    wanted : Wanted
+        What the motion is for.
+
+    Returns
+    -------
+    Motion
+        The bones and the nodes below them, in frames of the file's rate.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged, or nothing moves in it, or ``ufbx`` is missing.
+    BodyError
+        It holds no human skeleton.
+    """
+    scene = asked(file, told.take)
+    found = _people(scene)
+    if not found:
+        raise CaptureError("has no skeleton", place=file.name, wanted="bones that move")
+    name, doubts = person(file, list(found))
+    whose, takes = found[name], scene.told["takes"]
+    rest, upright = _placed(scene, whose, None)
+    offsets = rest[0].copy()
+    for joint, parent in enumerate(whose.parents):
+        if parent >= 0:
+            offsets[joint] = rest[0, joint] - rest[0, parent]
+    count, size = scene.told["count"], 1.0
+    stated = _stated(scene, file)
+    if stated.unit is None:
+        size, stated = scene.told["metres"], Stated("m", stated.up)
+    places = np.empty((count, len(whose.joints), 3), np.float32)
+    turns = np.empty((count, len(whose.joints), 4), np.float32)
+    back = inverse(upright)
+    for start in range(0, count, BLOCK):
+        frames = np.arange(start, min(start + BLOCK, count))
+        points, turned = _placed(scene, whose, frames)
+        places[frames], turns[frames] = points * size, product(turned, back)
+    rate = nearest_rate(Fraction(scene.told["rate"]).limit_denominator(10**6))
+    read_take = takes[scene.told["take"]]
+    points_of = Points(
+        whose.names,
+        places,
+        rate if told.rate is None else told_rate(told.rate),
+        stated,
+        whose.parents,
+        offsets * size,
+        turns,
+        (*doubts, *take_doubt(takes, read_take, told.take)),
+    )
+    return motion_of(points_of, file, "fbx", told, wanted)
+
+
+def subjects(file: File) -> tuple[str, ...]:
+    """Return the names of the people that a file holds; none where there is one alone.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged, or nothing moves in it, or ``ufbx`` is missing.
+    """
+    found = _people(asked(file, None))
+    return tuple(found) if len(found) > 1 else ()
+
+
+def _stated(scene: Scene, file: File) -> Stated:
+    """Return unit and vertical axis."""
+    right, up, front = scene.told["axes"]
+    if not all(0 <= axis < len(AXES) for axis in (right, up, front)):
+        return Stated(_unit(scene.told["metres"]))
+    across = np.cross(_axis(right), _axis(up))
+    if across @ _axis(front) < 0:
+        raise CaptureError(
+            "has left-handed axes",
+            place=file.name,
+            wanted="right-handed ones",
+            remedy="Export it again so.",
+        )
+    return Stated(_unit(scene.told["metres"]), AXES[up])
+
+
+def _axis(code: int) -> Floats:
+    direction: Floats = np.eye(3)[code // 2] * (1 - 2 * (code % 2))
+    return direction
+
+
+def _unit(metres: float) -> str | None:
+    return next((unit for size, unit in UNITS.items() if abs(metres / size - 1) < 1e-6), None)
+
+
+def _people(scene: Scene) -> dict[str, Skeleton]:
+    """Return the skeletons by their names; what is not human only where nobody is.
+
+    Bones under one node are one skeleton, under the root each top one its own. Where nothing is
+    called a bone, all nodes that show nothing stand in for them.
+    """
+    nodes, parents = scene.told["nodes"], scene.parents
+    kinds = [kind for *_, kind in nodes]
+    boned = "bone" in kinds
+    owner = dict[int, int]()
+    members = dict[int, list[int]]()
+    for node, (_, parent, kind) in enumerate(nodes):
+        if parent in owner and kind != "shown":
+            owner[node] = owner[parent]
+        elif kind == "bone" or (not boned and kind == "node" and parent >= 0):
+            owner[node] = parent if boned and parent > 0 else node
+        if node in owner and kind != "helper":
+            members.setdefault(owner[node], []).append(node)
+    moved = set(scene.moving)
+    found = list[tuple[str, Skeleton]]()
+    for top, joints in members.items():
+        if moved.intersection(_above(parents, joints)):
+            space, colon, _ = nodes[joints[0]][0].rpartition(":")
+            named = space if colon else nodes[top][0]
+            found.append((named, _skeleton(nodes, parents, joints)))
+    if len(found) > 1:
+        found = [one for one in found if _human(scene, one[1])] or found[:1]
+    names = distinct([name for name, _ in found], range(1, len(found) + 1))
+    return dict(zip(names, (one for _, one in found), strict=True))
+
+
+def _skeleton(nodes: list[list[str]], parents: list[int], joints: list[int]) -> Skeleton:
+    place, above = dict[int, int](), list[int]()
+    for number, joint in enumerate(joints):
+        node = parents[joint]
+        while node >= 0 and node not in place and nodes[node][2] == "helper":
+            node = parents[node]
+        above.append(place.get(node, -1))
+        place[joint] = number
+    names = distinct([nodes[joint][0] for joint in joints], joints)
+    return Skeleton(tuple(joints), names, tuple(above))
+
+
+def _above(parents: list[int], joints: list[int]) -> list[int]:
+    """Return nodes and all above them, parents before children."""
+    needed = set[int]()
+    for node in joints:
+        while node >= 0 and node not in needed:
+            needed.add(node)
+            node = parents[node]
+    return sorted(needed)
+
+
+def _human(scene: Scene, whose: Skeleton) -> bool:
+    poses, _ = _placed(scene, whose, sampled(scene.told["count"]))
+    try:
+        find_body(Rig(whose.names, whose.parents, poses))
+    except BodyError:
+        return False
+    return True
+
+
+def _placed(
+    scene: Scene, whose: Skeleton, frames: NDArray[np.int64] | None
+) -> tuple[Floats, Floats]:
+    """Return where joints are in some frames and how they are turned; at rest without any."""
+    parents = scene.parents
+    moving: Mapping[int, Floats] = {} if frames is None else scene.moving
+    count = 1 if frames is None else len(frames)
+    place = {node: number for number, node in enumerate(whose.joints)}
+    points, turned = np.empty((count, len(place), 3)), np.empty((count, len(place), 4))
+
+    def standing(node: int) -> tuple[Floats, Floats, Floats]:
+        rows = moving[node][frames] if node in moving else scene.still[node][None]
+        return rows[:, :3], unit(rows[:, 3:7]), rows[:, 7:]
+
+    needed = [(node, parents[node]) for node in _above(parents, list(whose.joints))]
+    for node, point, turn in worlds(needed, standing):
+        if node in place:
+            points[:, place[node]], turned[:, place[node]] = point, turn
+    return points, turned

@@ -1,0 +1,68 @@
+"""Who is meant of several people in a file, and which of several takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from lanindex.errors import CaptureError, quoted
+from lanindex.formats.file import File
+
+_SHOWN = 10
+
+
+def person(file: File, names: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+    """Return the name of who is meant, and a doubt where others are there and nobody is named.
+
+    Raises
+    ------
+    CaptureError
+        Nobody is called so.
+    """
+    name = file.subject or names[0]
+    if name not in names:
+        raise CaptureError(
+            f"has nobody called {quoted(name)}", place=file.name, wanted=" or ".join(names)
+        )
+    if file.subject or len(names) < 2:
+        return name, ()
+    return name, (f"{name} is read; it holds also {others(names, name)}",)
+
+
+def take_doubt(names: Sequence[str], read: str, told: str | None) -> tuple[str, ...]:
+    """Return a doubt where there are other takes than the one that is read, and none is told."""
+    if told is not None or len(names) < 2:
+        return ()
+    return (f"the take {read} is read; it holds also {others(names, read)}",)
+
+
+def others(names: Iterable[str], but: str = "") -> str:
+    """Return names but one, not too many.
+
+    Examples
+    --------
+    >>> from lanindex.formats.people import others
+    >>> others("abc", "b"), others(map(str, range(20)))
+    ('a, c', '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 10 more')
+    """
+    left = [name for name in names if name != but]
+    more = f" and {len(left) - _SHOWN} more" if len(left) > _SHOWN else ""
+    return ", ".join(left[:_SHOWN]) + more
+
+
+def distinct(names: Sequence[str], numbers: Sequence[int]) -> tuple[str, ...]:
+    """Return names that are each its own: what has none, or one that was there, has its number.
+
+    Examples
+    --------
+    >>> from lanindex.formats.people import distinct
+    >>> distinct(["Hips", "", "Hips"], [4, 5, 6])
+    ('Hips', 'node 5', 'Hips 6')
+    """
+    taken = dict[str, None]()
+    for name, number in zip(names, numbers, strict=True):
+        called = name or f"node {number}"
+        called = called if called not in taken else f"{called} {number}"
+        while called in taken:
+            called += "'"
+        taken[called] = None
+    return tuple(taken)
