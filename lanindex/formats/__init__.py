@@ -135,8 +135,12 @@ def known(file: File) -> Format:
 def is_capture(path: str) -> bool:
     """Tell whether a file begins as one of a format that is read; one that cannot be opened may."""
     try:
-        head = opened(path).content[:_HEAD]
-    except CaptureError:
+        if os.path.isfile(path):
+            with open(path, "rb") as file:
+                head = file.read(_HEAD)
+        else:
+            head = opened(path).content[:_HEAD]
+    except (OSError, CaptureError):
         return True
     return any(form.sniff(head) for form in FORMATS)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from lanindex import formats
-from lanindex.errors import CaptureError
+from lanindex.errors import LanindexError
 from lanindex.formats import archives
 from lanindex.formats.not_read import COMPANIONS, unread
 
@@ -88,7 +88,7 @@ def _held(path: str, others: list[str] | None) -> Iterator[str]:
                 yield from formats.people(member)
         else:
             yield from formats.people(path)
-    except CaptureError:  # said when it is read
+    except LanindexError:  # said when it is read
         yield path
 
 

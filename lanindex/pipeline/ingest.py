@@ -8,6 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lanindex.errors import UsageError
+from lanindex.formats.file import on_disk
+from lanindex.library.find import gone
 from lanindex.library.store import Store
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
@@ -66,17 +68,27 @@ def ingest(
     """
     held = library.known() if library else {}
     moved, told = Moved(held), reading or Reading()
+    first = {sha256: place for place, (sha256, _) in held.items()}
     tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs)):
         place = os.path.abspath(outcome.path)
         before = moved.found.get(place, "")
         outcome = replace(outcome, held=place in held or bool(before), moved=before)
+        outcome = _noticed(outcome, place, first)
         done = outcome if dry_run else _store(library, outcome, labels or {})
         yield replace(done, score=None)
         if library and not dry_run and (number + 1) % GATHER == 0:
             library.gather()
     if library and not dry_run:
         library.gather()
+
+
+def _noticed(outcome: Outcome, place: str, first: dict[str, str]) -> Outcome:
+    """Warn of a file with the content of another that is there, by the first of each content."""
+    other = first.setdefault(outcome.sha256, place) if outcome.sha256 else place
+    if outcome.status != "added" or on_disk(other) == on_disk(place) or gone(other):
+        return outcome
+    return replace(outcome, warnings=(*outcome.warnings, f"the same content as {other}"))
 
 
 def _store(

@@ -87,6 +87,18 @@ def test_a_file_of_a_format_that_is_not_read_yet(library: Library, folder: Path)
     assert added.status == "added"
 
 
+def test_the_same_content_twice_is_noticed(library: Library, folder: Path) -> None:
+    again = folder / "b" / "again.bvh"
+    again.write_bytes((folder / "bow.BVH").read_bytes())
+    outcomes = take(library, folder)
+    assert statuses(outcomes) == ["added"] * 4
+    (twice,) = (it for it in outcomes if it.warnings)
+    assert twice.path.endswith("again.bvh")
+    assert twice.warnings == (f"the same content as {folder / 'bow.BVH'}",)
+    assert library.captures(doubts=True)[0].warnings == twice.warnings
+    assert all(it.status == "unchanged" and not it.warnings for it in take(library, folder))
+
+
 def test_a_file_named_is_taken_whatever_its_ending(folder: Path) -> None:
     assert list(discover([folder / "notes.txt"])) == [str(folder / "notes.txt")]
 
