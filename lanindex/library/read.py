@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -207,21 +206,6 @@ _LISTED = f"SELECT capture_id, {', '.join(Listed._fields)} FROM track"
 
 Wanted = tuple[Stored, Listed]
 """A track that is wanted, and whose."""
-
-
-def read_parts(connection: Link) -> Counter[str]:
-    """Return how many symbols each part has, in all captures.
-
-    Raises
-    ------
-    LibraryError
-        If the tracks are not those that were stored.
-    """
-    parts: Counter[str] = Counter()
-    for tracks in read_lists(connection).values():
-        for listed in tracks:
-            parts[listed.part] += listed.symbols
-    return parts
 
 
 def read_lists(connection: Link) -> dict[int, list[Listed]]:

@@ -84,5 +84,20 @@ def count(connection: Link, size: int) -> Stats:
     )
 
 
+def parts_of(connection: Link) -> Counter[str]:
+    """Return how many symbols each part has, in all captures.
+
+    Raises
+    ------
+    LibraryError
+        If the tracks are not those that were stored.
+    """
+    parts: Counter[str] = Counter()
+    for tracks in read.read_lists(connection).values():
+        for listed in tracks:
+            parts[listed.part] += listed.symbols
+    return parts
+
+
 def _sorted(counts: Counter[str]) -> dict[str, int]:
     return dict(sorted(counts.items()))

@@ -18,7 +18,7 @@ from lanindex.library.columns import chosen
 from lanindex.library.encoding import Encoding
 from lanindex.library.find import Where, find_capture, fitting, globs, is_number, missing
 from lanindex.library.link import Link
-from lanindex.library.stats import Stats, count
+from lanindex.library.stats import Stats, count, parts_of
 from lanindex.library.texts import check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
 from lanindex.model.columns import Columns, Roster
@@ -292,7 +292,7 @@ class Store(Choosing):
             If the tracks are not those that were stored.
         """
         with self._reading() as connection:
-            asked = read.read_parts if checked else segments.part_names
+            asked = parts_of if checked else segments.part_names
             found = set(asked(connection))
         return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
 
