@@ -83,15 +83,14 @@ def _chosen(file: File, layout: Layout) -> tuple[dict[int, str], tuple[str, ...]
     """Return the points of one subject by their numbers, and who else there is."""
     names = names_of(layout)
     found = people(layout, names)
-    subject = file.subject
-    if subject:
-        if subject not in found:
+    if file.subject:
+        if file.subject not in found:
             raise CaptureError(
-                f"has no subject {quoted(subject)} that makes a body",
+                f"has no subject {quoted(file.subject)} that makes a body",
                 place=file.name,
                 wanted=" or ".join(filter(None, found)) or "none: its subjects have no names",
             )
-        return found[subject], ()
+        return found[file.subject], ()
     if len(found) < 2:
         return next(iter(found.values()), names), ()
     first, *others = found
