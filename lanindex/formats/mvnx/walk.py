@@ -195,7 +195,8 @@ class _Walker:
             self.inside, self.subjects[-1].stop = False, self.parser.CurrentByteIndex
 
     def _listen(self, _: dict[str, str]) -> None:
-        if self.numbers and (self.begun is not None or self.open[-1] == "pos_b"):
+        of_segment = "frames" not in self.open and not self.subjects[-1].frames
+        if self.numbers and (of_segment if self.open[-1] == "pos_b" else self.begun is not None):
             self.heard, self.size = [], 0
             self.parser.CharacterDataHandler = self._text
 
