@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-_AMC = re.compile(rb":(FULLY-SPECIFIED|DEGREES|RADIANS)\b", re.IGNORECASE)
+_AMC = re.compile(rb":(FULLY-SPECIFIED|DEGREES|RADIANS|SAMPLES-PER-SECOND)\b", re.IGNORECASE)
 _TRIPLE = re.compile(rb"[^,;\t]x\b[^,;\t]*[,;\t].*y\b", re.IGNORECASE)
 _POINTS = 3  # at least, for a limb
 _LINES = 40  # in which a header is looked for

@@ -261,9 +261,9 @@ def _hung(bones: dict[bytes, Bone], lines: list[_Line], path: str) -> tuple[Bone
         bones[name].parent = parent_index
         waiting += [(child, len(ordered)) for child in reversed(children.get(name, []))]
         ordered.append(bones[name])
-    if len(ordered) < len(bones):
-        loose = next(name for name in bones if bones[name] not in ordered)
-        raise CaptureError(
-            f"{text_of(loose)[:40]!r} hangs on nothing", place=path, wanted="all bones below root"
-        )
+    hung = {bone.name for bone in ordered}
+    loose = [name for name in bones if name not in hung]
+    if loose:
+        found = f"{text_of(loose[0])[:40]!r} hangs on nothing"
+        raise CaptureError(found, place=path, wanted="all bones below root")
     return tuple(ordered)

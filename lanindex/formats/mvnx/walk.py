@@ -5,6 +5,7 @@ Source: Xsens, *MVN User Manual*, section "MVNX"; files of versions 3 and 4.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NoReturn
 from xml.parsers import expat
@@ -131,11 +132,19 @@ class _Walker:
         self.subjects: list[Subject] = []
         self.names: set[str] = set()
         self.open: list[str] = []  # elements that have begun
+        self.inside = False  # a subject
         self.heard: list[str] | None = None  # pieces of a text with numbers
         self.size = 0
         self.point = ""
         self.begun: int | None = None  # where the frame begins that is open, if it is movement
         self.number: int | None = None  # of the frame before
+        self.begins: dict[str, Callable[[dict[str, str]], None]] = {
+            "subject": self._subject,
+            "segment": self._segment,
+            "point": self._point,
+            "frame": self._frame,
+            **dict.fromkeys(("pos_b", *_WIDTHS), self._listen),
+        }
         self.parser = expat.ParserCreate()
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
@@ -167,24 +176,12 @@ class _Walker:
         self._refuse("has a document type", wanted, "Take its <!DOCTYPE ...> out.")
 
     def _start(self, name: str, said: dict[str, str]) -> None:
-        name = name.rpartition(":")[2]
-        above = self.open[-1] if self.open else ""
         self.open.append(name)
         if len(self.open) > DEEPEST:
             self._refuse(f"{len(self.open)} elements within each other", "MVNX, which has seven")
-        if name == "subject":
-            self._subject(said)
-        elif not self.subjects:
-            return
-        elif name == "segment" and above == "segments":
-            self._segment(said)
-        elif name == "point":
-            self.point = said.get("label", "")
-        elif name == "frame" and above == "frames":
-            self._frame(said)
-        elif self.numbers and (name == "pos_b" or (name in _WIDTHS and self.begun is not None)):
-            self.heard, self.size = [], 0
-            self.parser.CharacterDataHandler = self._text
+        begin = self.begins.get(name)
+        if begin is not None and (self.inside or name == "subject"):
+            begin(said)
 
     def _end(self, name: str) -> None:
         name = self.open.pop()
@@ -195,7 +192,13 @@ class _Walker:
         elif name == "frame" and self.begun is not None:
             self._close(self.begun)
         elif name == "subject":
-            self.subjects[-1].stop = self.parser.CurrentByteIndex
+            self.inside, self.subjects[-1].stop = False, self.parser.CurrentByteIndex
+
+    def _listen(self, _: dict[str, str]) -> None:
+        of_segment = "frames" not in self.open and not self.subjects[-1].frames
+        if self.numbers and (of_segment if self.open[-1] == "pos_b" else self.begun is not None):
+            self.heard, self.size = [], 0
+            self.parser.CharacterDataHandler = self._text
 
     def _text(self, text: str) -> None:
         if self.heard is not None:
@@ -205,31 +208,36 @@ class _Walker:
                 self._refuse("numbers without an end", f"at most {LARGEST_TAG} bytes")
 
     def _subject(self, said: dict[str, str]) -> None:
-        if "subject" in self.open[:-1]:
+        if self.inside:
             self._refuse("a subject within another", "one behind the other")
         number = len(self.subjects) + 1
         name = said.get("label", "").strip() or f"subject {number}"
         name = f"{name} {number}" if name in self.names else name
         self.names.add(name)
         meant = name == self.file.subject if self.file.subject else number == 1
-        self.numbers, self.number = self.wanted and meant, None
+        self.inside, self.numbers, self.number = True, self.wanted and meant, None
         at, line = self.parser.CurrentByteIndex, self.parser.CurrentLineNumber
         self.subjects.append(Subject(name, at, line, said))
 
     def _segment(self, said: dict[str, str]) -> None:
+        if self.open[-2] != "segments":
+            return
         subject = self.subjects[-1]
         if len(subject.segments) >= MOST_SEGMENTS or subject.frames:
             self._refuse("one more segment", f"at most {MOST_SEGMENTS}, before the frames")
         subject.segments.append(said.get("label", ""))
         subject.points.append({})
 
+    def _point(self, said: dict[str, str]) -> None:
+        self.point = said.get("label", "")
+
     def _frame(self, said: dict[str, str]) -> None:
-        if said.get("type", NORMAL) != NORMAL:
+        if said.get("type", NORMAL) != NORMAL or self.open[-2] != "frames":
             return
-        subject, index = self.subjects[-1], said.get("index", "")
+        subject, index, before = self.subjects[-1], said.get("index", ""), self.number
         number = int(index) if index.isdecimal() and len(index) < 16 else None
-        if None not in (number, self.number) and number != (self.number or 0) + 1:
-            subject.gap = subject.gap or (self.number or 0, number or 0)
+        if number is not None and before is not None and number != before + 1:
+            subject.gap = subject.gap or (before, number)
         self.begun, self.number = self.parser.CurrentByteIndex, number
 
     def _close(self, begun: int) -> None:

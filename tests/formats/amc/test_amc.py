@@ -147,6 +147,8 @@ def test_the_rate_is_told_or_usual(folder: Path) -> None:
     said = GOOD.replace(b":DEGREES", b":DEGREES\n:SAMPLES-PER-SECOND 59.94")
     assert read(folder, said).rate == Fraction(60000, 1001)
     assert read(folder, said).warnings == ()
+    first = said.replace(b":FULLY-SPECIFIED\n:DEGREES\n", b"")  # no keyword but this
+    assert read(folder, first).rate == Fraction(60000, 1001)
     for odd in (b"0", b"1.2.3", b"many", b"", b"."):
         assert read(folder, said.replace(b"59.94", odd)).rate == 120
 

@@ -136,6 +136,13 @@ def test_a_turn_that_is_none_is_unknown() -> None:
     assert np.isnan(found.positions[:, tip, 0]).tolist() == [False, False, True, False, False]
 
 
+def test_points_among_frames_are_no_points_of_segments() -> None:
+    point = b'<point label="pLeftToe"><pos_b>9 9 9</pos_b></point>'
+    data = GOOD.replace(b"</orientation>", b"</orientation>" + point)
+    data = data.replace(b"</frame>", b"</frame>" + point)
+    assert np.array_equal(read(data).positions, read(GOOD).positions)
+
+
 class TestPeople:
     """Several subjects."""
 

@@ -1,6 +1,7 @@
 """Whatever the bytes: a motion or one of our errors, and a clip that reads back equal."""
 
 import random
+import re
 from pathlib import Path
 
 import numpy as np
@@ -42,12 +43,47 @@ def outcome(data: bytes, meant: str) -> str:
     return "motion"
 
 
+VALUE = re.compile(rb'"[^"<>]*"|-?\d+\.\d+')
+VALUES = (
+    b"",
+    b"0",
+    b"-1",
+    b"nan",
+    b"inf",
+    b"1e9",
+    b"1e39",
+    b"Neck",
+    b"normal",
+    b"1 2",
+    b"RightHand",
+)
+
+
+def changed(data: bytes, numbers: random.Random) -> bytes:
+    """Return a file that is sound XML still, with a few values changed or lines doubled."""
+    for _ in range(numbers.choice((1, 2, 5))):
+        if numbers.random() < 0.3:
+            lines = data.splitlines(keepends=True)
+            at = numbers.randrange(4, len(lines))
+            if lines[at].count(b"<") == 2:
+                lines[at] *= numbers.choice((0, 2))
+            data = b"".join(lines)
+            continue
+        found = numbers.choice(list(VALUE.finditer(data)))
+        quote = b'"' * found.group().startswith(b'"')
+        new = quote + numbers.choice(VALUES) + quote
+        data = data[: found.start()] + new + data[found.end() :]
+    return data
+
+
 def fuzz(sources: list[bytes], count: int) -> dict[str, int]:
     numbers = random.Random(2018)
     seen = {"motion": 0, "error": 0}
     for _ in range(count):
         meant = numbers.choice(("", "", "Bob"))
-        seen[outcome(mutated(numbers.choice(sources), numbers, WORDS), meant)] += 1
+        data = numbers.choice(sources)
+        damaged = changed(data, numbers) if numbers.random() < 0.5 else None
+        seen[outcome(damaged or mutated(data, numbers, WORDS), meant)] += 1
     return seen
 
 
