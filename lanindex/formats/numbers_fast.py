@@ -29,6 +29,29 @@ _SPACE = np.uint8(32)
 _MOST = numbers.MOST
 
 
+@numba.njit(inline="always")
+def _value(text, at, stop, separator):
+    """Read a number; return it, the byte behind it, and whether it could be read here."""
+    begin = at
+    negative = text[at] == _MINUS
+    if negative or text[at] == _PLUS:
+        at += _ONE
+    first, power = at, _NOTHING
+    whole, at = _digits(text, at, stop, _NIL)
+    digits = at - first
+    if at < stop and text[at] == _POINT:
+        first = at + _ONE
+        whole, at = _digits(text, first, stop, whole)
+        power = at - first
+        digits += power
+    clean = at >= stop or text[at] == separator or _blank(text[at])
+    if clean and _NOTHING < digits <= _SHORT:
+        value = np.float64(whole) / _TENS[power]
+        return -value if negative else value, at, True
+    value, at, proper = _number(text, begin, stop)
+    return value, at, proper and not np.isnan(value)
+
+
 @numba.njit
 def _row(text, at, stop, separator, width, slots, heads, row):
     """Read one line into `row`; tell whether all of it could be read here."""
@@ -49,29 +72,9 @@ def _row(text, at, stop, separator, width, slots, heads, row):
         elif ended or text[at] == separator:
             row[slot] = np.nan
         else:
-            begin = at
-            negative = text[at] == _MINUS
-            if negative or text[at] == _PLUS:
-                at += _ONE
-            first, power = at, _NOTHING
-            whole, at = _digits(text, at, stop, _NIL)
-            digits = at - first
-            if at < stop and text[at] == _POINT:
-                first = at + _ONE
-                whole, at = _digits(text, first, stop, whole)
-                power = at - first
-                digits += power
-            clean = at >= stop or text[at] == separator or _blank(text[at])
-            if clean and _NOTHING < digits <= _SHORT:
-                value = np.float64(whole) / _TENS[power]
-                value = -value if negative else value
-            else:
-                value, at, proper = _number(text, begin, stop)
-                if not proper or np.isnan(value):
-                    return False
-            if abs(value) > (_MOST if slot < heads else LARGEST):
+            row[slot], at, proper = _value(text, at, stop, separator)
+            if not proper or abs(row[slot]) > (_MOST if slot < heads else LARGEST):
                 return False
-            row[slot] = value
             while not runs and at < stop and text[at] != separator and _blank(text[at]):
                 at += _ONE
             if at < stop and text[at] != separator and not (runs and _blank(text[at])):

@@ -7,6 +7,7 @@ reader that is not installed, or refuses a file, has no figure. The captures are
 LANINDEX_CAPTURES.
 """
 
+import io
 import statistics
 import time
 import warnings
@@ -15,9 +16,11 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 from places import CAPTURES
 
 from lanindex import formats
+from lanindex.formats import numbers, trc
 from lanindex.formats.amc import layout as amc_layout
 from lanindex.formats.amc.asf import parse
 from lanindex.formats.amc.beside import skeleton_of
@@ -28,6 +31,7 @@ from lanindex.formats.c3d.people import names_of
 from lanindex.formats.c3d.places import places
 from lanindex.formats.file import holding
 from lanindex.formats.mvnx.walk import walk
+from lanindex.formats.table.kinds import layout_of
 from lanindex.model import Reading
 
 ROUNDS = 7
@@ -60,12 +64,12 @@ def amc_numbers(path: Path) -> None:
     file = formats.opened(path)
     skeleton, _ = skeleton_of(file, Reading())
     fast = compiled()
-    numbers = Numbers(parse(skeleton).bones, (fast or PLAIN).parse)
+    floats = Numbers(parse(skeleton).bones, (fast or PLAIN).parse)
     layout = amc_layout.scan(file.content, file.name)
     for start in range(0, len(layout.starts), 1024):
         stops, ends = layout.stops[start : start + 1024], layout.ends[start : start + 1024]
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))
-        numbers.read(data, stops - first, ends - first, str)
+        floats.read(data, stops - first, ends - first, str)
 
 
 def amc_by_a_loop(path: Path) -> None:
@@ -91,9 +95,30 @@ def mvnx_by_etree(path: Path) -> None:
             list(map(float, frame.findtext(f"{{*}}{name}", "").split()))
 
 
+def trc_numbers(path: Path) -> None:
+    file = formats.opened(path)
+    numbers.read(file, trc.scan(file).table, 0)
+
+
+def table_numbers(path: Path) -> None:
+    file = formats.opened(path)
+    numbers.read(file, layout_of(file).table, 0)
+
+
+def by_loadtxt(path: Path) -> None:
+    """Read the rows alone, which have no blanks, behind a header of as many lines as it has."""
+    file = formats.opened(path)
+    rows = (trc.scan if path.suffix == ".trc" else layout_of)(file).table.lines
+    text = file.content[int(rows[0, 0]) :]
+    separator = max(b"\t,", key=text[:1000].count)
+    np.loadtxt(io.BytesIO(text.replace(b",\n", b"\n")), delimiter=chr(separator))
+
+
 # format: files, ours to places or numbers, the others'
 TABLE: dict[str, tuple[str, Reader, dict[str, Reader]]] = {
     "amc": ("amc/cmu/*.amc", amc_numbers, {"loop": amc_by_a_loop}),
+    "trc": ("trc/*.trc", trc_numbers, {"loadtxt": by_loadtxt}),
+    "csv": ("csv/**/*.csv", table_numbers, {"loadtxt": by_loadtxt}),
     "mvnx": ("mvnx/*.mvnx", mvnx_numbers, {"etree": mvnx_by_etree}),
     "c3d": ("c3d/*.c3d", c3d_points, {"ezc3d": c3d_by_ezc3d, "c3d": c3d_by_c3d}),
 }

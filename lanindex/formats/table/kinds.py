@@ -17,6 +17,7 @@ from lanindex.body import Stated
 from lanindex.errors import CaptureError, shown
 from lanindex.formats import numbers
 from lanindex.formats.file import Content, File
+from lanindex.formats.table import segments
 from lanindex.formats.table.layout import (
     Layout,
     Line,
@@ -27,6 +28,7 @@ from lanindex.formats.table.layout import (
     separator_of,
     triples,
 )  # fmt: skip
+from lanindex.formats.table.segments import Finish, Triple
 
 _JOINTS = (
     "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight "
@@ -123,35 +125,43 @@ def _named(file: File, head: list[Line]) -> Layout:
 
 
 def _nexus(file: File, head: list[Line]) -> Layout:
-    """Return the block ``Trajectories`` of an export of Vicon Nexus."""
+    """Return the block ``Trajectories`` of an export of Vicon Nexus, else the model's segments."""
     at = block(file.content, b"Trajectories")
-    if at is None:
+    outputs = block(file.content, b"Model Outputs") if at is None else None
+    start = outputs if at is None else at
+    head = list(islice(lines(file, start), 5)) if start is not None else []
+    if start is not None and len(head) < 5:
+        raise CaptureError("ends in its header", place=file.name, wanted="five lines, then frames")
+    found: tuple[tuple[str, ...], list[Triple], Finish | None] = ((), [], None)
+    if head:
+        separator = separator_of(head[3].text)
+        rate, names, axes, units = (line.cells(separator) for line in head[1:5])
+        found = _trajectories(names, axes) if at is not None else segments.joints(names, axes)
+    called, points, finish = found
+    if at is None and not points:
         raise CaptureError(
-            "an export of Vicon Nexus without Trajectories: what a model says of segments and "
-            "angles, but no markers",
+            "an export of Vicon Nexus without markers or segments",
             place=file.name,
             wanted="the block Trajectories",
             remedy="Export the trajectories too, or give the C3D file.",
         )
-    head = list(islice(lines(file, at), 5))
-    if len(head) < 5:
-        raise CaptureError("ends in its header", place=file.name, wanted="five lines, then frames")
-    separator = separator_of(head[3].text)
-    rate, names, axes, units = (line.cells(separator) for line in head[1:5])
-    called: list[str] = []
-    points: list[tuple[int, int, int]] = []
-    for column in range(2, len(axes) - 2):
-        upper = [axis.upper() for axis in axes[column : column + 3]]
-        name = names[column] if column < len(names) else ""
-        if name and upper == ["X", "Y", "Z"]:
-            called.append(name)
-            points.append((column, column + 1, column + 2))
     rows = numbers.rows(file.content, head[4].stop)
     beyond = np.flatnonzero(rows[1:, 0] != rows[:-1, 1])  # a blank line ends the block
     rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
     unit = next((units[point[0]] for point in points if point[0] < len(units)), None)
     table = made(file, rows, separator, len(axes), [0], points)
-    return Layout("Vicon Nexus", tuple(called), table, rate=rate[0], stated=Stated(unit))
+    return Layout("Vicon Nexus", called, table, rate=rate[0], stated=Stated(unit), finish=finish)
+
+
+def _trajectories(names: list[str], axes: list[str]) -> tuple[tuple[str, ...], list[Triple], None]:
+    """Return the markers of a header, and their columns."""
+    starts = [
+        column
+        for column in range(2, min(len(names), len(axes) - 2))
+        if names[column] and [axis.upper() for axis in axes[column : column + 3]] == ["X", "Y", "Z"]
+    ]
+    columns = [(column, column + 1, column + 2) for column in starts]
+    return tuple(names[column] for column in starts), columns, None
 
 
 def block(content: Content, title: bytes) -> int | None:

@@ -12,6 +12,7 @@ from lanindex.errors import CaptureError
 from lanindex.formats import numbers
 from lanindex.formats.bvh.hierarchy import text_of
 from lanindex.formats.file import File
+from lanindex.formats.table.segments import Finish
 
 HEAD = 1 << 20
 """Bytes in which a header is looked for."""
@@ -54,6 +55,8 @@ class Layout:
         What it says of its unit and axes.
     doubts : tuple of str
         What its header gets wrong.
+    finish : Callable or None
+        What makes the points, (T, M, 3), of what the table has instead.
     """
 
     title: str
@@ -65,6 +68,7 @@ class Layout:
     states: int | None = None
     stated: Stated = field(default_factory=Stated)
     doubts: tuple[str, ...] = ()
+    finish: Finish | None = None
 
 
 @dataclass(frozen=True, slots=True)

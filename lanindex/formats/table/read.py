@@ -56,6 +56,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     layout = columns.layout_of(file, told.columns) if told.columns else layout_of(file)
     chosen, whose = _chosen(file, layout)
     heads, places = numbers.read(file, layout.table, wanted.total)
+    places = layout.finish(places) if layout.finish else places
     if layout.states is not None:
         places[heads[:, layout.states :] == 0] = np.nan
     names = tuple(layout.names[number] for number in chosen)

@@ -186,6 +186,12 @@ def test_real_files_write_back(captures):
         np.testing.assert_allclose(again.markers.positions, whole.markers.positions, atol=1e-3)
 
 
+def test_joints_of_a_camera_are_not_taken_for_markers(captures):
+    motion = formats.read(captures / "trc" / "pose2sim_balancing.trc")
+    assert motion.source.set == "joints (OpenPose, Pose2Sim)"
+    assert motion.source.made["RShoulder"] == "RShoulder"
+
+
 def test_joints_are_written_where_there_are_no_markers():
     motion = formats.read("corpus/compass.bvh")
     again = read(trc.write(motion))
