@@ -14,7 +14,7 @@ from lanindex.formats.file import File
 from lanindex.formats.gltf.document import Document, Value
 from lanindex.formats.gltf.pack import Pack, glb
 from lanindex.formats.gltf.read import Performance, chosen, extras, rate_of, unknown
-from lanindex.formats.gltf.tracks import PATHS, Track, tracks
+from lanindex.formats.gltf.tracks import PATHS, Track, timed, tracks
 from lanindex.model import Span
 
 
@@ -46,7 +46,7 @@ class _Source:
     def __init__(self, found: Performance) -> None:
         self.found = found
         self.document = found.document
-        self.tracks = tracks(self.document, found.take)
+        self.tracks = timed(tracks(self.document, found.take), found.clock)
         moving = {(track.node, track.path) for track in found.tracks}
         self.first = next(
             number for number, track in enumerate(self.tracks)
@@ -110,7 +110,7 @@ class _Source:
         return json.dumps(told, allow_nan=False).encode()
 
     def _values(self, track: Track, frames: Any) -> Any:
-        values = track.at(frames, self.found.clock, exactly=True)
+        values = track.at(frames, exactly=True)
         if track.path == "rotation":
             values = values[:, [1, 2, 3, 0]]
         return values.astype(np.float32)

@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 from urllib.parse import unquote_to_bytes
 
 from lanindex.errors import CaptureError, quoted
+from lanindex.formats import archives
 from lanindex.formats.file import Content, File, on_disk, opened
 
 MAGIC = b"glTF"
@@ -205,7 +206,7 @@ class Document:
         try:
             content = opened(path).content
         except CaptureError as error:
-            found = f"{uri.where} is {path.name}: {error.found}"
+            found = f"{uri.where} is {quoted(uri.value)}: {error.found}"
             raise CaptureError(found, place=self.file.name, wanted="its numbers") from None
         return content, 0, len(content)
 
@@ -227,13 +228,16 @@ def _decoded(uri: Value) -> bytes:
     uri.wrong("data:...;base64, and bytes as base64")
 
 
-def _beside(file: File, uri: Value) -> Path:
+def _beside(file: File, uri: Value) -> str:
     """Return a file that a uri names: beside the file, or in a folder beside it."""
     name = unquote_to_bytes(uri.text()).decode("utf-8", "replace")
     parts = PurePosixPath(name).parts
     if not parts or parts[0] == "/" or ".." in parts or any(c in name for c in ":\\\0?#"):
         uri.wrong("the name of a file beside it")
-    return Path(on_disk(file.name)[0]).parent.joinpath(*parts)
+    archive, member = archives.split(file.name)
+    if archive:
+        return f"{archive}{archives.MARK}{PurePosixPath(member).parent.joinpath(*parts)}"
+    return str(Path(on_disk(file.name)).parent.joinpath(*parts))
 
 
 def opened_document(file: File) -> Document:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.formats.gltf.scene import Nodes, Person
-from lanindex.formats.gltf.tracks import Clock, Track
+from lanindex.formats.gltf.tracks import Track
 from lanindex.formats.turning import worlds
 
 BLOCK = 2048
@@ -32,7 +32,6 @@ def placed(
     nodes: Nodes,
     person: Person,
     tracks: Sequence[Track] = (),
-    clock: Clock | None = None,
     frames: NDArray[np.int64] | None = None,
 ) -> tuple[Floats, Floats]:
     """Return where joints are and how they are turned, in the axes of the scene.
@@ -45,8 +44,6 @@ def placed(
         Whose joints.
     tracks : sequence of Track
         What moves them; without any they stand.
-    clock : Clock, optional
-        When frames are.
     frames : ndarray, optional
         (T,) which.
 
@@ -62,9 +59,9 @@ def placed(
 
     def at(node: int, path: str, still: Floats) -> Floats:
         track = moved.get((node, path))
-        if track is None or clock is None or frames is None:
+        if track is None or frames is None:
             return still[None]
-        return track.at(frames, clock)
+        return track.at(frames)
 
     def standing(node: int) -> tuple[Floats, Floats, Floats]:
         return (

@@ -17,7 +17,7 @@ from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf.document import Document, Value, opened_document
 from lanindex.formats.gltf.kinematics import BLOCK, above, placed
 from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
-from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, tracks
+from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, timed, tracks
 from lanindex.formats.people import others, person, take_doubt
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import told_rate
@@ -57,7 +57,7 @@ class Performance:
 
     def placed(self, frames: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return where joints are in some frames, (T, J, 3), and how they are turned."""
-        return placed(self.nodes, self.person, self.tracks, self.clock, frames)
+        return placed(self.nodes, self.person, self.tracks, frames)
 
     def human(self) -> bool:
         """Tell whether the joints make a body."""
@@ -249,4 +249,4 @@ def _performance(
             place=document.file.name,
             wanted="as many as such a file can hold",
         )
-    return Performance(document, nodes, person, take, found, ticks)
+    return Performance(document, nodes, person, take, timed(found, ticks), ticks)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import ceil
 from typing import Any
@@ -49,6 +49,8 @@ class Track:
     values : ndarray
         (K, W); of a spline (K, 3, W): the tangent before, the value, the tangent behind. Turns
         are (x, y, z, w).
+    keys : ndarray
+        (K,) the times in frames.
     """
 
     node: int
@@ -56,13 +58,14 @@ class Track:
     kind: str
     times: Floats
     values: NDArray[Any]
+    keys: Floats
 
-    def at(self, frames: NDArray[np.int64], clock: Clock, *, exactly: bool = False) -> Floats:
+    def at(self, frames: NDArray[np.int64], *, exactly: bool = False) -> Floats:
         """Return the values (T, W) in some frames; turns are (w, x, y, z), of length 1.
 
         Where turns are wanted exactly they are of the length that their keys have.
         """
-        keys = clock.frames(self.times)
+        keys = self.keys
         last = len(keys) - 1
         before = np.clip(np.searchsorted(keys, frames, side="right") - 1, 0, last)
         found = self._key(before)
@@ -218,7 +221,8 @@ def _track(
         known[stop.whole()] = numbers(document, stop)
     values = known[stop.whole()]
     values = values.reshape(keys[0], 3, -1) if spline else values.reshape(keys[0], -1)
-    return Track(node, path, kind, known[start.whole()], values)
+    times = known[start.whole()]
+    return Track(node, path, kind, times, values, times)
 
 
 def clock(times: Sequence[Floats], path: str) -> Clock:
@@ -275,6 +279,12 @@ def clock(times: Sequence[Floats], path: str) -> Clock:
     if not even or any(_off(found, one) for one in times):
         doubts = (f"keys are at uneven times: it is read at {float(rate):g} frames a second",)
     return Clock(rate, pace, start, frames, tied, doubts)
+
+
+def timed(found: Sequence[Track], clock: Clock) -> list[Track]:
+    """Return tracks that know their keys in frames."""
+    known = {id(track.times): clock.frames(track.times) for track in found}
+    return [replace(track, keys=known[id(track.times)]) for track in found]
 
 
 def _off(clock: Clock, times: Floats) -> bool:

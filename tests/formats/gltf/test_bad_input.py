@@ -122,7 +122,7 @@ CASES = {
     ),
     "nothing beside it": (
         good().gltf("numbers.bin"),
-        "buffers[0].uri is numbers.bin: there is no such file",
+        "buffers[0].uri is 'numbers.bin': there is no such file",
         "its numbers",
     ),
     "times": (

@@ -1,5 +1,6 @@
 """What a glTF file means: its numbers, its nodes, its people, its takes."""
 
+import zipfile
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError
-from lanindex.formats import gltf
+from lanindex.formats import archives, gltf
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf.read import chosen
 from lanindex.model import Motion, Reading
@@ -63,6 +64,11 @@ def test_text_bytes_and_a_file_beside_are_the_same(tmp_path: Path):
     (tmp_path / "in it" / "a.bin").write_bytes(made.bytes)
     (tmp_path / "a.gltf").write_bytes(made.gltf("in%20it/a.bin"))
     np.testing.assert_array_equal(formats.read(tmp_path / "a.gltf").positions, wanted)
+    with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
+        archive.write(tmp_path / "a.gltf", "x/a.gltf")
+        archive.write(tmp_path / "in it" / "a.bin", "x/in it/a.bin")
+    inside = formats.read(f"{tmp_path / 'all.zip'}{archives.MARK}x/a.gltf")
+    np.testing.assert_array_equal(inside.positions, wanted)
 
 
 @pytest.mark.parametrize(
