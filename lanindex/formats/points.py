@@ -104,12 +104,10 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     made = None
     if points.parents is None:
         made = making_of(points.names, told_body(told.body) if told.body else None)
-    if made is None:
-        names, places, stated = points.names, points.places, points.stated
-    else:
-        size = _millimetres(points, told)
+    names, places, stated = points.names, points.places, points.stated
+    if made is not None:
         names = made.joints
-        places = made.places(points.places, size)
+        places = made.places(points.places, _millimetres(points, told))
         for number, name in enumerate(names):  # in place, for it may be large: never to the right
             places[:, number] = places[:, JOINT_CODES[name]]
         places = places[:, : len(names)]

@@ -65,36 +65,23 @@ def run(
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.ingest import ingest
 
-    chosen, told = (
-        load(profile),
-        options.reading(
-            unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
-        ),
-    )
+    named = {"skeleton": skeleton, "body": body, "columns": columns, "take": take}
+    chosen, told = load(profile), options.reading(unit, up, fps, compose, **named)
     check(told)
     others: list[str] = []
     files = list(discover(paths, others))
     rest = _left_out(others, labels, db)
     if not files:
         _nothing(out, paths, rest)
-    named = _labels(out, labels, files)
-    processes = _processes(out, files, jobs)
+    how: dict[str, Any] = {"force": force, "dry_run": dry_run}
+    how |= {"labels": _labels(out, labels, files), "jobs": _processes(out, files, jobs)}
     tally, begun = Counter[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         if library:
             library.tell = out.note
             library.watch = out.watch if out.watched else library.watch
-        done = ingest(
-            library,
-            files,
-            chosen,
-            reading=told,
-            labels=named,
-            jobs=processes,
-            force=force,
-            dry_run=dry_run,
-        )
+        done = ingest(library, files, chosen, reading=told, **how)
         for outcome in out.progress(done, len(files), "files"):
             _count(tally, outcome, chosen.meter.division)
             _report(out, outcome)

@@ -53,8 +53,7 @@ def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[s
         load_external_files=False,
         inherit_mode_handling=ufbx.InheritModeHandling.HELPER_NODES,
     )
-    found = scene.nodes
-    nodes = [found[number] for number in range(len(found))]
+    nodes, takes = _listed(scene.nodes), _listed(scene.anim_stacks)
     settings = scene.settings
     axes = settings.axes
     told = {
@@ -63,8 +62,6 @@ def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[s
         "axes": [int(axes.right), int(axes.up), int(axes.front)],
         "nodes": [_told(node) for node in nodes],
     }
-    stacks = scene.anim_stacks
-    takes = [stacks[number] for number in range(len(stacks))]
     told["takes"] = [take.name for take in takes]
     moving = [_moving(ufbx, take, nodes) for take in takes]
     first = next((number for number, moved in enumerate(moving) if moved), -1)
@@ -83,13 +80,16 @@ def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[s
     told["count"], told["moved"] = count, sorted(moved)
     if count * len(moved) > asked["most"]:
         return {**told, "count": -1}
-    anim = take.anim
+    times = [begin + frame / rate for frame in range(count)]
     for place, node in enumerate(nodes):
         _lay(numbers, node.local_transform)
-        if place in moved:
-            for frame in range(count):
-                _lay(numbers, ufbx.evaluate_transform(anim, node, begin + frame / rate))
+        for moment in times if place in moved else ():
+            _lay(numbers, ufbx.evaluate_transform(take.anim, node, moment))
     return told
+
+
+def _listed(found: Any) -> list[Any]:
+    return [found[number] for number in range(len(found))]
 
 
 def _told(node: Any) -> list[Any]:
