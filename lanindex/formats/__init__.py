@@ -35,12 +35,12 @@ __all__ = [
     "Format",
     "Wanted",
     "beside",
+    "captures_in",
     "check",
     "cutter",
     "is_capture",
     "known",
     "opened",
-    "people",
     "read",
     "read_file",
 ]
@@ -145,7 +145,7 @@ def is_capture(path: str) -> bool:
     return any(form.sniff(head) for form in FORMATS)
 
 
-def people(path: str) -> tuple[str, ...]:
+def captures_in(path: str) -> tuple[str, ...]:
     """Return the captures in a file: the path itself, or one for each of several people in it.
 
     Raises
@@ -155,8 +155,8 @@ def people(path: str) -> tuple[str, ...]:
 
     Examples
     --------
-    >>> from lanindex.formats import people
-    >>> people("corpus/compass.bvh")
+    >>> from lanindex.formats import captures_in
+    >>> captures_in("corpus/compass.bvh")
     ('corpus/compass.bvh',)
     """
     endings = [suffix for form in FORMATS if form.several for suffix in form.suffixes]

@@ -85,9 +85,9 @@ def _held(path: str, others: list[str] | None) -> Iterator[str]:
             names = sorted(archives.members(path))
             inside = (path + archives.MARK + name for name in names if not _hidden(name))
             for member in (one for name in inside for one in _if_read(name, others)):
-                yield from formats.people(member)
+                yield from formats.captures_in(member)
         else:
-            yield from formats.people(path)
+            yield from formats.captures_in(path)
     except LanindexError:  # said when it is read
         yield path
 

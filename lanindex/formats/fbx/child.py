@@ -46,13 +46,9 @@ def _limit(size: int) -> None:
 def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[str, Any]:
     import ufbx
 
-    scene = ufbx.load_memory(
-        data,
-        ignore_geometry=True,
-        ignore_embedded=True,
-        load_external_files=False,
-        inherit_mode_handling=ufbx.InheritModeHandling.HELPER_NODES,
-    )
+    less = {"ignore_geometry": True, "ignore_embedded": True, "load_external_files": False}
+    inherit = ufbx.InheritModeHandling.HELPER_NODES
+    scene = ufbx.load_memory(data, inherit_mode_handling=inherit, **less)
     nodes, takes = _listed(scene.nodes), _listed(scene.anim_stacks)
     settings = scene.settings
     axes = settings.axes
@@ -66,8 +62,7 @@ def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[s
     moving = [_moving(ufbx, take, nodes) for take in takes]
     first = next((number for number, moved in enumerate(moving) if moved), -1)
     named = [number for number, name in enumerate(told["takes"]) if name == asked["take"]]
-    number = first if asked["take"] is None else named[0] if named else -1
-    told["take"] = number
+    told["take"] = number = first if asked["take"] is None else named[0] if named else -1
     if number < 0:
         return told
     take, moved = takes[number], moving[number]
@@ -77,7 +72,7 @@ def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[s
     if not rate > 0 or not end - begin < asked["most"] / rate:
         return {**told, "take": -1, "count": -1}
     count = max(round((end - begin) * rate), 0) + 1
-    told["count"], told["moved"] = count, sorted(moved)
+    told |= {"count": count, "moved": sorted(moved)}
     if count * len(moved) > asked["most"]:
         return {**told, "count": -1}
     times = [begin + frame / rate for frame in range(count)]
