@@ -49,8 +49,9 @@ def test_what_is_seen(captures, name):
     assert (len(found), found.rate, found.source.set) == (frames, rate, markers)
     assert (found.source.unit, found.source.up) == ("mm", "z")
     assert set(JOINTS) - found.skeleton.played().keys() == missing
-    assert len(found.warnings) == bool(doubt), found.warnings
-    assert all(doubt in warning for warning in found.warnings)
+    doubts = [warning for warning in found.warnings if " gap" not in warning]
+    assert len(doubts) == bool(doubt), doubts
+    assert all(doubt in warning for warning in doubts)
 
 
 def test_what_has_no_body(captures):
