@@ -200,7 +200,9 @@ def _making(
     made, used = Making("", {}), []
     for one in found:
         pelvis = made.pelvis or (() if _HIPS & (made.ways.keys() | one.ways.keys()) else one.pelvis)
-        left = one.ways.keys() - made.ways.keys() - (_HIPS if pelvis else set())
+        taken = set(made.ways.values())  # what is a joint already is no second one
+        left = {joint for joint, way in one.ways.items() if way not in taken}
+        left -= made.ways.keys() | (_HIPS if pelvis else set())
         if left or pelvis != made.pelvis:
             used.append(one.set)
         ways = {**made.ways, **{joint: one.ways[joint] for joint in left}}

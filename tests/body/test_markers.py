@@ -117,6 +117,16 @@ def test_joints_are_no_markers(names: list[str]) -> None:
     assert making_of(tuple(names)) is None
 
 
+def test_of_one_marker_no_two_joints_are_made() -> None:
+    """A segment of one set is called as a joint of another: a hand, which begins at the wrist."""
+    parts = ("uarm", "larm", "hand", "thigh", "shank", "foot")
+    made = making_of(["pelvis", *(f"{side}_{part}" for side in "rl" for part in parts)])
+    assert made is not None
+    assert made.set == "Theia"
+    assert {"RWrist", "LWrist"} <= set(made.joints)
+    assert not {"RHand", "LHand"} & set(made.joints)
+
+
 def test_subjects_cases_and_separators_do_not_matter() -> None:
     names = tuple(f"Bob:{name.lower()}" for name in PELVIS | REST)
     assert making_of(names).joints == making_of(tuple(PELVIS | REST)).joints
