@@ -98,7 +98,7 @@ def test_what_jumps_to_the_origin_is_unknown():
     lines[8] = b"\t".join(cells)
     motion = read(b"\n".join(lines))
     assert np.isnan(places(motion)[2, 5]).all()
-    assert motion.warnings == ("left_wrist at 0, 0, 0 in 1 frames: taken as unknown",)
+    assert motion.warnings[0] == "left_wrist at 0, 0, 0 in 1 frames: taken as unknown"
 
 
 def test_a_count_that_lies():
