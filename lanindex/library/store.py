@@ -229,6 +229,11 @@ class Store(Choosing):
         with self._reading() as connection:
             return self._stored(connection, which).capture
 
+    def encoding(self, which: int | str) -> Encoding:
+        """Return how a capture was read and written down; as `capture`."""
+        with self._reading() as connection:
+            return self._stored(connection, which).encoding
+
     def located(self, places: Sequence[str], digests: Sequence[str]) -> list[str]:
         """Return where captures lie that are at one of these places, or have such a sha256."""
         with self._reading() as connection:

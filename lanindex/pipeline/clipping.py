@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import PurePath
 
 from lanindex import formats
 from lanindex.errors import CaptureError, ExportError
-from lanindex.library.encoding import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Score, Span
 from lanindex.notation import lnd
@@ -17,9 +16,6 @@ from lanindex.pipeline import convert
 
 FORMATS = ("native", *convert.TARGETS, "lnd")
 """What clips can be written in."""
-
-Known = Callable[[], Mapping[str, tuple[str, Encoding]]]
-"""Tells how each file of a library was read, as `Store.known` does."""
 
 _Clip = Callable[[Span], Iterator[tuple[str, bytes]]]
 """Yields the files of a clip, each with its ending."""
@@ -38,8 +34,6 @@ class Clipper:
         Of `FORMATS`.
     origin : bool
         Whether clips begin above the floor's origin.
-    known : callable
-        How the library's files were read.
 
     Attributes
     ----------
@@ -52,9 +46,7 @@ class Clipper:
         The source has changed, is gone, or has no motion.
     """
 
-    def __init__(
-        self, library: Store, source: Capture, form: str, origin: bool, known: Known
-    ) -> None:
+    def __init__(self, library: Store, source: Capture, form: str, origin: bool) -> None:
         self.capture = source
         self._score: Score = library.score(source.id)
         self.suffix = ".lnd"
@@ -66,7 +58,7 @@ class Clipper:
             wanted = f"a {form} source"
             raise ExportError("came as lnd", place=source.path, wanted=wanted, remedy=remedy)
         file = _unchanged(source)
-        told = Reading(**known()[source.location][1].options)
+        told = Reading(**library.encoding(source.id).options)
         cut = formats.cutter(file) if form in ("native", source.format) and not origin else None
         if cut is not None:
             named = source.path.removesuffix(f"#{file.subject}")

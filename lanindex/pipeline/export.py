@@ -10,7 +10,6 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
-from functools import cache
 from itertools import groupby
 from math import ceil
 from pathlib import Path
@@ -166,11 +165,10 @@ def clips(
         raise UsageError(f'"{shown(format)}"', place="--format", wanted=", ".join(FORMATS))
     manifest = [] if manifest is None else manifest
     taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
-    known = cache(library.known)
     for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
         requests = list(group)
         held = _held(library, requests[0].capture)
-        clipper = Clipper(library, held, format, origin, known)
+        clipper = Clipper(library, held, format, origin)
         for request in requests:
             yield from _clip(clipper, request, pad, taken, manifest)
     if manifest:
