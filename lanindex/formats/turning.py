@@ -39,6 +39,29 @@ def inverse(turns: NDArray[Any]) -> Floats:
     return undone
 
 
+def rotated(turns: Floats, points: Floats) -> Floats:
+    """Return points (..., 3) as turns (..., 4) take them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.turning import rotated
+    >>> rotated(np.array([0.0, 0, 0, 1]), np.array([1.0, 2, 3]))  # half a turn about z
+    array([-1., -2.,  3.])
+    """
+    w, x, y, z = np.moveaxis(turns, -1, 0)
+    a, b, c = np.moveaxis(points, -1, 0)
+    d, e, f = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
+    return np.stack(
+        [
+            a + w * d + y * f - z * e,
+            b + w * e + z * d - x * f,
+            c + w * f + x * e - y * d,
+        ],
+        axis=-1,
+    )
+
+
 def unit(turns: NDArray[Any]) -> Floats:
     """Return turns of length 1; what has no length, or none that is known, does not turn.
 
@@ -159,16 +182,27 @@ def worlds(
     >>> [point.tolist() for _, point, _ in worlds([(0, -1), (1, 0)], lambda _: (up, half, up + 1))]
     [[[0.0, 1.0, 0.0]], [[0.0, -1.0, 0.0]]]
     """
-    known: dict[int, tuple[Floats, Floats, Floats]] = {}
+    known: dict[int, tuple[Floats, Floats, Floats | None]] = {}
     for node, parent in nodes:
         point, turn, scale = standing(node)
-        axes = matrices(turn) * scale[:, None, :]
+        own = turn
+        above = None
         if parent >= 0:
             base, whole, above = known[parent]
-            point = base + (above @ point[:, :, None])[:, :, 0]
-            turn, axes = product(whole, turn), above @ axes
+            moved = rotated(whole, point) if above is None else _through(above, point)
+            point, turn = base + moved, product(whole, own)
+        axes = None  # without scales, turns say all
+        if above is not None or (scale != 1).any():
+            axes = matrices(own) * scale[:, None, :]
+            if parent >= 0:
+                axes = (matrices(whole) if above is None else above) @ axes
         known[node] = point, turn, axes
         yield node, point, turn
+
+
+def _through(axes: Floats, points: Floats) -> Floats:
+    moved: Floats = (axes @ points[:, :, None])[:, :, 0]
+    return moved
 
 
 def steady(turns: Floats) -> Floats:
