@@ -73,3 +73,15 @@ def test_two_joints_are_in_one_place_by_the_size_of_the_body() -> None:
     parents = [NAMES.index(parent) if parent else -1 for parent, _ in JOINTS.values()]
     middle = Rig(tuple(NAMES), parents, poses)
     assert middle.nothing == pytest.approx(2 * 150 * 0.003)
+
+
+@pytest.mark.parametrize("turned", [1, -1])
+def test_names_that_tell_the_side_are_believed_before_the_shape(turned: int) -> None:
+    shown = rig(PLACES * (1, 1, turned))
+    names = tuple(
+        f"joint{number}_{'L' if name.startswith('other') else 'R'}" if shown.parents[number] > 0
+        else f"joint{number}"
+        for number, name in enumerate(NAMES)
+    )  # fmt: skip
+    body, _ = by_shape(Rig(names, shown.parents, shown.poses))
+    assert {joint: NAMES[body["R" + joint]] for joint in RIGHT} == RIGHT
