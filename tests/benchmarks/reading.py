@@ -30,6 +30,7 @@ from lanindex.formats.c3d.layout import scan
 from lanindex.formats.c3d.people import names_of
 from lanindex.formats.c3d.places import places
 from lanindex.formats.file import holding
+from lanindex.formats.gltf.read import chosen
 from lanindex.formats.mvnx.walk import walk
 from lanindex.formats.table.kinds import layout_of
 from lanindex.model import Reading
@@ -114,12 +115,35 @@ def by_loadtxt(path: Path) -> None:
     np.loadtxt(io.BytesIO(text.replace(b",\n", b"\n")), delimiter=chr(separator))
 
 
+def gltf_places(path: Path) -> None:
+    found, _ = chosen(formats.opened(path), None)
+    found.placed(np.arange(found.clock.count))
+
+
+def gltf_by_pygltflib(path: Path) -> None:
+    """Read the numbers of the animations, which is as far as it goes."""
+    import pygltflib
+
+    held = pygltflib.GLTF2().load(str(path))
+    for number in {
+        it for one in held.animations for s in one.samplers for it in (s.input, s.output)
+    }:
+        accessor = held.accessors[number]
+        view = held.bufferViews[accessor.bufferView]
+        buffer = held.buffers[view.buffer]
+        data = held.get_data_from_buffer_uri(buffer.uri) if buffer.uri else held.binary_blob()
+        first = (view.byteOffset or 0) + (accessor.byteOffset or 0)
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor.type]
+        np.frombuffer(data, "<f4", accessor.count * width, first)
+
+
 # format: files, ours to places or numbers, the others'
 TABLE: dict[str, tuple[str, Reader, dict[str, Reader]]] = {
     "amc": ("amc/cmu/*.amc", amc_numbers, {"loop": amc_by_a_loop}),
     "trc": ("trc/*.trc", trc_numbers, {"loadtxt": by_loadtxt}),
     "csv": ("csv/**/*.csv", table_numbers, {"loadtxt": by_loadtxt}),
     "mvnx": ("mvnx/*.mvnx", mvnx_numbers, {"etree": mvnx_by_etree}),
+    "gltf": ("gltf/*", gltf_places, {"pygltflib": gltf_by_pygltflib}),
     "c3d": ("c3d/*.c3d", c3d_points, {"ezc3d": c3d_by_ezc3d, "c3d": c3d_by_c3d}),
 }
 
