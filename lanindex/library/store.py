@@ -230,7 +230,25 @@ class Store(Choosing):
             return self._stored(connection, which).capture
 
     def encoding(self, which: int | str) -> Encoding:
-        """Return how a capture was read and written down; as `capture`."""
+        """Return how a capture was read and written down.
+
+        Parameters
+        ----------
+        which : int or str
+            As of `capture`.
+
+        Raises
+        ------
+        LibraryError
+            As `capture`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.encoding("greetings.bvh").profile
+        'default'
+        """
         with self._reading() as connection:
             return self._stored(connection, which).encoding
 

@@ -595,7 +595,7 @@ class TestOddCalls:
         (place / "empty").mkdir()
         done = run("ingest", "empty")
         assert done.returncode == 1
-        assert "no .bvh or .lnd file in empty" in done.stderr
+        assert "no capture or score in empty" in done.stderr
         assert not (place / "lanindex.db").exists()
 
     def test_control_characters_keep_to_their_field(self, run, place: Path) -> None:

@@ -32,7 +32,7 @@ def write(motion: Motion) -> bytes:
     >>> import lanindex
     >>> from lanindex.formats.table import write
     >>> write(lanindex.read("corpus/compass.bvh"))[:40]
-    b'frame,time,Hips_x,Hips_y,Hips_z,Chest_x,'
+    b'frame,time,Hips_x,Hips_y,Hips_z,Spine_x,'
     """
     names, places = numbers.shown(motion)
     names = tuple(re.sub(r'[,;"\s]+', " ", name).strip() or "point" for name in names)
