@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from lanindex.errors import CaptureError
 from lanindex.formats import archives, sniff
 from lanindex.formats.file import SUBJECT, File, Wanted, opened
-from lanindex.formats.not_read import UNREAD, unread
+from lanindex.formats.not_read import UNREAD, WITHOUT_PLACES, unread
 
 if TYPE_CHECKING:
     from lanindex.model import Motion, Reading, Span
@@ -127,9 +127,14 @@ def known(file: File) -> Format:
         if form.sniff(head):
             return form
     *titles, last = dict.fromkeys(form.title for form in FORMATS)
-    kind = UNREAD.get(unread(file.name))
-    found = f"its format, {kind}, is not read yet" if kind else _beginning(head)
-    raise CaptureError(found, place=file.name, wanted=f"{', '.join(titles)} or {last}")
+    suffix = unread(file.name)
+    found = f"its format, {UNREAD[suffix]}, is not read yet" if suffix else _beginning(head)
+    remedy = ""
+    if suffix in WITHOUT_PLACES:
+        found = f"{UNREAD[suffix]} holds angles, which tell no places without their model"
+        remedy = "Read the TRC of the same take."
+    wanted = f"{', '.join(titles)} or {last}"
+    raise CaptureError(found, place=file.name, wanted=wanted, remedy=remedy)
 
 
 def is_capture(path: str) -> bool:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import PurePath
 
 UNREAD: dict[str, str] = {
-    ".mot": "MOT, angles that mean nothing without their OpenSim model (the TRC of the take does),",
-    ".sto": "STO, angles that mean nothing without their OpenSim model (the TRC of the take does),",
+    ".mot": "MOT",
+    ".sto": "STO",
     ".mvn": "MVN",
     ".htr": "HTR",
     ".bip": "BIP",
@@ -26,6 +26,9 @@ UNREAD: dict[str, str] = {
 }
 """By ending in small letters, what the format is called. What is read has no line here."""
 
+
+WITHOUT_PLACES = (".mot", ".sto")
+"""Endings of files of angles, which tell no places without the OpenSim model that they are of."""
 
 COMPANIONS = (".asf", ".bin", ".mtl", ".xcp", ".vsk", ".system")
 """Endings of files that lie beside captures and are none themselves: not to be told as left out."""

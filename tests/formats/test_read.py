@@ -142,6 +142,14 @@ UNREADABLE = {
 }
 
 
+def test_angles_are_refused_with_the_reason(tmp_path):
+    path = tmp_path / "walk.mot"
+    path.write_text("Coordinates\nversion=1\nnRows=1\nendheader\ntime\thip_flexion_r\n0\t10\n")
+    with pytest.raises(CaptureError, match="MOT holds angles") as caught:
+        formats.read(path)
+    assert str(caught.value).endswith("Read the TRC of the same take.")
+
+
 @pytest.mark.parametrize("case", UNREADABLE)
 def test_what_no_reader_knows(case, tmp_path):
     data, found = UNREADABLE[case]
