@@ -3,8 +3,8 @@
 A format is a module (or a folder) with
 
 - ``read(file, told, wanted) -> Motion``,
-- ``cutter(file) -> Cutter``, if clips can be cut out of its bytes, and ``beside(file, told)`` if
-  a second file belongs to each,
+- ``cutter(file, told) -> Cutter``, if clips can be cut out of its bytes, and
+  ``beside(file, told)`` if a second file belongs to each,
 - ``subjects(file)``, if it may hold several people,
 - ``write(motion) -> bytes``, if motions can be written in it,
 
@@ -271,16 +271,27 @@ def read_file(file: File, told: Reading, wanted: Wanted) -> Motion:
         What for.
     """
     check(told)
-    tables = (form for form in FORMATS if form.name == "csv")
-    form = next(tables) if told.columns else known(file)
-    motion: Motion = form.does.read(file, told, wanted)
+    motion: Motion = _form(file, told).does.read(file, told, wanted)
     return motion
 
 
-def cutter(file: File) -> Cutter | None:
+def _form(file: File, told: Reading | None) -> Format:
+    """Return the format of a file; one whose columns are told is a table."""
+    tables = (form for form in FORMATS if form.name == "csv")
+    return next(tables) if told and told.columns else known(file)
+
+
+def cutter(file: File, told: Reading | None = None) -> Cutter | None:
     """Return what cuts clips out of a file, its bytes looked through once.
 
     None: in this format no clip can be cut, only written in another.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading, optional
+        What the user said of it: its columns, or a take.
 
     Raises
     ------
@@ -295,7 +306,8 @@ def cutter(file: File) -> Cutter | None:
     >>> clip[clip.index(b"Frames:") :].split()[1]
     b'30'
     """
-    cut: Cutter | None = getattr(known(file).does, "cutter", lambda _: None)(file)
+    does = _form(file, told).does
+    cut: Cutter | None = does.cutter(file, told) if hasattr(does, "cutter") else None
     return cut
 
 
@@ -307,7 +319,7 @@ def beside(file: File, told: Reading) -> tuple[tuple[str, bytes], ...]:
     CaptureError
         It is not there.
     """
-    does, found = known(file).does, ()
+    does, found = _form(file, told).does, ()
     if hasattr(does, "beside"):
         found = does.beside(file, told)
     return found

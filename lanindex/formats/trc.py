@@ -92,7 +92,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     return motion_of(points, file, "trc", told, wanted)
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a TRC file, which is looked through once.
 
     Header and lines are the source's, numbers and times of the frames too; only ``NumFrames`` is

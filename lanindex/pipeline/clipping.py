@@ -59,7 +59,8 @@ class Clipper:
             raise ExportError("came as lnd", place=source.path, wanted=wanted, remedy=remedy)
         file = _unchanged(source)
         told = Reading(**library.encoding(source.id).options)
-        cut = formats.cutter(file) if form in ("native", source.format) and not origin else None
+        own = form in ("native", source.format) and not origin
+        cut = formats.cutter(file, told) if own else None
         if cut is not None:
             named = source.path.removesuffix(f"#{file.subject}")
             self.suffix = PurePath(named).suffix.lower()

@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 from lanindex.formats.amc.layout import scan
 from lanindex.formats.file import File, holding
-from lanindex.model import Span
+from lanindex.model import Reading, Span
 
 _BLOCK = 4096  # frames copied at a time
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of an AMC file, which is looked through once.
 
     The header and the lines of the frames are the source's; frames count from 1. The skeleton is

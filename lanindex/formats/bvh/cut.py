@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 from lanindex.formats.bvh.layout import Layout, scan
 from lanindex.formats.file import Content, File
-from lanindex.model import Span
+from lanindex.model import Reading, Span
 
 _BLOCK = 4096  # frames copied at a time
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a BVH file, which is looked through once.
 
     Raises

@@ -17,14 +17,14 @@ from collections.abc import Callable
 from lanindex.formats.c3d.layout import BLOCK, Layout, scan
 from lanindex.formats.c3d.parameters import FULL
 from lanindex.formats.file import PIECE, Content, File
-from lanindex.model import Span
+from lanindex.model import Reading, Span
 
 _END = "TRIAL:ACTUAL_END_FIELD"
 _EVENTS = (300, 304, 376)
 """In the header: how many events it has, and where their times begin and end."""
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a C3D file, whose header is looked through once.
 
     Raises

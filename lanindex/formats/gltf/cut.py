@@ -15,10 +15,10 @@ from lanindex.formats.gltf.document import Document, Value
 from lanindex.formats.gltf.pack import Pack, glb
 from lanindex.formats.gltf.read import Performance, chosen, extras, rate_of, unknown
 from lanindex.formats.gltf.tracks import PATHS, Track, timed, tracks
-from lanindex.model import Span
+from lanindex.model import Reading, Span
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a glTF or GLB file, which is looked through once.
 
     A clip holds the animation that is read, in keys for each of its frames from second 0 on, and
@@ -30,7 +30,7 @@ def cutter(file: File) -> Callable[[Span], bytes]:
     CaptureError
         The file cannot be read.
     """
-    found, _ = chosen(file, None)
+    found, _ = chosen(file, told.take if told else None)
     return _Source(found).cut
 
 

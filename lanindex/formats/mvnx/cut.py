@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from lanindex.formats.file import PIECE, File
 from lanindex.formats.mvnx.walk import LARGEST_TAG, Subject, chosen, walk
-from lanindex.model import Span
+from lanindex.model import Reading, Span
 
 
 def subjects(file: File) -> tuple[str, ...]:
@@ -21,7 +21,7 @@ def subjects(file: File) -> tuple[str, ...]:
     return tuple(subject.name for subject in walk(file, False))
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of an MVNX file, which is looked through once.
 
     What is kept is the source's, byte for byte: frames keep their numbers and times, which tell

@@ -11,12 +11,12 @@ import numpy as np
 from lanindex.formats.file import File
 from lanindex.formats.npy.arrays import SUFFIX, Arrays, Header, archive, arrays, unpacked
 from lanindex.formats.npy.read import Layout, laid
-from lanindex.model import Span
+from lanindex.model import Reading, Span
 
 _NEVER = ("betas", "shape", "fps")
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of arrays, which are looked through once.
 
     Kinds, orders and packing are the source's; numbers are its numbers, byte for byte.

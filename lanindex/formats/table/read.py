@@ -53,7 +53,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     UsageError
         What the user says of its columns is not understood.
     """
-    layout = columns.layout_of(file, told.columns) if told.columns else layout_of(file)
+    layout = _layout(file, told)
     chosen, whose = _chosen(file, layout)
     heads, places = numbers.read(file, layout.table, wanted.total)
     places = layout.finish(places) if layout.finish else places
@@ -137,7 +137,12 @@ def subjects(file: File) -> tuple[str, ...]:
     return tuple(name for name in people(layout_of(file).names) if name)
 
 
-def cutter(file: File) -> Callable[[Span], bytes]:
+def _layout(file: File, told: Reading | None) -> Layout:
+    named = told.columns if told else None
+    return columns.layout_of(file, named) if named else layout_of(file)
+
+
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a table, which is looked through once.
 
     Header and rows are the source's, byte for byte; of several blocks the one that is read.
@@ -147,6 +152,6 @@ def cutter(file: File) -> Callable[[Span], bytes]:
     CaptureError
         The file cannot be read.
     """
-    rows = layout_of(file).table.lines
+    rows = _layout(file, told).table.lines
     head = file.content[: int(rows[0, 0])]
     return lambda span: head + file.content[int(rows[span.start, 0]) : int(rows[span.stop - 1, 1])]

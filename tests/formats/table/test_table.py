@@ -342,6 +342,9 @@ def test_any_other_table(tmp_path):
     motion = table.read(file, told, formats.Wanted())
     assert (motion.rate, motion.source.unit, motion.source.up) == (25, "mm", "y")
     np.testing.assert_allclose(at(motion), person(), atol=1e-3)
+    clip = formats.cutter(file, told)(Span(3, 9))
+    cut = table.read(formats.File("odd.txt", clip), told, formats.Wanted())
+    np.testing.assert_array_equal(cut.positions, motion.positions[3:9])
     numbers = said
     for number, name in enumerate(NAMES):
         first = 2 + 3 * number
