@@ -73,6 +73,13 @@ class _Archive:
     state: tuple[int, int, int]
     file: zipfile.ZipFile | tarfile.TarFile
     members: Mapping[str, zipfile.ZipInfo | tarfile.TarInfo]
+    last: tuple[str, bytes] = "", b""
+
+    def content(self, name: str) -> bytes:
+        """Return a member, which is kept: to go back in a packed tar is to unpack it anew."""
+        if self.last[0] != name:
+            self.last = name, self.read(name)
+        return self.last[1]
 
     def read(self, name: str) -> bytes:
         info = self.members[name]
@@ -100,7 +107,9 @@ _open: list[_Archive] = []
 
 
 def members(path: str) -> list[str]:
-    """Return the names of the files in an archive, in its order.
+    """Return the names of the files in an archive, in the order in which to read them.
+
+    Of a tar that is its own: what is read in another is unpacked again and again.
 
     Raises
     ------
@@ -123,7 +132,7 @@ def member(path: str, name: str) -> bytes:
     if name not in archive.members:
         raise CaptureError("there is no such file in the archive", place=path + MARK + name)
     try:
-        return archive.read(name)
+        return archive.content(name)
     except _DAMAGED as error:
         raise _damaged(path + MARK + name, error) from error
 
@@ -161,7 +170,9 @@ def _members(
     path: str, file: zipfile.ZipFile | tarfile.TarFile, size: int
 ) -> Mapping[str, zipfile.ZipInfo | tarfile.TarInfo]:
     if isinstance(file, zipfile.ZipFile):
-        zipped = (info for info in file.infolist() if not info.is_dir())
+        zipped = sorted(
+            (info for info in file.infolist() if not info.is_dir()), key=lambda it: it.filename
+        )
         return dict(_checked(path, ((info.filename, info) for info in zipped)))
     tarred = (info for info in _bounded(path, file, RATIO * size + FREE) if info.isfile())
     return dict(_checked(path, ((info.name, info) for info in tarred)))

@@ -82,7 +82,7 @@ def _held(path: str, others: list[str] | None) -> Iterator[str]:
     """Yield the captures in a file: of an archive its members, else its people."""
     try:
         if archives.is_archive(path) and os.path.isfile(path):
-            names = sorted(archives.members(path))
+            names = archives.members(path)
             inside = (path + archives.MARK + name for name in names if not _hidden(name))
             for member in (one for name in inside for one in _if_read(name, others)):
                 yield from formats.captures_in(member)

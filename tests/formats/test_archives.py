@@ -1,5 +1,6 @@
 """Captures in archives: found, read, exported again; and what is refused."""
 
+import _compression
 import io
 import tarfile
 import zipfile
@@ -10,7 +11,7 @@ import pytest
 
 from lanindex import formats
 from lanindex.errors import CaptureError, LanindexError
-from lanindex.formats import archives
+from lanindex.formats import archives, table
 from lanindex.pipeline import open_library
 from lanindex.pipeline.discover import discover
 
@@ -37,8 +38,8 @@ def tarred(path: Path, files: dict[str, bytes], mode: str = "w:gz") -> Path:
 def files() -> dict[str, bytes]:
     bvh = COMPASS.read_bytes()
     return {
-        "walk.bvh": bvh,
         "deep/er/walk.bvh": bvh[:-1],
+        "walk.bvh": bvh,
         "notes.txt": b"nothing",
         "in.zip": b"PK",
         "deep/.hidden.bvh": bvh,
@@ -61,6 +62,21 @@ def test_what_is_in_an_archive_is_found_and_read(archive: Path) -> None:
     assert sorted(path.partition("!/")[2] for path in others) == ["in.zip", "notes.txt"]
     read = formats.read(found[1])
     assert (read.positions == formats.read(COMPASS).positions).all()
+
+
+def test_a_packed_tar_is_unpacked_twice_at_most(tmp_path: Path, monkeypatch) -> None:
+    rewound, rewind = [], _compression.DecompressReader._rewind
+    monkeypatch.setattr(
+        _compression.DecompressReader, "_rewind", lambda it: rewound.append(1) or rewind(it)
+    )
+    rows = table.write(formats.read(COMPASS)).splitlines(keepends=True)
+    files = {f"{it:02}.csv": b"".join(rows[: 9 + it]) for it in reversed(range(20))}
+    path = tarred(tmp_path / "a.tgz", files)
+    found = list(discover([path]))
+    assert [one.partition("!/")[2] for one in found] == list(files)
+    for one in found:
+        assert formats.opened(one).content == files[one.partition("!/")[2]]
+    assert len(rewound) <= 2  # once to list them, once from the first again
 
 
 def test_clips_come_out_of_an_archive(archive: Path, tmp_path: Path) -> None:
