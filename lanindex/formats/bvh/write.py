@@ -20,6 +20,9 @@ UNIT = 10.0
 RIGID = 0.02
 """Millimetres: what bones may change their lengths by in a file of rotations alone."""
 
+DEEPEST = 200
+"""Joints that hang on each other in a row; each is written a step further to the right."""
+
 END = " End"
 """Ends the name of a joint that is the End Site of its parent."""
 
@@ -94,6 +97,12 @@ def _check(motion: Motion, points: Floats) -> None:
         raise ExportError(
             f"the roots {', '.join(roots)}", place=place, wanted="one, the first joint"
         )
+    deep = [0] * len(names)
+    for joint, parent in enumerate(motion.skeleton.parents.tolist()):
+        deep[joint] = deep[parent] + 1 if parent >= 0 else 1
+    if max(deep) > DEEPEST:
+        found = f"{max(deep)} joints, each on the one before"
+        raise ExportError(found, place=place, wanted=f"{DEEPEST} at most in a BVH file")
     unknown = np.argwhere(~np.isfinite(points))
     if len(unknown):
         found = f"{names[unknown[0][1]]} is unknown in frame {unknown[0][0]}"

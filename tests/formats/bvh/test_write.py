@@ -108,3 +108,14 @@ def test_unknown_positions_are_refused() -> None:
 def test_several_roots_are_refused() -> None:
     with pytest.raises(ExportError, match="dance: the roots a, b, wanted one"):
         bvh.write(_motion([-1, -1], [[0, 0, 0], [10, 0, 30]]))
+
+
+def test_a_chain_too_long_to_be_written_is_refused() -> None:
+    count = 5000
+    names = tuple(f"j{number}" for number in range(count))
+    parents = np.arange(-1, count - 1, dtype=np.int16)
+    skeleton = Skeleton(names, parents, np.ones((count, 3), np.float32), np.full(20, -1, np.int16))
+    places = np.cumsum(np.ones((1, count, 3), np.float32), axis=1)
+    motion = Motion(skeleton, Fraction(30), places, Source("a.glb", "gltf", "mm", 1.0, "y"))
+    with pytest.raises(ExportError, match="5000 joints, each on the one before"):
+        bvh.write(motion)
