@@ -6,7 +6,6 @@ same arrays bit for bit.
 
 from __future__ import annotations
 
-import io
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError, quoted
+from lanindex.formats import decimals
 from lanindex.formats.bvh.compiled import WORTH
 from lanindex.formats.bvh.hierarchy import LARGEST, line_of, text_of
 from lanindex.formats.file import Content, File, holding
@@ -217,38 +217,21 @@ def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
     tuple of ndarray and (int or None)
         (T, C) float64, the columns in the table's order, and the first row that is damaged.
     """
-    full = _full(data, lines, table) if len(lines) else None
-    if full is not None:
-        return full, None
     values = np.empty((len(lines), len(table.columns)))
-    for row, (first, stop) in enumerate(lines.tolist()):
+    read = decimals.fill(values, data, lines, table.separator, table.columns, table.width)
+    read[read] = sound(values[read], len(table.heads))
+    for row in np.flatnonzero(~read).tolist():
+        first, stop = lines[row].tolist()
         if not fill(values[row], data[first:stop], table):
             return values, row
     return values, None
 
 
-def _full(data: bytes, lines: Lines, table: Table) -> Floats | None:
-    """Read rows of as many cells each, twice as fast; None where there are others."""
-    separator, rows = table.separator, len(lines)
-    data = data[int(lines[0, 0]) : int(lines[-1, 1])].replace(b"\r\n", b"\n")
-    beyond = data.count(separator) - rows * (table.width - 1)
-    if separator == BLANKS or beyond not in (0, rows):
-        return None
-    data = data.replace(separator + b"\n", b"\n" if beyond else separator + b"nan\n")
-    for _ in range(2):
-        data = data.replace(2 * separator, separator + b"nan" + separator)
-    try:
-        values = np.loadtxt(io.BytesIO(data), delimiter=separator.decode(), comments=None, ndmin=2)
-    except (ValueError, UnicodeDecodeError):
-        return None
-    values = values[:, list(table.columns)] if values.shape == (rows, table.width) else values[:0]
-    return values if len(values) and sound(values, len(table.heads)) else None
-
-
-def sound(values: Floats, heads: int) -> bool:
-    """Tell whether numbers, the heads first, are no larger than they can be."""
+def sound(values: Floats, heads: int) -> NDArray[np.bool_]:
+    """Tell of rows of numbers, the heads first, whether they are no larger than they can be."""
     sizes = np.abs(values)
-    return not ((sizes[..., :heads] > MOST).any() or (sizes[..., heads:] > LARGEST).any())
+    large = (sizes[..., :heads] > MOST).any(axis=-1) | (sizes[..., heads:] > LARGEST).any(axis=-1)
+    return np.asarray(~large)
 
 
 def fill(values: Floats, line: bytes, table: Table) -> bool:
@@ -262,7 +245,7 @@ def fill(values: Floats, line: bytes, table: Table) -> bool:
         return False
     if b"_" in line and any(b"_" in cells[column] for column in table.columns):
         return False  # float() lets 1_0 pass
-    return sound(values, len(table.heads))
+    return bool(sound(values, len(table.heads)))
 
 
 def _numbers(cells: list[bytes], columns: tuple[int, ...]) -> list[float]:

@@ -8,9 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.formats import decimals
 from lanindex.formats.bvh.hierarchy import LARGEST
-
-_BLOCK = 4096
 
 
 def parse(
@@ -33,29 +32,28 @@ def parse(
         (T, width) float64, and the first frame that is damaged: `fault` says how.
     """
     values = np.empty((len(frames), width))
-    for start in range(0, len(frames), _BLOCK):
-        block = values[start : start + _BLOCK]
-        read = _fill(block, data, frames[start : start + _BLOCK].tolist())
-        sound = (np.abs(block[:read]) <= LARGEST).all(axis=1)
-        if not sound.all():
-            return values, start + int(sound.argmin())
-        if read < len(block):
-            return values, start + read
-    return values, None
+    read = decimals.fill(values, data, frames, b" ", range(width), width) if width else None
+    bad = len(frames)
+    for row in range(bad) if read is None else np.flatnonzero(~read).tolist():
+        first, stop = frames[row].tolist()
+        if not _fill(values[row], data[first:stop]):
+            bad = row
+            break
+    large = ~(np.abs(values[:bad]) <= LARGEST).all(axis=1)
+    bad = int(large.argmax()) if large.any() else bad
+    return values, bad if bad < len(frames) else None
 
 
-def _fill(rows: NDArray[np.float64], data: bytes, frames: list[list[int]]) -> int:
-    """Read lines into rows; return how many could be read."""
-    for count, (first, stop) in enumerate(frames):
-        line = data[first:stop]
-        words = line.split()
-        if len(words) != rows.shape[1] or b"_" in line:  # float() would let 1_0 pass
-            return count
-        try:
-            rows[count] = list(map(float, words))
-        except ValueError:
-            return count
-    return len(frames)
+def _fill(row: NDArray[np.float64], line: bytes) -> bool:
+    """Read a line; return whether it holds as many numbers as it should."""
+    words = line.split()
+    if len(words) != len(row) or b"_" in line:  # float() would let 1_0 pass
+        return False
+    try:
+        row[:] = list(map(float, words))
+    except ValueError:
+        return False
+    return True
 
 
 def fault(line: bytes, width: int) -> tuple[str, str]:
