@@ -93,20 +93,10 @@ class Clusters:
         return {joint: joints[joint] for joint in self.joints}
 
     def places(self, markers: NDArray[Any], scale: float) -> Floats:
-        """Return where the joints are.
+        """Return where the joints are: see `lanindex.body.markers.Ways.places`.
 
-        Parameters
-        ----------
-        markers : ndarray
-            (T, M, 3) in units of the file, NaN where unknown.
-        scale : float
-            Millimetres in one of these units.
-
-        Returns
-        -------
-        ndarray
-            (T, 20, 3) float64, units of the file. NaN where neither of the two clusters is known,
-            and everywhere where they hold no point in common.
+        NaN where neither of the two clusters is known, and everywhere where they hold no point in
+        common.
         """
         found = np.full((len(markers), len(JOINTS), 3), np.nan)
         shapes = {name: shape_of(markers, way) for name, way in self.segments.items()}

@@ -269,6 +269,21 @@ def read_file(file: File, told: Reading, wanted: Wanted) -> Motion:
         What the user says in place of what would be found.
     wanted : Wanted
         What for.
+
+    Returns
+    -------
+    Motion
+        Millimetres, y up; every joint of the file, or those of the body. Of several people the
+        one that the file's name tells behind ``#``, else the first.
+
+    Raises
+    ------
+    CaptureError
+        The file is damaged; names the line, where it has lines.
+    BodyError
+        It holds no human body.
+    UsageError
+        What is told of it is not understood.
     """
     check(told)
     motion: Motion = _form(file, told).does.read(file, told, wanted)

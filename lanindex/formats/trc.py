@@ -58,28 +58,9 @@ class Layout:
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read a TRC file.
+    """Read a TRC file: see `lanindex.formats.read_file`.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        The joints that its markers make, or are; the vertical axis is told from the body.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged; names the line.
-    BodyError
-        Its markers make no human body.
+    The joints that its markers make, or are; the vertical axis is told from the body.
     """
     layout = scan(file)
     heads, places = numbers.read(file, layout.table, wanted.total)

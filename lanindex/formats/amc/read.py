@@ -36,29 +36,10 @@ _SAME = 0.01  # of a unit: two of its names
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read an AMC file with the skeleton beside it.
+    """Read an AMC file with the skeleton beside it: see `lanindex.formats.read_file`.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        A joint is where a bone begins, and has its name; where the last ones end there is one
-        more, ``head End``.
-
-    Raises
-    ------
-    CaptureError
-        The file or its skeleton is damaged; names the line. Or there is no skeleton.
-    BodyError
-        It holds no human skeleton.
+    A joint is where a bone begins, and has its name; where the last ones end there is one
+    more, ``head End``.
     """
     layout = scan(file.content, file.name)
     asf, doubts = skeleton_of(file, told)

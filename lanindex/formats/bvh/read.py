@@ -27,28 +27,9 @@ Floats = NDArray[np.float64]
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read a BVH file.
+    """Read a BVH file: see `lanindex.formats.read_file`.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        Every joint and End Site, or those of the body.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged; names the line.
-    BodyError
-        It holds no human skeleton.
+    Every joint and End Site, or those of the body.
     """
     path, layout = file.name, scan(file.content, file.name)
     place = f"{path}:{line_of(file.content, layout.time_line[0])}"

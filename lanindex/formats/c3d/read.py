@@ -22,33 +22,14 @@ _SLOWEST = 1
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read a C3D file.
+    """Read a C3D file: see `lanindex.formats.read_file`.
 
     Points that are no places, as a model's angles and forces are, are left out. Of several
     subjects the one is read that the file's name tells behind ``#``, else the first that makes a
     body.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        Joints made of markers or, where the points are joints, these; of a file that has only
-        the rotations of segments, these where each begins.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged.
-    BodyError
-        It holds no human body.
+    Joints made of markers or, where the points are joints, these; of a file that has only
+    the rotations of segments, these where each begins.
     """
     layout = scan(file)
     rate = _rate(file, layout, told)

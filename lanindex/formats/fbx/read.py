@@ -49,31 +49,12 @@ class Skeleton:
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read an FBX file.
+    """Read an FBX file: see `lanindex.formats.read_file`.
 
     Of several people the one is read that the file's name tells behind ``#``, else the first; of
     several takes the one that is told, else the first that moves something.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        The bones and the nodes below them, in frames of the file's rate.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged, or nothing moves in it, or ``ufbx`` is missing.
-    BodyError
-        It holds no human skeleton.
+    The bones and the nodes below them, in frames of the file's rate.
     """
     scene = asked(file, told.take)
     found = _people(scene)

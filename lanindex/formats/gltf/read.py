@@ -70,33 +70,14 @@ class Performance:
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read a glTF or GLB file.
+    """Read a glTF or GLB file: see `lanindex.formats.read_file`.
 
     Of several people the one is read that the file's name tells behind ``#``, else the first; of
     several animations the one that is told, else the first that moves them. At rest joints are as
     the nodes stand while nothing is animated. A GLB that LanIndex wrote tells where joints were
     unknown.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        The joints of a skin, or the nodes that move.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged, or nothing moves in it.
-    BodyError
-        It holds no human skeleton.
+    The joints of a skin, or the nodes that move.
 
     References
     ----------

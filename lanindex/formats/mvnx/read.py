@@ -57,29 +57,10 @@ _UNIT = (0.5, 2.0)  # lengths of quaternions that tell a turn
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read an MVNX file.
+    """Read an MVNX file: see `lanindex.formats.read_file`.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        A joint is where a segment begins, and has its name; hands, toes and the head end in one
-        more. Poses of the calibration are left out, and what the suit has no sensors for.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged; names the line.
-    BodyError
-        It holds no human skeleton.
+    A joint is where a segment begins, and has its name; hands, toes and the head end in one
+    more. Poses of the calibration are left out, and what the suit has no sensors for.
     """
     people = walk(file, True)
     subject = chosen(people, file)

@@ -70,28 +70,9 @@ class Layout:
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read an array, or a file of arrays.
+    """Read an array, or a file of arrays: see `lanindex.formats.read_file`.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        Every joint; with its rotations where the file has them (AMASS).
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged, holds Python objects, or no movement.
-    BodyError
-        Its joints make no human body.
+    Every joint; with its rotations where the file has them (AMASS).
     """
     found = arrays(file)
     layout = laid(found)

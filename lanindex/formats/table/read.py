@@ -27,31 +27,10 @@ _USUAL = (0.002, 0.2)  # seconds between frames
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read a table of points.
+    """Read a table of points: see `lanindex.formats.read_file`.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        See `lanindex.formats.read`; ``columns`` names a file that says what the columns are.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        Joints as the table has them, or made of its markers; of several subjects the one that is
-        meant, else the first.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged; names the line.
-    BodyError
-        Its points make no human body.
-    UsageError
-        What the user says of its columns is not understood.
+    Joints as the table has them, or made of its markers; of several subjects the one that is
+    meant, else the first.
     """
     layout = _layout(file, told)
     chosen, whose = _chosen(file, layout)
