@@ -93,7 +93,7 @@ class Clusters:
         return {joint: joints[joint] for joint in self.joints}
 
     def places(self, markers: NDArray[Any], scale: float) -> Floats:
-        """Return where the joints are: see `lanindex.body.markers.Ways.places`.
+        """Return where the joints are: see `lanindex.body.markers.Making.places`.
 
         NaN where neither of the two clusters is known, and everywhere where they hold no point in
         common.
