@@ -24,6 +24,7 @@ from lanindex.formats.bvh.hierarchy import text_of
 from lanindex.formats.clock import rate_by
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.points import Points, motion_of
+from lanindex.formats.table.layout import twice
 from lanindex.model import Motion, Reading, Span
 
 _HEAD = 1 << 20  # bytes in which the header is looked for
@@ -68,7 +69,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     rate, doubts = rate_by(told, said.get("datarate", ""), heads[:, 1], place)
     stated = Stated(unit=said.get("units"))
     gone, places = numbers.at_origin(places, layout.names)
-    doubts = (*layout.doubts, *doubts, *gone)
+    doubts = (*layout.doubts, *twice(layout.names, "markers"), *doubts, *gone)
     points = Points(layout.names, places, rate, stated, doubts=doubts)
     return motion_of(points, file, "trc", told, wanted)
 
