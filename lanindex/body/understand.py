@@ -338,6 +338,7 @@ def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
         f"{', '.join(missing)}{_guess(rig, body, missing)}",
         place=path,
         wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
+        remedy="If a body is there, say what plays its joints with --body FILE.",
     )
 
 
