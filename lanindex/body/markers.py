@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -245,10 +246,10 @@ def _tables() -> Mapping[str, Any]:
 
 def _subject(names: Sequence[str]) -> str:
     """Return what stands before all names, where an underscore parts it from them: ``Ada_``."""
-    first = next(iter(names), "")
-    ends = [number + 1 for number, letter in enumerate(first) if letter == "_" and number > 1]
-    starts = (first[:end] for end in reversed(ends))  # of two letters or more: one is a side
-    return next((start for start in starts if all(it.startswith(start) for it in names)), "")
+    first, last = min(names, default=""), max(names, default="")
+    alike = takewhile(lambda letters: letters[0] == letters[1], zip(first, last, strict=False))
+    shared, mark, _ = "".join(letter for letter, _ in alike).rpartition("_")
+    return shared + mark if len(shared) > 1 else ""  # one letter is a side
 
 
 def _key(name: str) -> str:
