@@ -98,7 +98,7 @@ def scan(data: Content, path: str) -> Layout:
             rows.append((begin, begin + len(word), int(word)))
     if not rows:
         alone = b"\r" in data[:PIECE] and b"\n" not in data[:PIECE]
-        remedy = "Its lines end in carriage returns alone: save it with line feeds." if alone else ""
+        remedy = "Its lines end in carriage returns alone: save it with line feeds." * alone
         wanted = "lines that are a frame's number"
         raise CaptureError("no frames", place=path, wanted=wanted, remedy=remedy)
     starts, stops, numbers = np.array(rows, np.int64).T
