@@ -388,6 +388,7 @@ SOURCES = [
     npz(joints=PERSON[:4], names=np.array(NAMES), fps=25),
     npz(True, joints=PERSON[:4].astype("f4"), names=np.array(NAMES), fps=25),
     npz(**poses(frames=3)),
+    npy(features(ordered(SMPL[:22], 5))),
 ]
 
 
