@@ -53,6 +53,8 @@ _FACING = tuple(
 )
 _BACKWARDS = 0.9  # of the poses
 _SIZES = (0.7, 1.4)
+_BONES = np.array([["thigh", "shank"], ["upper arm", "forearm"]])  # of `_CHAINS`
+_UNEVEN = 1.5  # how many times as long a bone may be on one side as on the other
 _UPRIGHT = 0.7
 _CALIBRATION_SPEED = 25_000.0  # mm/s
 
@@ -155,15 +157,47 @@ def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
     dict
         For `unit_of`.
     """
-    chains = body[:, _CHAINS]
-    bones = chains[..., 1:, :] - chains[..., :-1, :]
-    lengths = np.sqrt((bones * bones).sum(axis=-1)).sum(axis=-1)
-    middle = np.sort(lengths, axis=0)[len(lengths) // 2].tolist()  # NaN comes last
+    middle = _usual(_bones(body).sum(axis=-1)).tolist()
     return {
         " ".join(limb): max(known)
         for (limb, _), sides in zip(_LENGTHS, middle, strict=True)
         if (known := [length for length in sides if not math.isnan(length)])
     }
+
+
+def _bones(body: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how long the bones of `_CHAINS` are, (S, limb, side, bone)."""
+    chains = body[:, _CHAINS]
+    bones = chains[..., 1:, :] - chains[..., :-1, :]
+    lengths: NDArray[np.float64] = np.sqrt((bones * bones).sum(axis=-1))
+    return lengths
+
+
+def _usual(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the middle of lengths; NaN comes last."""
+    middle: NDArray[np.float64] = np.sort(lengths, axis=0)[len(lengths) // 2]
+    return middle
+
+
+def uneven_doubt(body: NDArray[np.float64], scale: float) -> tuple[str, ...]:
+    """Return a warning where a bone is far longer on one side: a marker may have another's name.
+
+    Parameters
+    ----------
+    body : ndarray
+        (S, 20, 3) float64, any unit, NaN where absent.
+    scale : float
+        Millimetres in this unit.
+    """
+    sides = _usual(_bones(body)) * scale
+    right, left = sides[:, 0], sides[:, 1]
+    uneven = np.maximum(right, left) > _UNEVEN * np.minimum(right, left)
+    found = [
+        f"right {bone} {one:.0f} mm, left {other:.0f}"
+        for bone, one, other in zip(_BONES[uneven], right[uneven], left[uneven], strict=True)
+    ]
+    told = f"{'; '.join(found)}: a joint or marker may be misnamed, or was badly seen"
+    return (told,) if found else ()
 
 
 def up_of(

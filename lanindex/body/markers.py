@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -193,7 +194,11 @@ def making_of(
 def _making(
     names: tuple[str, ...], told: tuple[tuple[str, tuple[str, ...]], ...]
 ) -> Making | Clusters | None:
-    index = {_key(name): number for number, name in reversed(list(enumerate(names)))}
+    subject = _subject(names)
+    index = {
+        _key(name.removeprefix(subject)): number
+        for number, name in reversed(list(enumerate(names)))
+    }
     found = sorted(
         (_in_set(one, index) for one in _tables()["sets"]), key=lambda it: -len(it.joints)
     )
@@ -211,7 +216,10 @@ def _making(
     if all(name.lstrip("RL") in _PLAIN for name in used_names):
         made = Making("", {})  # those are joints, and called so
     if told:
-        body = {joint: _told(joint, way, index) for joint, way in told}
+        body = {
+            joint: _told(joint, [name.removeprefix(subject) for name in way], index)
+            for joint, way in told
+        }
         pelvis = () if body.keys() >= _HIPS else made.pelvis
         called = ", ".join(("as told", *used))
         made = Making(called, {**made.ways, **body}, made.caps - body.keys(), pelvis)
@@ -234,6 +242,14 @@ def _told(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Way:
 def _tables() -> Mapping[str, Any]:
     text = resources.files("lanindex.body").joinpath("markers.toml").read_text("utf-8")
     return tomllib.loads(text)
+
+
+def _subject(names: Sequence[str]) -> str:
+    """Return what stands before all names, where an underscore parts it from them: ``Ada_``."""
+    first, last = min(names, default=""), max(names, default="")
+    alike = takewhile(lambda letters: letters[0] == letters[1], zip(first, last, strict=False))
+    shared, mark, _ = "".join(letter for letter, _ in alike).rpartition("_")
+    return shared + mark if len(shared) > 1 else ""  # one letter is a side
 
 
 def _key(name: str) -> str:

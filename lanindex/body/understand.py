@@ -200,13 +200,16 @@ def understand(
         calibration.body_lengths(seen), told.unit, stated.unit
     )
     up, up_doubts = calibration.up_of(seen, told.up, stated.up)
-    facing_doubts = calibration.facing_doubt(seen, up)
+    shape_doubts = (
+        *calibration.facing_doubt(seen, up),
+        *calibration.uneven_doubt(seen, scale),
+    )
     found = Understanding(body, unit, scale, up, 0, ())
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
     ways = found.oriented(beginning[:, [index for index in wrists if index >= 0]])
     first = calibration.first_frame(ways.tolist(), rate)
     posed = ("frame 0 is a calibration pose: frame 1 stands in for it",) if first else ()
-    doubts = (*doubts, *unit_doubts, *up_doubts, *facing_doubts, *posed)
+    doubts = (*doubts, *unit_doubts, *up_doubts, *shape_doubts, *posed)
     return Understanding(body, unit, scale, up, first, doubts)
 
 
@@ -338,6 +341,7 @@ def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
         f"{', '.join(missing)}{_guess(rig, body, missing)}",
         place=path,
         wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
+        remedy="If a body is there, say what plays its joints with --body FILE.",
     )
 
 

@@ -10,7 +10,8 @@ _POINTS = 3  # at least, for a limb
 _LINES = 40  # in which a header is looked for
 _KINECT_COLUMNS = 101
 _PROGRAMS = re.compile(
-    rb"(trajectories|model outputs|devices|joints|segments|no_of_frames|format version)"
+    rb"(trajectories|model outputs|devices|joints|segments|no_of_frames|file_version"
+    rb"|format version)"
     rb"[ \t]*[,;\t\r\n]",
     re.IGNORECASE,
 )
@@ -63,8 +64,8 @@ def table(head: bytes) -> bool:
         return True
     lines = begun.splitlines()[:_LINES]
     cells = (lines or [b""])[0].replace(b"\t", b",").replace(b";", b",").rstrip(b",").split(b",")
-    if len(cells) == _KINECT_COLUMNS:
-        return _numbers(cells)
+    if len(cells) == _KINECT_COLUMNS and _numbers(cells):
+        return True
     if b"\0" in head or not any(_TRIPLE.search(line) for line in lines):
         return False
     from lanindex.formats.table.layout import separator_of, triples

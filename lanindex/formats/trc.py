@@ -24,6 +24,7 @@ from lanindex.formats.bvh.hierarchy import text_of
 from lanindex.formats.clock import rate_by
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.points import Points, motion_of
+from lanindex.formats.table.layout import comma_of, twice
 from lanindex.model import Motion, Reading, Span
 
 _HEAD = 1 << 20  # bytes in which the header is looked for
@@ -68,7 +69,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     rate, doubts = rate_by(told, said.get("datarate", ""), heads[:, 1], place)
     stated = Stated(unit=said.get("units"))
     gone, places = numbers.at_origin(places, layout.names)
-    doubts = (*layout.doubts, *doubts, *gone)
+    doubts = (*layout.doubts, *twice(layout.names, "markers"), *doubts, *gone)
     points = Points(layout.names, places, rate, stated, doubts=doubts)
     return motion_of(points, file, "trc", told, wanted)
 
@@ -124,7 +125,8 @@ def scan(file: File) -> Layout:
         wanted = "lines of numbers behind the names of the markers"
         raise CaptureError("no frames", place=file.name, wanted=wanted)
     width = _FIRST + 3 * len(names)
-    table = numbers.Table(lines, separator, width, (0, 1), tuple(range(_FIRST, width)))
+    comma = comma_of(file.content[int(lines[0, 0]) : int(lines[0, 1])], separator)
+    table = numbers.Table(lines, separator, width, (0, 1), tuple(range(_FIRST, width)), comma)
     doubts = _miscounted(said, "numframes", len(lines), "frames")
     doubts += _miscounted(said, "nummarkers", len(names), "markers")
     return Layout(said, count, names, table, doubts)
@@ -215,7 +217,7 @@ def write(motion: Motion) -> bytes:
         ("",),
     ):
         out.write("\t".join(map(str, line)) + "\n")
-    form = "%d\t%.7f" + "\t%.4f" * (3 * many) + "\n"
+    form = "%d\t%.7f" + "\t%.4f" * (3 * many) + "\t\n"  # else OpenSim misses a last blank cell
     seconds = np.arange(count) / float(motion.rate)
     for frame, (time, row) in enumerate(zip(seconds.tolist(), places, strict=True), 1):
         out.write((form % (frame, time, *row.ravel().tolist())).replace("nan", ""))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.calibration import AXES, UNITS
+from lanindex.body.calibration import AXES, UNITS, uneven_doubt
 from lanindex.errors import CaptureError, UsageError
 from lanindex.formats.rates import nearest_rate
 
@@ -104,6 +104,28 @@ def test_exchanged_sides_are_doubted():
     motion = formats.read("x.bvh", data=person(names=names))
     assert motion.warnings == ("the feet point backwards: left and right may be exchanged",)
     assert motion.skeleton.played() == played(SIMPLE)
+
+
+def test_an_elbow_that_lies_at_the_wrist_is_doubted(captures):
+    """In this file the marker RELB is one of the wrist's."""
+    told = formats.read(captures / "c3d" / "vicon_upperbody_25hz.c3d").warnings
+    assert len(told) == 1
+    assert told[0].startswith("right upper arm 512 mm, left 273; right forearm 93 mm, left 314: ")
+
+
+def test_bones_that_are_known_on_one_side_are_not_doubted():
+    body = np.full((3, 20, 3), np.nan)
+    limbs = {"Hip": 900.0, "Knee": 500.0, "Ankle": 90.0}
+    for side in "RL":
+        for name, height in limbs.items():
+            body[:, JOINT_CODES[side + name]] = 0, height, 0
+    assert uneven_doubt(body, 1.0) == ()
+    body[:, JOINT_CODES["LKnee"], 1] = 350
+    assert uneven_doubt(body, 1.0) == (
+        "right shank 410 mm, left 260: a joint or marker may be misnamed, or was badly seen",
+    )
+    body[:, JOINT_CODES["LAnkle"]] = np.nan
+    assert uneven_doubt(body / 1000, 1000.0) == ()
 
 
 @pytest.mark.parametrize("step", [79.0, 90.0])

@@ -180,3 +180,53 @@ def test_real_sets_are_known(captures: Path, name: str, wanted: tuple[str, int])
         motion.positions[:, motion.skeleton.body[JOINT_CODES[f"{side}Hip"]], 1] for side in "RL"
     ]
     assert all(600 < np.nanmedian(hip) < 1200 for hip in legs) or "upperbody" in name
+
+
+def motive(prefix: str = "") -> dict[str, tuple]:
+    """Return a person with the markers of Motive's Baseline set, in the way of `REST`."""
+    middle = {"HeadTop": (0, 1800, 0), "BackTop": (-80, 1550, 0), "Chest": (60, 1450, 0)}
+    sides = {
+        "Waist{}Front": (0, 1000, 120),
+        "Waist{}Back": (-150, 1000, 50),
+        "{}ShoulderTop": (0, 1500, 200),
+        "{}ElbowOut": (0, 1200, 220),
+        "{}WristOut": (30, 950, 220),
+        "{}WristIn": (-30, 950, 220),
+        "{}HandOut": (0, 850, 220),
+        "{}KneeOut": (0, 550, 130),
+        "{}AnkleOut": (0, 100, 130),
+        "{}ToeIn": (120, 40, 110),
+        "{}ToeOut": (120, 40, 150),
+    }
+    both = {
+        name.format(side): (x, y, sign * z)
+        for name, (x, y, z) in sides.items()
+        for side, sign in (("R", 1), ("L", -1))
+    }
+    return {prefix + name: place for name, place in (middle | both).items()}
+
+
+@pytest.mark.parametrize("prefix", ["", "Ada:", "Ada_", "take_2_"])
+def test_markers_of_motive(prefix) -> None:
+    making, found = made(motive(prefix))
+    _, of_vicon = made(PELVIS | REST)
+    assert making.set == "Motive, Qualisys Animation"
+    for joint in of_vicon:
+        assert found[joint] == pytest.approx(of_vicon[joint]), joint
+    assert found["LToe"] == pytest.approx([120, 40, -130])
+    assert found["RHand"] == pytest.approx([0, 850, 220])
+
+
+def test_a_side_before_all_names_is_no_subject() -> None:
+    names = tuple(f"R_{name}" for name in ("SAJ", "HLE", "HME", "RSP", "USP", "IAS", "IPS"))
+    assert making_of((*names, "R_LSAJ")) is None  # a right arm alone tells not where it faces
+    assert making_of((*names, "L_SAJ")).told((*names, "L_SAJ"))["RElbow"] == "R_HLE R_HME"
+
+
+def test_who_says_joints_may_leave_the_subject_out(tmp_path) -> None:
+    body = tmp_path / "body.toml"
+    names = tuple(motive("Ada_"))
+    for name in ("LElbowOut", "Ada_LElbowOut"):
+        body.write_text(f'RElbow = "{name}"', "utf-8")
+        told_body.cache_clear()
+        assert making_of(names, told_body(str(body))).told(names)["RElbow"] == "Ada_LElbowOut"

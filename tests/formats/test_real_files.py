@@ -46,6 +46,9 @@ RATES = {
     "xia_style": 120, "xsens": 40,
 }  # fmt: skip
 BEHIND_A_CALIBRATION_POSE = {"cmu_cgspeed", "cmu_daz", "xsens"}
+BADLY_SEEN = {"ah_cut_02", "bk_cut_01", "ya_rotation1", "ya_scrolldown1", "ya_wave1"}
+"""Forearms of which a depth camera makes one half as long again as the other."""
+
 STEP = {"bandai2": 8, "mae_openni": 8}  # one of so many files is enough where it takes time
 
 
@@ -84,7 +87,8 @@ def test_what_is_seen(captures, family):
         assert motion.rate == RATES.get(family, motion.rate)
         assert motion.first == (family in BEHIND_A_CALIBRATION_POSE), path
         doubts = [w for w in motion.warnings if "calibration" not in w]
-        assert bool(doubts) == (path.name == "dab.bvh" or family == "optical_meta"), motion.warnings
+        doubtful = family == "optical_meta" or path.stem in BADLY_SEEN
+        assert bool(doubts) == doubtful, (path, motion.warnings)
 
 
 def test_rates_of_the_odd_ones(captures):

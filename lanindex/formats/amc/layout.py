@@ -97,7 +97,10 @@ def scan(data: Content, path: str) -> Layout:
             begin = start + at + len(line) - len(line.lstrip())
             rows.append((begin, begin + len(word), int(word)))
     if not rows:
-        raise CaptureError("no frames", place=path, wanted="lines that are a frame's number")
+        alone = b"\r" in data[:PIECE] and b"\n" not in data[:PIECE]
+        remedy = "Its lines end in carriage returns alone: save it with line feeds." * alone
+        wanted = "lines that are a frame's number"
+        raise CaptureError("no frames", place=path, wanted=wanted, remedy=remedy)
     starts, stops, numbers = np.array(rows, np.int64).T
     ends = np.append(starts[1:], len(data))
     return Layout(data[: rows[0][0]], starts, stops, ends, numbers)

@@ -2,7 +2,8 @@
 
 Sources: Loper et al. (2015), *SMPL*, and its extensions SMPL-H and SMPL-X, whose first 22 joints
 HumanML3D takes (Guo et al. 2022); KIT-ML as HumanML3D orders it; Human3.6M as Martinez et al.
-(2017) reduce it; COCO's keypoints.
+(2017) reduce it; COCO's keypoints; OpenPose's BODY_25; Kinect v2's JointType, as NTU RGB+D has it;
+MediaPipe's pose landmarks, which FreeMoCap puts before hands and face.
 """
 
 from __future__ import annotations
@@ -47,6 +48,31 @@ _COCO = _words(
     "right_elbow left_wrist right_wrist left_hip right_hip left_knee right_knee left_ankle "
     "right_ankle"
 )
+_BODY_25 = _words(
+    "nose neck right_shoulder right_elbow right_wrist left_shoulder left_elbow left_wrist mid_hip "
+    "right_hip right_knee right_ankle left_hip left_knee left_ankle right_eye left_eye right_ear "
+    "left_ear left_big_toe left_small_toe left_heel right_big_toe right_small_toe right_heel"
+)
+_KINECT = _words(
+    "spine_base spine_mid neck head left_shoulder left_elbow left_wrist left_hand right_shoulder "
+    "right_elbow right_wrist right_hand left_hip left_knee left_ankle left_foot right_hip "
+    "right_knee right_ankle right_foot spine_shoulder left_hand_tip left_thumb right_hand_tip "
+    "right_thumb"
+)
+_MEDIAPIPE = _words(
+    "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer "
+    "left_ear right_ear mouth_left mouth_right left_shoulder right_shoulder left_elbow "
+    "right_elbow left_wrist right_wrist left_pinky right_pinky left_index right_index left_thumb "
+    "right_thumb left_hip right_hip left_knee right_knee left_ankle right_ankle left_heel "
+    "right_heel left_foot_index right_foot_index"
+)
+
+
+def _with_face(face: int) -> tuple[str, ...]:
+    """Return MediaPipe's landmarks of body, hands and face."""
+    hands = (f"{side}_hand_{number}" for side in ("right", "left") for number in range(21))
+    return (*_MEDIAPIPE, *hands, *(f"face_{number}" for number in range(face)))
+
 
 _BONES = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
 _STEADY = 0.2  # of its length: what a bone may change by, middle half of the poses
@@ -81,6 +107,11 @@ ORDERS = (
     Order("KIT-ML", _KIT, "12.5"),
     Order("Human3.6M", _H36M),
     Order("COCO", _COCO),
+    Order("OpenPose", _BODY_25),
+    Order("Kinect v2, NTU RGB+D", _KINECT, "30"),
+    Order("MediaPipe", _MEDIAPIPE),
+    Order("FreeMoCap", _with_face(468)),
+    Order("FreeMoCap", _with_face(478)),
 )
 """All orders that are known."""
 

@@ -8,7 +8,8 @@ An array of places is (T, J, 3). What it lacks, others say, by these names:
   are assumed, and said;
 - ``unit`` and ``up``; else the body tells them.
 
-``poses`` and ``trans`` without places are AMASS: `smpl`.
+``poses``, or ``root_orient`` and ``pose_body``, with ``trans`` are AMASS: `smpl`. Rows of 263 or
+251 numbers are features of HumanML3D or KIT-ML: `features`.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ from lanindex.body import Stated
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats.clock import rate_by
 from lanindex.formats.file import File, Wanted
-from lanindex.formats.npy import smpl
+from lanindex.formats.npy import features, smpl
 from lanindex.formats.npy.arrays import Arrays, Header, arrays
-from lanindex.formats.npy.orders import ORDERS, SMPL, order_of
+from lanindex.formats.npy.orders import ORDERS, SMPL, Order, order_of
 from lanindex.formats.points import Points, motion_of
 from lanindex.model import Motion, Reading
 
@@ -39,7 +40,7 @@ LARGEST = 1e9
 """Places are no further away, in any unit."""
 
 _TURNS = 1e3  # radians
-_FEATURES = {263: "HumanML3D", 251: "KIT-ML"}
+_PARTS = {"poses": ("poses",), "pose_body": ("root_orient", "pose_body")}  # of a pose, by its key
 _REMEDY = "Save its joints as (T, J, 3): numpy.savez(path, joints=..., joint_names=..., fps=...)."
 _WANTED = "places of joints, (T, J, 3)"
 
@@ -56,8 +57,8 @@ class Layout:
         Its axis of frames.
     frames : int
         How many.
-    turns : bool
-        Whether it holds poses of SMPL instead of places.
+    kind : str
+        ``places``, ``turns`` (poses of SMPL) or ``features``.
     doubts : tuple of str
         What was guessed.
     """
@@ -65,7 +66,7 @@ class Layout:
     key: str
     axis: int
     frames: int
-    turns: bool = False
+    kind: str = "places"
     doubts: tuple[str, ...] = ()
 
 
@@ -77,7 +78,9 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     found = arrays(file)
     layout = laid(found)
     form = "npz" if file.content[:2] == b"PK" else "npy"
-    points = (_turned if layout.turns else _placed)(found, layout, told)
+    points = {"places": _placed, "turns": _turned, "features": _recovered}[layout.kind](
+        found, layout, told
+    )
     return motion_of(points, file, form, told, wanted)
 
 
@@ -94,7 +97,21 @@ def laid(found: Arrays) -> Layout:
     named = next((name for name in PLACES if name in many), None)
     poses, shift = shapes.get("poses", ()), shapes.get("trans", ())
     if named is None and len(poses) == 2 and poses[1] in smpl.WIDTHS and shift == (poses[0], 3):
-        return _filled(found, Layout("poses", 0, poses[0], turns=True))
+        return _filled(found, Layout("poses", 0, poses[0], "turns"))
+    root, poses = shapes.get("root_orient", ()), shapes.get("pose_body", ())
+    if (
+        named is None
+        and len(root) == 2
+        and root[1] == 3
+        and shift == root
+        and poses == (root[0], 63)
+    ):
+        return _filled(found, Layout("pose_body", 0, root[0], "turns"))
+    told = [
+        name for name, shape in shapes.items() if len(shape) == 2 and shape[1] in features.TITLES
+    ]
+    if named is None and not many and len(told) == 1:
+        return _filled(found, Layout(told[0], 0, shapes[told[0]][0], "features"))
     doubts: tuple[str, ...] = ()
     if named is None and len(many) == 1:
         named = many[0]
@@ -129,9 +146,6 @@ def _instead(found: Arrays, shapes: dict[str, tuple[int, ...]], many: Iterable[s
     if many:
         return f"several arrays that may be places of joints: {', '.join(map(quoted, many))}"
     for shape in shapes.values():
-        if len(shape) == 2 and shape[1] in _FEATURES:
-            title = _FEATURES[shape[1]]
-            return f"features of {title} {shape}, from which joints would have to be computed"
         if len(shape) == 4 and _axis((1, *shape[1:])) is not None:
             return f"places of {shape[0]} people {shape}"
         if len(shape) == 3 and shape[2] == 2:
@@ -176,6 +190,8 @@ def _placed(found: Arrays, layout: Layout, told: Reading) -> Points:
     places[np.isnan(places).any(axis=2)] = np.nan
     doubts, rate = layout.doubts, _rate(found)
     count = places.shape[1]
+    if not np.isfinite(places).any():
+        raise CaptureError("no place is known in any frame", place=found.place, wanted=_WANTED)
     names = _text(found, NAMES, (count,))
     if names is None:
         order = order_of(places)
@@ -188,18 +204,48 @@ def _placed(found: Arrays, layout: Layout, told: Reading) -> Points:
                 remedy="Save their names with them: numpy.savez(path, joints=..., joint_names=...)",
             )
         names = list(order.names)
-        if not rate and order.rate and told.rate is None:
-            rate = order.rate
-            assumed = f"no rate in it: {rate} frames a second assumed, as {order.title} has it"
-            doubts += (f"{assumed}. If that is wrong, give --fps",)
+        rate, assumed = _assumed(rate, order, told)
+        doubts += assumed
     hertz, unsteady = rate_by(told, rate, np.zeros(0), found.place)
     return Points(tuple(names), places, hertz, _stated(found), doubts=(*doubts, *unsteady))
+
+
+def _assumed(rate: str, order: Order, told: Reading) -> tuple[str, tuple[str, ...]]:
+    """Return the rate, where nobody tells it that of such files, and a doubt where it is."""
+    if rate or not order.rate or told.rate is not None:
+        return rate, ()
+    assumed = f"no rate in it: {order.rate} frames a second assumed, as {order.title} has it"
+    return order.rate, (f"{assumed}. If that is wrong, give --fps",)
+
+
+def _recovered(found: Arrays, layout: Layout, told: Reading) -> Points:
+    """Return the points of features."""
+    values = found[layout.key]
+    title, many = features.TITLES[values.shape[1]], features.used(values.shape[1])
+    values = _sound(values[:, :many], layout.key, LARGEST, found.place, known=True)
+    places = features.placed(values)
+    order = order_of(places)
+    if order is None:
+        raise CaptureError(
+            f"features of {title} in which bones keep no lengths",
+            place=found.place,
+            wanted="features as they were computed",
+            remedy="If they are normalised, multiply them by Std.npy and add Mean.npy.",
+        )
+    rate, doubts = _assumed(_rate(found), order, told)
+    hertz, unsteady = rate_by(told, rate, np.zeros(0), found.place)
+    return Points(
+        order.names, places, hertz, _stated(found, None, "y"), doubts=(*doubts, *unsteady)
+    )
 
 
 def _turned(found: Arrays, layout: Layout, told: Reading) -> Points:
     """Return the points of poses of SMPL."""
     hertz, doubts = rate_by(told, _rate(found), np.zeros(0), found.place)
-    poses = _sound(found["poses"][:, : 3 * smpl.TURNED], "poses", _TURNS, found.place, known=True)
+    poses = np.concatenate(
+        [_sound(found[name][:, : 3 * smpl.TURNED], name, _TURNS, found.place, known=True)
+         for name in _PARTS[layout.key]], axis=1
+    )  # fmt: skip
     shift = _sound(found["trans"], "trans", LARGEST, found.place, known=True)
     places, turns = smpl.placed(poses, shift)
     stated = _stated(found, "m", "z")

@@ -14,7 +14,7 @@ from itertools import islice
 import numpy as np
 
 from lanindex.body import Stated
-from lanindex.errors import CaptureError, shown
+from lanindex.errors import CaptureError, quoted, shown
 from lanindex.formats import numbers
 from lanindex.formats.file import Content, File
 from lanindex.formats.table import segments
@@ -27,6 +27,7 @@ from lanindex.formats.table.layout import (
     made,
     separator_of,
     triples,
+    twice,
 )  # fmt: skip
 from lanindex.formats.table.segments import Finish, Triple
 
@@ -48,6 +49,7 @@ _TIME = re.compile(
 )
 _UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "milliseconds": 1e-3, "us": 1e-6,
           "µs": 1e-6, "microseconds": 1e-6, "ns": 1e-9, "nanoseconds": 1e-9}  # fmt: skip
+_MOTIVE_ROWS = ("type", "name", "id")
 _LENGTHS = {"millimeters": "mm", "centimeters": "cm", "meters": "m"}
 
 
@@ -68,6 +70,11 @@ def layout_of(file: File) -> Layout:
         if begun.startswith(starts):
             return kind(file, head)
     return _kinect(file, first) or _named(file, head)
+
+
+def _first(file: File, rows: numbers.Lines) -> bytes:
+    """Return the first row; nothing, if there is none."""
+    return file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
 
 
 def _kinect(file: File, first: Line) -> Layout | None:
@@ -115,13 +122,14 @@ def _named(file: File, head: list[Line]) -> Layout:
     points, unit = triples(cells)
     time = [number for number, cell in enumerate(cells) if _TIME.fullmatch(cell)]
     rows = numbers.rows(file.content, line.stop)
-    row = file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
-    comma = comma_of(row, separator)
+    comma = comma_of(_first(file, rows), separator)
     table = made(file, rows, separator, len(cells), time[:1], list(points.values()), comma)
     said = _TIME.fullmatch(cells[time[0]]) if time else None
     tick = _UNITS[said[1].lower()] if said and said[1] else None
     when = 0 if time else None
-    return Layout("a table", tuple(points), table, when, tick, stated=Stated(unit))
+    used = {cells[column] for point in points.values() for column in point}
+    doubts = twice([cell for cell in cells if cell in used], "columns")
+    return Layout("a table", tuple(points), table, when, tick, stated=Stated(unit), doubts=doubts)
 
 
 def _nexus(file: File, head: list[Line]) -> Layout:
@@ -149,7 +157,8 @@ def _nexus(file: File, head: list[Line]) -> Layout:
     beyond = np.flatnonzero(rows[1:, 0] != rows[:-1, 1])  # a blank line ends the block
     rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
     unit = next((units[point[0]] for point in points if point[0] < len(units)), None)
-    table = made(file, rows, separator, len(axes), [0], points)
+    comma = comma_of(_first(file, rows), separator)
+    table = made(file, rows, separator, len(axes), [0], points, comma)
     return Layout("Vicon Nexus", called, table, rate=rate[0], stated=Stated(unit), finish=finish)
 
 
@@ -190,11 +199,19 @@ def _motive(file: File, head: list[Line]) -> Layout:
             break
         if "Position" in cells:
             kinds = cells
-        elif len(cells) > 1:
-            rows[cells[1].lower()] = cells
+        elif any(cells[2:]):  # rows of older exports are not called by what they hold
+            rows[cells[1].lower() or _MOTIVE_ROWS[min(len(rows), 2)]] = cells
     if axes is None or not kinds or "name" not in rows:
         wanted = "rows of Name, Rotation and Position, and Frame"
         raise CaptureError("the header of Motive cut short", place=file.name, wanted=wanted)
+    space = said.get("Coordinate Space", "Global")
+    if space.lower() != "global":
+        raise CaptureError(
+            f"places as each bone's parent sees them (Coordinate Space {quoted(space, 20)})",
+            place=file.name,
+            wanted="Global",
+            remedy="Export it with Use World Space Coordinates.",
+        )
     types = rows.get("type", [])
     names, points = _motive_points(rows["name"], kinds, types, axes.cells(b","))
     lines_there = numbers.rows(file.content, axes.stop)
@@ -249,14 +266,15 @@ def _qualisys(file: File, head: list[Line]) -> Layout:
         found = f"data of the kind {shown(said['DATA_INCLUDED'], 20)!r}"
         raise CaptureError(found, place=file.name, wanted="3D, places of markers")
     rows = numbers.rows(file.content, begin)
-    if before is None and len(rows):
-        row = file.content[int(rows[0, 0]) : int(rows[0, 1])].rstrip(b"\r\n")
+    if before is None:
+        row = _first(file, rows).rstrip(b"\r\n")
         extra = row.removesuffix(b"\t").count(b"\t") + 1 - 3 * len(names)
         before = ["frame", "time"][: max(extra, 0)]
     skip = len(before or ())
     points = [(at, at + 1, at + 2) for at in range(skip, skip + 3 * len(names), 3)]
     heads = [before.index("time")] if before and "time" in before else []
-    table = made(file, rows, b"\t", skip + 3 * len(names), heads, points)
+    comma = comma_of(_first(file, rows), b"\t")
+    table = made(file, rows, b"\t", skip + 3 * len(names), heads, points, comma)
     doubts = counted(said.get("NO_OF_FRAMES", ""), len(rows))
     when = 0 if heads else None
     rate = said.get("FREQUENCY", "")
@@ -268,6 +286,6 @@ def _qualisys(file: File, head: list[Line]) -> Layout:
 _KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], Layout]] = {
     _NEXUS: _nexus,
     b"format version": _motive,
-    b"no_of_frames": _qualisys,
+    (b"no_of_frames", b"file_version"): _qualisys,
 }
 """By how a table begins, in small letters: whose it is."""

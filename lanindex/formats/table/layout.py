@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from lanindex.body import Stated
-from lanindex.errors import CaptureError
+from lanindex.errors import CaptureError, quoted
 from lanindex.formats import numbers
 from lanindex.formats.bvh.hierarchy import text_of
 from lanindex.formats.file import File
@@ -141,6 +142,21 @@ def triples(cells: Sequence[str]) -> tuple[dict[str, tuple[int, int, int]], str 
     whole = {name: (at["x"], at["y"], at["z"]) for name, at in found.items() if len(at) == 3}
     named = {units[name] for name in whole}
     return whole, named.pop() if len(named) == 1 else None
+
+
+def twice(names: Sequence[str], what: str) -> tuple[str, ...]:
+    """Return a warning where several points or columns have one name.
+
+    Examples
+    --------
+    >>> from lanindex.formats.table.layout import twice
+    >>> twice(["hand", "head", "hand"], "points")
+    ("several points are called 'hand': the first is read",)
+    """
+    again = [quoted(name) for name, many in Counter(names).items() if many > 1]
+    more = f" and {len(again) - 3} others" if len(again) > 3 else ""
+    told = f"several {what} are called {', '.join(again[:3])}{more}: the first is read"
+    return (told,) if again else ()
 
 
 def made(

@@ -18,7 +18,7 @@ from lanindex.formats.file import File, Wanted
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.table import columns
 from lanindex.formats.table.kinds import layout_of
-from lanindex.formats.table.layout import Layout
+from lanindex.formats.table.layout import Layout, twice
 from lanindex.model import Motion, Reading, Span
 
 _TICKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
@@ -44,7 +44,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     times, unsure = _seconds(layout, heads)
     rate, doubts = rate_by(told, layout.rate, times, file.name)
     unsure = unsure if told.rate is None else ()
-    doubts = (*layout.doubts, *whose, *unsure, *doubts, *gone)
+    doubts = (*layout.doubts, *twice(names, "points"), *whose, *unsure, *doubts, *gone)
     return motion_of(
         Points(names, places, rate, layout.stated, doubts=doubts), file, "csv", told, wanted
     )

@@ -315,6 +315,11 @@ def test_damage_is_named(
     assert error.place == str(folder / "ada_1.amc") + (f":{line}" if line else "")
 
 
+def test_line_ends_that_are_not_known_are_named(folder: Path) -> None:
+    with pytest.raises(CaptureError, match="in carriage returns alone: save it with line feeds"):
+        read(folder, b"".join(LINES).replace(b"\r", b"").replace(b"\n", b"\r"))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "found", "wanted"),
     [

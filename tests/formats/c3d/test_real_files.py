@@ -29,7 +29,7 @@ FILES = {
     "theia_rotations": (340, 85, "Theia", TIPS, ""),
     "vicon_pig_59993_Static": (371, 100, "Plug-in Gait", set(), ""),
     "vicon_pig_Movement_trial": (323, 120, "Plug-in Gait", set(), ""),
-    "vicon_upperbody_25hz": (670, 25, "Plug-in Gait", ARMS_ONLY, ""),
+    "vicon_upperbody_25hz": (670, 25, "Plug-in Gait", ARMS_ONLY, "may be misnamed"),
     "vicon_upperbody_ezc3d": (580, 100, "right upper limb (S2M, Montreal)", LEFT_AND_LEGS, ""),
 }
 

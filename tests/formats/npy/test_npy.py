@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from made_points import NAMES, person
 from mutations import fuzzed
+from scipy.spatial.transform import Rotation
 
 from lanindex import formats
 from lanindex.errors import CaptureError
@@ -227,7 +228,9 @@ BAD = {
     "a header that ends nowhere": (header(said())[:20], "a header of"),
     "no frames": (npy(np.zeros((0, 22, 3))), "no frames"),
     "flat": (npy(np.zeros((20, 66))), r"an array \(20, 66\)"),
-    "features": (npy(np.zeros((20, 263))), r"features of HumanML3D \(20, 263\)"),
+    "features of nothing": (npy(np.zeros((20, 263))), "features of HumanML3D in which bones keep"),
+    "unknown features": (npy(np.full((20, 251), np.nan)), "array: frame 0 has nan"),
+    "unknown places": (npy(np.full((20, 22, 3), np.nan)), "no place is known in any frame"),
     "people": (npz(joints=np.zeros((2, 9, 22, 3))), r"places of 2 people \(2, 9, 22, 3\)"),
     "pictures": (npy(np.zeros((20, 17, 2))), "points in a picture"),
     "several": (npz(a=PERSON, b=PERSON), "several arrays that may be places of joints: 'a', 'b'"),
@@ -289,6 +292,57 @@ def test_clips_keep_kind_order_and_packing():
             np.testing.assert_array_equal(read(data).positions, read(source).positions[4:9])
 
 
+@pytest.mark.parametrize("key", ["poses", "pose_body"])
+def test_amass_in_parts(key):
+    whole = poses() | {"poses": np.random.default_rng(1).normal(0, 0.3, (9, 165))}
+    parts = {"root_orient": whole["poses"][:, :3], "pose_body": whole["poses"][:, 3:66]}
+    given = whole | parts
+    given.pop("pose_body" if key == "poses" else "poses")
+    np.testing.assert_array_equal(read(npz(**given)).positions, read(npz(**whole)).positions)
+    clip = formats.cutter(formats.File("walk.npz", npz(**given)))(Span(4, 9))
+    np.testing.assert_array_equal(read(clip).positions, read(npz(**whole)).positions[4:])
+
+
+def features(places: np.ndarray) -> np.ndarray:
+    """Return what HumanML3D makes of joints: the same, as they face, and how the root moves."""
+    names = list(SMPL if places.shape[1] == 22 else next(
+        order.names for order in ORDERS if order.title == "KIT-ML"
+    ))  # fmt: skip
+    right, left = ([names.index(f"{side}_{it}") for it in ("hip", "shoulder")]
+                   for side in ("right", "left"))  # fmt: skip
+    across = (places[:, right] - places[:, left]).sum(axis=1)
+    ahead = np.cross([0, 1, 0], across)
+    facing = Rotation.from_rotvec(np.outer(-np.arctan2(ahead[:, 0], ahead[:, 2]), [0, 1, 0]))
+    local = places.copy()
+    local[..., [0, 2]] -= places[:, :1, [0, 2]]
+    local = np.stack([turn.apply(pose) for turn, pose in zip(facing, local, strict=True)])
+    faster = (facing[1:] * facing[:-1].inv()).as_quat(canonical=True)[:, 1]
+    moved = facing[1:].apply(np.diff(places[:, 0], axis=0))
+    rest = np.zeros((len(places) - 1, 9 * places.shape[1] - 6 + 4))
+    columns = (np.arcsin(faster)[:, None], moved[:, [0, 2]], places[:-1, 0, 1:2])
+    return np.hstack((*columns, local[:-1, 1:].reshape(len(rest), -1), rest))
+
+
+@pytest.mark.parametrize("order", ["HumanML3D", "KIT-ML"])
+def test_features_give_the_joints_that_they_are_of(order):
+    names = next(it.names for it in ORDERS if it.title == order)
+    places = ordered(names, 40)
+    places -= places[:1, :1] * [1, 0, 1]
+    turns = Rotation.from_rotvec(np.outer(np.linspace(0, 4, 40) ** 2 / 3, [0, 1, 0]))
+    walked = places + np.linspace(0, [[2, 0.3, 1]], 40)
+    walked = np.stack([turn.apply(pose) for turn, pose in zip(turns, walked, strict=True)])
+    array = features(walked)
+    assert array.shape == (39, 263 if order == "HumanML3D" else 251)
+    motion = read(npy(array.astype("f4")))
+    assert (float(motion.rate), motion.source.up) == (20 if order == "HumanML3D" else 12.5, "y")
+    found = np.stack([motion.positions[:, motion.skeleton.names.index(it)] for it in names], axis=1)
+    np.testing.assert_allclose(found, walked[:-1] * 1000, atol=0.05)
+    clip = formats.cutter(formats.File("walk.npy", npy(array)))(Span(10, 30))
+    np.testing.assert_array_equal(np.load(io.BytesIO(clip)), array[10:30])
+    with pytest.raises(CaptureError, match=r"multiply them by Std\.npy and add Mean\.npy"):
+        read(npy((array - array.mean(axis=0)) / (array.std(axis=0) + 1e-3)))
+
+
 def test_clips_of_amass_are_amass():
     source = npz(**poses(frames=16), betas=np.arange(16.0), dmpls=np.zeros((16, 8)))
     clip = np.load(io.BytesIO(formats.cutter(formats.File("walk.npz", source))(Span(4, 9))))
@@ -334,6 +388,7 @@ SOURCES = [
     npz(joints=PERSON[:4], names=np.array(NAMES), fps=25),
     npz(True, joints=PERSON[:4].astype("f4"), names=np.array(NAMES), fps=25),
     npz(**poses(frames=3)),
+    npy(features(ordered(SMPL[:22], 5))),
 ]
 
 

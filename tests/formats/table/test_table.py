@@ -181,6 +181,19 @@ def test_nexus(around):
     np.testing.assert_array_equal(again.markers.positions, motion.markers.positions[3:7])
 
 
+def test_nexus_with_commas_in_its_numbers():
+    data = nexus().replace(b",", b"\t").replace(b".", b",")
+    np.testing.assert_array_equal(read(data).markers.positions, read(nexus()).markers.positions)
+
+
+def test_two_of_one_name_are_told():
+    named_twice = named().replace(b"left_elbow_", b"right_elbow_", 3)
+    told = "several columns are called 'right_elbow_x', 'right_elbow_y', 'right_elbow_z': the first"
+    assert read(named_twice).warnings == (f"{told} is read",)
+    marker = qualisys().replace(b"LELB", b"RELB")
+    assert "several points are called 'RELB': the first is read" in read(marker).warnings
+
+
 def test_nexus_of_two_people(tmp_path):
     path = tmp_path / "duet.csv"
     path.write_bytes(nexus(("Ada", "Bob")))
@@ -280,6 +293,19 @@ def test_a_copy_of_motive_that_is_cut_short_is_told():
         read(motive()[:300])
 
 
+def test_motive_of_before_names_its_rows_by_their_order():
+    old = motive()
+    for word in (b"Type", b"Name", b"ID"):
+        old = old.replace(b"," + word + b",", b",,", 1)
+    np.testing.assert_array_equal(at(read(old), ("Bob:RHand",)), at(read(motive()), ("Bob:RHand",)))
+
+
+def test_places_in_the_axes_of_bones_are_refused():
+    local = motive().replace(b"Coordinate Space,Global", b"Coordinate Space,Local")
+    with pytest.raises(CaptureError, match=r"Space 'Local'\), wanted Global\. Export it with"):
+        read(local)
+
+
 def qualisys(header: bool = True, columns: bool = True, declared: int = 12) -> bytes:
     keys = {"NO_OF_FRAMES": declared, "NO_OF_CAMERAS": 9, "NO_OF_MARKERS": 15, "FREQUENCY": 100,
             "NO_OF_ANALOG": 0, "ANALOG_FREQUENCY": 0, "DESCRIPTION": "--",
@@ -306,6 +332,15 @@ def test_qualisys(header, columns):
     np.testing.assert_allclose(motion.markers.positions, marked(), atol=1e-3)
     told = "its header says '500' frames, the file has 12"
     assert read(qualisys(header, columns, 500)).warnings == (told,)
+
+
+def test_qualisys_in_other_words():
+    plain = read(qualisys(), "walk.tsv").markers.positions
+    newer = b"FILE_VERSION\t2.0.0\r\n" + qualisys(header=False, columns=False)
+    commas = qualisys().replace(b".", b",")
+    for data in (newer, commas):
+        assert sniff.table(data[:4096])
+        np.testing.assert_array_equal(read(data, "walk.tsv").markers.positions, plain)
 
 
 def test_qualisys_of_bodies_is_refused():
@@ -385,6 +420,7 @@ def test_a_table_is_known_by_its_beginning():
         nexus(),
         motive(),
         qualisys(),
+        ",".join(f"p{k}_{a}" for k in range(34) for a in "xyz")[:-6].encode(),  # as Kinect's: 101
     )
     assert all(sniff.table(data[:4096]) for data in sources)
     for other in (

@@ -91,6 +91,20 @@ def test_what_is_blank_is_unknown():
     assert not np.isnan(found[~unknown]).any()
 
 
+@pytest.mark.parametrize("separator", ["\t", ";"])
+def test_commas_in_numbers(separator):
+    head, blank, rows = made(separator, step=0.02, rate="50").partition(b"\n\n")
+    motion = read(head + blank + rows.replace(b".", b","))
+    np.testing.assert_allclose(places(motion), person(), atol=1e-3)
+    assert (motion.rate, motion.warnings) == (50, ())
+
+
+def test_two_markers_of_one_name_are_told():
+    names = ["left_knee" if name == "neck" else name for name in NAMES]
+    told = "several markers are called 'left_knee': the first is read"
+    assert read(made(names=names)).warnings[0] == told
+
+
 def test_what_jumps_to_the_origin_is_unknown():
     lines = made().split(b"\n")
     cells = lines[8].split(b"\t")
@@ -198,6 +212,15 @@ def test_joints_are_written_where_there_are_no_markers():
     assert again.skeleton.played() == motion.skeleton.played()
     joints = [again.skeleton.names.index(name) for name in motion.skeleton.names]
     np.testing.assert_allclose(again.positions[:, joints], motion.positions, atol=1e-3)
+
+
+def test_a_blank_at_the_end_of_a_line_is_a_cell():
+    """OpenSim counts what stands before a tab, or behind the last one."""
+    rows = made().replace(f"{person()[0, -1, 0]:.3f}".encode(), b"").splitlines(keepends=True)
+    motion = read(b"".join(rows))
+    assert np.isnan(places(motion)[0, -1]).all()
+    for line in trc.write(motion).splitlines()[6:]:
+        assert line.count(b"\t") == 2 + 3 * len(NAMES)
 
 
 def test_names_that_would_break_the_table():
