@@ -40,7 +40,9 @@ __all__ = [
     "cutter",
     "is_capture",
     "known",
+    "names_in",
     "opened",
+    "parted",
     "read",
     "read_file",
 ]
@@ -100,6 +102,8 @@ FORMATS: tuple[Format, ...] = (
     Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx", several=True),
 )
 """All formats that are read."""
+
+_SEVERAL = tuple(suffix for form in FORMATS if form.several for suffix in form.suffixes)
 
 
 def known(file: File) -> Format:
@@ -164,13 +168,49 @@ def captures_in(path: str) -> tuple[str, ...]:
     >>> captures_in("corpus/compass.bvh")
     ('corpus/compass.bvh',)
     """
-    endings = [suffix for form in FORMATS if form.several for suffix in form.suffixes]
-    if not path.lower().endswith(tuple(endings)):
-        return (path,)
-    file = opened(path)
+    names = names_in(opened(path)) if path.lower().endswith(_SEVERAL) else ()
+    return tuple(path + SUBJECT + name for name in names) or (path,)
+
+
+def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
+    """Return the names of the people in a file, where there are several and none is meant.
+
+    Parameters
+    ----------
+    file : File
+        Its content and name.
+    told : Reading, optional
+        What the user said of it: a table whose columns are told is of one body.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read.
+
+    Examples
+    --------
+    >>> from lanindex.formats import names_in, opened
+    >>> names_in(opened("corpus/compass.bvh"))
+    ()
+    """
+    if not file.name.lower().endswith(_SEVERAL) or (told and told.columns):
+        return ()
     form = known(file)
-    names = form.does.subjects(file) if form.several and not file.subject else ()
-    return tuple(path + SUBJECT + name for name in names) if len(names) > 1 else (path,)
+    names: tuple[str, ...] = form.does.subjects(file) if form.several and not file.subject else ()
+    return names if len(names) > 1 else ()
+
+
+def parted(path: str) -> tuple[str, str]:
+    """Return a capture's file and whom of several people in it is meant, by the name alone.
+
+    Examples
+    --------
+    >>> from lanindex.formats import parted
+    >>> parted("in/trial.c3d#Ada"), parted("in/take#2.bvh")
+    (('in/trial.c3d', 'Ada'), ('in/take#2.bvh', ''))
+    """
+    file, _, subject = path.rpartition(SUBJECT)
+    return (file, subject) if file.lower().endswith(_SEVERAL) else (path, "")
 
 
 def read(

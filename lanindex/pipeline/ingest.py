@@ -42,7 +42,7 @@ def ingest(
     library : Store or None
         None, with `dry_run`: there is none yet.
     paths : iterable of str
-        Files, as from `lanindex.pipeline.discover`.
+        Files, as from `lanindex.pipeline.discover`, also with their people still in one.
     profile : Profile
         How to write captures down.
     reading : Reading, optional
@@ -59,7 +59,7 @@ def ingest(
     Yields
     ------
     Outcome
-        One a file, in their order, as soon as it is stored.
+        One a file, or a person in it, in their order, as soon as it is stored.
 
     Raises
     ------

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from dances import BOW, RAISE, dance
+from made_mvnx import mvnx, subject
 
 Done = subprocess.CompletedProcess[str]
 COMMAND = [sys.executable, "-W", "error", "-c", "from lanindex.app.cli import main; main()"]
@@ -45,6 +46,15 @@ class TestIngest:
         assert "left out" not in run(*words, "-q").stderr
         lines = [json.loads(line) for line in run(*words, "--json").stdout.splitlines()]
         assert [line["status"] for line in lines] == ["unchanged"] * 2
+
+    def test_a_table_may_name_people_of_a_file(self, run, place: Path) -> None:
+        duo = mvnx(subject(label="Ada"), subject(label="Ben"))
+        (place / "in" / "duo.mvnx").write_bytes(duo)
+        (place / "l.csv").write_text("file,label\nin/duo.mvnx#Ada,bow\nin/duo.mvnx#Cid,bow\n")
+        said = run("ingest", "in", "--labels", "l.csv").stderr.splitlines()
+        assert said[0] == "l.csv: 1 of 2 rows name no file that is read"
+        assert said[1].startswith("4 files: 4 added; ")
+        assert run("ingest", "in").stderr == "nothing new: 4 files unchanged\n"
 
     def test_nothing_but_what_is_left_out(self, run, place: Path) -> None:
         (place / "out").mkdir()

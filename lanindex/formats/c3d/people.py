@@ -101,5 +101,5 @@ def subjects(file: File) -> tuple[str, ...]:
     >>> subjects(File("dance.c3d", write(motion)))  # points without markers of a person's
     ()
     """
-    layout = scan(file)
+    layout = file.once(scan)
     return tuple(name for name in people(layout, names_of(layout)) if name)

@@ -56,7 +56,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
 
     The bones and the nodes below them, in frames of the file's rate.
     """
-    scene = asked(file, told.take)
+    scene = file.once(_first) if told.take is None else asked(file, told.take)
     found = _people(scene)
     if not found:
         raise CaptureError("has no skeleton", place=file.name, wanted="bones that move")
@@ -101,8 +101,12 @@ def subjects(file: File) -> tuple[str, ...]:
     CaptureError
         The file is damaged, or nothing moves in it, or ``ufbx`` is missing.
     """
-    found = _people(asked(file, None))
+    found = _people(file.once(_first))
     return tuple(found) if len(found) > 1 else ()
+
+
+def _first(file: File) -> Scene:
+    return asked(file, None)
 
 
 def _stated(scene: Scene, file: File) -> Stated:

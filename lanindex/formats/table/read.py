@@ -113,12 +113,12 @@ def _makes_body(names: tuple[str, ...]) -> bool:
 
 def subjects(file: File) -> tuple[str, ...]:
     """Return the names of the people that a file holds; none where nobody is named."""
-    return tuple(name for name in people(layout_of(file).names) if name)
+    return tuple(name for name in people(file.once(layout_of).names) if name)
 
 
 def _layout(file: File, told: Reading | None) -> Layout:
     named = told.columns if told else None
-    return columns.layout_of(file, named) if named else layout_of(file)
+    return columns.layout_of(file, named) if named else file.once(layout_of)
 
 
 def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
