@@ -6,6 +6,7 @@ A format is a module (or a folder) with
 - ``cutter(file, told) -> Cutter``, if clips can be cut out of its bytes, and
   ``beside(file, told)`` if a second file belongs to each,
 - ``subjects(file)``, if it may hold several people,
+- ``companions(file, told)``, if it may be read with other files,
 - ``write(motion) -> bytes``, if motions can be written in it,
 
 and a line in `FORMATS`. Nothing else knows one format from another.
@@ -37,6 +38,7 @@ __all__ = [
     "beside",
     "captures_in",
     "check",
+    "companions",
     "cutter",
     "is_capture",
     "known",
@@ -73,6 +75,8 @@ class Format:
         Whether a file of such an ending is meant as a capture; else a folder's is looked into.
     several : bool
         Whether a file may hold several people: its module has ``subjects(file)``, their names.
+    joined : bool
+        Whether it may be read with other files: its module has ``companions(file, told)``.
     """
 
     name: str
@@ -82,6 +86,7 @@ class Format:
     module: str
     certain: bool = True
     several: bool = False
+    joined: bool = False
 
     @property
     def does(self) -> Any:
@@ -91,14 +96,14 @@ class Format:
 
 FORMATS: tuple[Format, ...] = (
     Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh"),
-    Format("amc", "AMC", (".amc",), sniff.amc, "amc"),
+    Format("amc", "AMC", (".amc",), sniff.amc, "amc", joined=True),
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
     Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False, True),
     Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
-    Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", several=True),
+    Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", True, True, True),
     Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx", several=True),
 )
 """All formats that are read."""
@@ -198,6 +203,27 @@ def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
     form = known(file)
     names: tuple[str, ...] = form.does.subjects(file) if form.several and not file.subject else ()
     return names if len(names) > 1 else ()
+
+
+def companions(file: File, told: Reading) -> tuple[File, ...]:
+    """Return the other files that are read with one: what is told, a skeleton, numbers beside it.
+
+    Raises
+    ------
+    CaptureError
+        The file cannot be read, or one that it needs is not there.
+
+    Examples
+    --------
+    >>> from lanindex.formats import companions, opened
+    >>> from lanindex.model import Reading
+    >>> companions(opened("corpus/compass.bvh"), Reading())
+    ()
+    """
+    form = _form(file, told)
+    own: tuple[File, ...] = form.does.companions(file, told) if form.joined else ()
+    said = (path for path in (told.body, told.columns) if path and os.path.isfile(path))
+    return (*own, *map(opened, said))
 
 
 def parted(path: str) -> tuple[str, str]:

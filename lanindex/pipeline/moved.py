@@ -11,7 +11,7 @@ from lanindex.errors import LanindexError
 from lanindex.formats.file import SUBJECT
 from lanindex.library.encoding import Encoding
 from lanindex.library.find import gone
-from lanindex.pipeline.prepare import Held, Task, encoding_of
+from lanindex.pipeline.prepare import Held, Task, companions, encoding_of
 
 
 class Moved:
@@ -56,13 +56,15 @@ class Moved:
         if not self._gone:
             return {}
         try:
-            same = formats.opened(task.path).sha256(), encoding_of(task)
+            found = formats.opened(task.path)
+            sha256, encoding = found.sha256(), encoding_of(task, companions(task, found))
         except LanindexError:  # said when it is read
             return {}
-        alike = self._gone.get(same[0], {})
+        alike = self._gone.get(sha256, {})
+        same = encoding, replace(encoding, beside="")  # what was beside it was not noted always
         for before, names in alike.items():
             people = {name: self._people[before][name] for name in names if meant in ("", name)}
-            people = {name: one for name, one in people.items() if one == same}
+            people = {name: one for name, one in people.items() if one[1] in same}
             if people:
                 alike[before] = [name for name in names if name not in people]
                 self.found |= {_called(file, name): _called(before, name) for name in people}

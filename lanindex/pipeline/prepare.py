@@ -5,20 +5,24 @@ It is opened once, however many people are in it, and only opened if all of them
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lanindex import formats
 from lanindex.errors import LanindexError
-from lanindex.formats.file import SUBJECT
+from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
 from lanindex.model.reading import Reading
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Score
+
+_FILES = ("skeleton", "body", "columns")
+"""What of a `Reading` is a file."""
 
 Held = Mapping[str, tuple[str, Encoding]]
 """What a library holds of a file: sha256 and encoding by person, of all of it by the empty text."""
@@ -78,6 +82,8 @@ class Outcome:
         Whether it was unchanged and the user's words of it were not.
     moved : str
         Where it was before, if that is elsewhere; else empty.
+    beside : tuple of str
+        The other files that are read with it.
     """
 
     path: str
@@ -91,6 +97,7 @@ class Outcome:
     held: bool = False
     labelled: bool = False
     moved: str = ""
+    beside: tuple[str, ...] = ()
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""
@@ -113,23 +120,27 @@ def prepare(task: Task) -> tuple[Outcome, ...]:
     """
     try:
         file = formats.opened(task.path)
-        sha256, encoding = file.sha256(), encoding_of(task)
+        sha256, beside = file.sha256(), companions(task, file)
+        encoding = encoding_of(task, beside)
         same = {name: one.people for name, (digest, one) in task.held.items()
                 if (digest, one) == (sha256, encoding)}  # fmt: skip
         if _all_held(same):
-            return tuple(_unchanged(_one(file, name), sha256, encoding) for name in same)
-        if task.only_look:
+            found = [_unchanged(_one(file, name), sha256, encoding) for name in same]
+        elif task.only_look:
             return ()
-        names = () if _is_notated(task) else formats.names_in(file, task.reading)
+        else:
+            names = () if _is_notated(task) else formats.names_in(file, task.reading)
+            encoding = replace(encoding, people=len(names))
+            found = [
+                _unchanged(_one(file, name), sha256, encoding)
+                if same.get(name) == len(names)
+                else _prepared(task, _one(file, name), sha256, encoding)
+                for name in names or ("",)
+            ]
     except LanindexError as error:
         return (Outcome(task.path, "failed", error=str(error)),)
-    encoding = replace(encoding, people=len(names))
-    return tuple(
-        _unchanged(_one(file, name), sha256, encoding)
-        if same.get(name) == len(names)
-        else _prepared(task, _one(file, name), sha256, encoding)
-        for name in names or ("",)
-    )
+    paths = tuple(one.name for one in beside)
+    return tuple(replace(outcome, beside=paths) for outcome in found)
 
 
 def _one(file: formats.File, name: str) -> formats.File:
@@ -146,7 +157,7 @@ def prepare_one(task: Task) -> Outcome:
     """Read a file and write down whom its path means, else the first of the people in it."""
     try:
         file = formats.opened(task.path)
-        return _prepared(task, file, file.sha256(), encoding_of(task))
+        return _prepared(task, file, file.sha256(), encoding_of(task, companions(task, file)))
     except LanindexError as error:
         return Outcome(task.path, "failed", error=str(error))
 
@@ -155,11 +166,26 @@ def _is_notated(task: Task) -> bool:
     return Path(task.path).suffix.lower() == ".lnd"
 
 
-def encoding_of(task: Task) -> Encoding:
-    """Return how a file is going to be written down."""
+def companions(task: Task, file: formats.File) -> tuple[formats.File, ...]:
+    """Return the other files that are read with one."""
+    return () if _is_notated(task) else formats.companions(file, task.reading)
+
+
+def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
+    """Return how a file is going to be written down, with what lies beside it."""
     if _is_notated(task):
         return Encoding()
-    return Encoding(task.profile.name, task.profile.digest, task.reading.told())
+    told = task.reading.told()
+    told |= {name: os.path.abspath(told[name]) for name in _FILES if name in told}
+    return Encoding(task.profile.name, task.profile.digest, told, together(beside))
+
+
+def as_ingested(file: formats.File, sha256: str, encoding: Encoding) -> bool:
+    """Tell whether a file is as it was, and what it was read with, as far as that was noted."""
+    if file.sha256() != sha256:
+        return False
+    told = Reading(**encoding.options)
+    return encoding.beside in ("", together(formats.companions(file, told)))
 
 
 def _unchanged(file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
