@@ -72,13 +72,12 @@ def run(
     check(told)
     others: list[str] = []
     files = list(discover(paths, others, apart=False))
-    rest = _left_out(others, labels, db)
     if not files:
-        _nothing(out, paths, rest)
+        _nothing(out, paths, _left_out(others, labels, db))
     how: dict[str, Any] = {"force": force, "dry_run": dry_run}
     words = _labels(labels)
     how |= {"labels": words, "jobs": _processes(out, files, jobs)}
-    tally, read, begun = Counter[str](), list[str](), time.monotonic()
+    tally, read, beside, begun = Counter[str](), list[str](), set[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         if library:
@@ -91,9 +90,11 @@ def run(
                 _count(tally, outcome, chosen.meter.division)
                 _report(out, outcome)
                 read.append(outcome.path)
+                beside.update(outcome.beside)
     if said := unfitting(words, read):
         out.note(f"{labels}: {said}")
     _summary(out, tally, len(read), time.monotonic() - begun, dry_run)
+    rest = _left_out(others, labels, db, *beside)
     _afterwards(out, tally, rest, chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
@@ -117,7 +118,7 @@ def _labels(table: str | None) -> Labels:
 
 
 def _left_out(others: list[str], *own: str | None) -> str:
-    """Say what was passed over; the library and the table of labels are none of it."""
+    """Say what was passed over; library, table of labels and what was read are none of it."""
     from lanindex.pipeline.discover import left_out
 
     known = {os.path.abspath(path) + end for path in own if path for end in ("", "-wal", "-shm")}
