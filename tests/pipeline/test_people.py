@@ -5,13 +5,16 @@ import importlib.util
 import shutil
 import zipfile
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from made_c3d import STANDING, c3d, standing
-from made_fbx import fbx, waving
+from made_fbx import fbx
+from made_fbx import waving as waving_fbx
+from made_gltf import Made, body, waving
 from made_mvnx import mvnx, subject
 
 from lanindex import formats
@@ -26,7 +29,7 @@ from lanindex.pipeline.prepare import Outcome, Task, prepare, prepare_one
 PROFILE = load("default")
 
 
-def people(*names: str, frames: int = 60) -> bytes:
+def people(*names: str, frames: int = 60, more: Mapping[str, object] | None = None) -> bytes:
     """Return a C3D file of some who walk side by side and raise the right arm."""
     one, ways = standing(frames), np.linspace(0, np.pi, frames)
     for number, name in enumerate(STANDING):
@@ -35,7 +38,7 @@ def people(*names: str, frames: int = 60) -> bytes:
             one[:, number, 1] -= down * np.sin(ways)
             one[:, number, 2] = 1420 - down * np.cos(ways)
     points = np.concatenate([np.add(one, (0, 900 * at, 0, 0)) for at in range(len(names))], 1)
-    return c3d(points, [f"{name}:{marker}" for name in names for marker in STANDING])
+    return c3d(points, [f"{name}:{marker}" for name in names for marker in STANDING], more=more)
 
 
 @pytest.fixture
@@ -161,9 +164,63 @@ def test_a_library_that_does_not_know_how_many_there_are(library: Library, trial
     assert set(told(library.ingest(trial)).values()) == {"unchanged"}
 
 
+ODD = {
+    "a/b": "a_b", "a#b": "a_b 2", "..": "..", "../x!/y": ".._x!_y", " Ada\n ": "Ada",
+    "[a]*": "[a]*",
+    "Zoe\u0308": "Zoë", "é" * 120: "é" * 100, "-rf //": "-rf __", "a\\b": "a_b 10", "大": "大",
+}  # fmt: skip
+"""What people are called, and by what name they go."""
+
+
+def odd_c3d() -> tuple[bytes, list[str]]:
+    told = dict(list(ODD.items())[:9])
+    before = [f"{number}:" for number in range(len(told))]
+    more = {"SUBJECTS:NAMES": list(told), "SUBJECTS:LABEL_PREFIXES": before}
+    return people(*(it[:-1] for it in before), more=more), list(told.values())
+
+
+def odd_glb() -> tuple[bytes, list[str]]:
+    made = Made()
+    nodes = [body(made, skin=name) for name in ODD]
+    waving(made, nodes[0], 40)
+    (take,) = made.json["animations"]
+    for one in nodes[1:]:
+        for channel in list(take["channels"])[:2]:
+            name = next(it for it, at in nodes[0].items() if at == channel["target"]["node"])
+            target = {**channel["target"], "node": one[name]}
+            take["channels"].append({**channel, "target": target})
+    return made.glb(), list(ODD.values())
+
+
+@pytest.mark.parametrize("suffix", ["c3d", "glb"])
+def test_odd_names(library: Library, tmp_path: Path, suffix: str) -> None:
+    content, names = odd_c3d() if suffix == "c3d" else odd_glb()
+    path = tmp_path / "in" / f"odd#1.{suffix}"
+    path.parent.mkdir()
+    path.write_bytes(content)
+    places = [f"{path}#{name}" for name in names]
+    for status in ("added", "unchanged"):
+        outcomes = library.ingest(path.parent)
+        assert [(one.path, one.status) for one in outcomes] == [(it, status) for it in places]
+    assert list(discover([path])) == [one.location for one in library.captures()] == places
+    assert library.missing() == []
+    hits = library.search("r_arm place high")
+    assert [hit.path for hit in hits] == places
+    assert [hit.path for hit in library.search("r_arm place high", within="*#..")] == places[2:3]
+    library.export(hits, tmp_path / "out")
+    clips = list((tmp_path / "out").glob(f"*.{suffix}"))
+    assert sorted(len(formats.read(clip)) for clip in clips) == sorted(
+        hit.span.stop - hit.span.start for hit in hits
+    )
+    for place in places:
+        assert library.capture(place).path == place
+    path.unlink()
+    assert [one.path for one in library.missing()] == places
+
+
 @pytest.mark.skipif(importlib.util.find_spec("ufbx") is None, reason="ufbx is not installed")
 def test_one_child_process_for_a_file(library: Library, trial: Path, monkeypatch) -> None:
-    keys = {**waving("A:"), **waving("B:")}
+    keys = {**waving_fbx("A:"), **waving_fbx("B:")}
     (trial.parent / "two.fbx").write_bytes(fbx({"wave": keys}, people=("A:", "B:")))
     counts: Counter[str] = Counter()
     run = asked.subprocess.run
