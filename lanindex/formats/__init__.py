@@ -180,18 +180,6 @@ def captures_in(path: str) -> tuple[str, ...]:
 def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
     """Return the names of the people in a file, where there are several and none is meant.
 
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading, optional
-        What the user said of it: a table whose columns are told is of one body.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
-
     Examples
     --------
     >>> from lanindex.formats import names_in, opened
@@ -208,11 +196,6 @@ def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
 def companions(file: File, told: Reading) -> tuple[File, ...]:
     """Return the other files that are read with one: what is told, a skeleton, numbers beside it.
 
-    Raises
-    ------
-    CaptureError
-        The file cannot be read, or one that it needs is not there.
-
     Examples
     --------
     >>> from lanindex.formats import companions, opened
@@ -222,8 +205,7 @@ def companions(file: File, told: Reading) -> tuple[File, ...]:
     """
     form = _form(file, told)
     own: tuple[File, ...] = form.does.companions(file, told) if form.joined else ()
-    said = (path for path in (told.body, told.columns) if path and os.path.isfile(path))
-    return (*own, *map(opened, said))
+    return (*own, *(opened(it) for it in (told.body, told.columns) if it and os.path.isfile(it)))
 
 
 def parted(path: str) -> tuple[str, str]:

@@ -94,8 +94,7 @@ def run(
     if said := unfitting(words, read):
         out.note(f"{labels}: {said}")
     _summary(out, tally, len(read), time.monotonic() - begun, dry_run)
-    rest = _left_out(others, labels, db, *beside)
-    _afterwards(out, tally, rest, chosen.meter.division, dry_run)
+    _afterwards(out, tally, _left_out(others, labels, db, *beside), chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
 
