@@ -6,6 +6,7 @@ A format is a module (or a folder) with
 - ``cutter(file, told) -> Cutter``, if clips can be cut out of its bytes, and
   ``beside(file, told)`` if a second file belongs to each,
 - ``subjects(file)``, if it may hold several people,
+- ``companions(file, told)``, if it may be read with other files,
 - ``write(motion) -> bytes``, if motions can be written in it,
 
 and a line in `FORMATS`. Nothing else knows one format from another.
@@ -37,10 +38,13 @@ __all__ = [
     "beside",
     "captures_in",
     "check",
+    "companions",
     "cutter",
     "is_capture",
     "known",
+    "names_in",
     "opened",
+    "parted",
     "read",
     "read_file",
 ]
@@ -71,6 +75,8 @@ class Format:
         Whether a file of such an ending is meant as a capture; else a folder's is looked into.
     several : bool
         Whether a file may hold several people: its module has ``subjects(file)``, their names.
+    joined : bool
+        Whether it may be read with other files: its module has ``companions(file, told)``.
     """
 
     name: str
@@ -80,6 +86,7 @@ class Format:
     module: str
     certain: bool = True
     several: bool = False
+    joined: bool = False
 
     @property
     def does(self) -> Any:
@@ -89,17 +96,19 @@ class Format:
 
 FORMATS: tuple[Format, ...] = (
     Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh"),
-    Format("amc", "AMC", (".amc",), sniff.amc, "amc"),
+    Format("amc", "AMC", (".amc",), sniff.amc, "amc", joined=True),
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
     Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False, True),
     Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
-    Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", several=True),
+    Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", True, True, True),
     Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx", several=True),
 )
 """All formats that are read."""
+
+_SEVERAL = tuple(suffix for form in FORMATS if form.several for suffix in form.suffixes)
 
 
 def known(file: File) -> Format:
@@ -164,13 +173,52 @@ def captures_in(path: str) -> tuple[str, ...]:
     >>> captures_in("corpus/compass.bvh")
     ('corpus/compass.bvh',)
     """
-    endings = [suffix for form in FORMATS if form.several for suffix in form.suffixes]
-    if not path.lower().endswith(tuple(endings)):
-        return (path,)
-    file = opened(path)
+    names = names_in(opened(path)) if path.lower().endswith(_SEVERAL) else ()
+    return tuple(path + SUBJECT + name for name in names) or (path,)
+
+
+def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
+    """Return the names of the people in a file, where there are several and none is meant.
+
+    Examples
+    --------
+    >>> from lanindex.formats import names_in, opened
+    >>> names_in(opened("corpus/compass.bvh"))
+    ()
+    """
+    if not file.name.lower().endswith(_SEVERAL) or (told and told.columns):
+        return ()
     form = known(file)
-    names = form.does.subjects(file) if form.several and not file.subject else ()
-    return tuple(path + SUBJECT + name for name in names) if len(names) > 1 else (path,)
+    names: tuple[str, ...] = form.does.subjects(file) if form.several and not file.subject else ()
+    return names if len(names) > 1 else ()
+
+
+def companions(file: File, told: Reading) -> tuple[File, ...]:
+    """Return the other files that are read with one: what is told, a skeleton, numbers beside it.
+
+    Examples
+    --------
+    >>> from lanindex.formats import companions, opened
+    >>> from lanindex.model import Reading
+    >>> companions(opened("corpus/compass.bvh"), Reading())
+    ()
+    """
+    form = _form(file, told)
+    own: tuple[File, ...] = form.does.companions(file, told) if form.joined else ()
+    return (*own, *(opened(it) for it in (told.body, told.columns) if it and os.path.isfile(it)))
+
+
+def parted(path: str) -> tuple[str, str]:
+    """Return a capture's file and whom of several people in it is meant, by the name alone.
+
+    Examples
+    --------
+    >>> from lanindex.formats import parted
+    >>> parted("in/trial.c3d#Ada"), parted("in/take#2.bvh")
+    (('in/trial.c3d', 'Ada'), ('in/take#2.bvh', ''))
+    """
+    file, _, subject = path.rpartition(SUBJECT)
+    return (file, subject) if file.lower().endswith(_SEVERAL) else (path, "")
 
 
 def read(

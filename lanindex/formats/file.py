@@ -5,12 +5,15 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from pathlib import PurePath, PurePosixPath
-from typing import Protocol
+from typing import Any, Protocol, TypeVar
 
 from lanindex.errors import CaptureError
 from lanindex.formats import archives
+
+T = TypeVar("T")
 
 WHOLE = 32 << 20
 """Bytes up to which a file of the disk is held whole."""
@@ -41,11 +44,21 @@ class File:
         All of it; ``content[:]`` has it in memory.
     subject : str
         Whom of several people in it is meant, where that is told; its name ends with it.
+    made : dict
+        What was made of the content, by what made it: the same for each of its people.
     """
 
     name: str
     content: Content
     subject: str = ""
+    made: dict[Callable[..., Any], Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def once(self, make: Callable[[File], T]) -> T:
+        """Return what is made of the content, whoever in it is meant: made once, then kept."""
+        if make not in self.made:
+            self.made[make] = make(self)
+        found: T = self.made[make]
+        return found
 
     def beside(self, suffix: str) -> File:
         """Return a second file that a format needs, of the same name with another ending.
@@ -68,6 +81,19 @@ class File:
         for start in range(0, len(self.content), PIECE):
             digest.update(self.content[start : start + PIECE])
         return digest.hexdigest()
+
+
+def together(files: Iterable[File]) -> str:
+    """Return what tells the content of some files from any other; empty where there are none.
+
+    Examples
+    --------
+    >>> from lanindex.formats.file import File, together
+    >>> together([]), together([File("a", b"1")]) == together([File("b", b"1")])
+    ('', True)
+    """
+    each = "".join(file.sha256() for file in files)
+    return hashlib.sha256(each.encode()).hexdigest() if each else ""
 
 
 def holding(content: Content, first: int, stop: int) -> tuple[bytes, int]:

@@ -30,8 +30,8 @@ UNREAD: dict[str, str] = {
 WITHOUT_PLACES = (".mot", ".sto")
 """Endings of files of angles, which tell no places without the OpenSim model that they are of."""
 
-COMPANIONS = (".asf", ".bin", ".mtl", ".xcp", ".vsk", ".system")
-"""Endings of files that lie beside captures and are none themselves: not to be told as left out."""
+COMPANIONS = (".mtl", ".xcp", ".vsk", ".system")
+"""Endings of files that lie beside captures and are never read: not to be told as left out."""
 
 
 def unread(path: str) -> str:

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
 
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats.file import File
 
+T = TypeVar("T")
+
 _SHOWN = 10
+
+_LONGEST = 100
+"""Letters of a name at most: file systems take names of 255 bytes, the file's among them."""
 
 
 def person(file: File, names: Sequence[str]) -> tuple[str, tuple[str, ...]]:
@@ -66,3 +73,40 @@ def distinct(names: Sequence[str], numbers: Sequence[int]) -> tuple[str, ...]:
             called += "'"
         taken[called] = None
     return tuple(taken)
+
+
+def plain(name: str) -> str:
+    r"""Return a name as it can stand in a path behind ``#``.
+
+    Its letters are composed, at most 100, without blanks at the ends; what parts a path, ``/``,
+    ``\`` and ``#``, and what cannot be printed is ``_``.
+
+    Examples
+    --------
+    >>> from lanindex.formats.people import plain
+    >>> plain(" Ada/left#2 "), plain("Zoë")
+    ('Ada_left_2', 'Zoë')
+    """
+    letters = unicodedata.normalize("NFC", name.strip())
+    kept = (it if it.isprintable() and it not in "/\\#" else "_" for it in letters)
+    return "".join(kept)[:_LONGEST].strip()
+
+
+def named(found: Mapping[str, T]) -> dict[str, T]:
+    """Return who was found by names that are `plain`: one that is taken has its number.
+
+    Examples
+    --------
+    >>> from lanindex.formats.people import named
+    >>> named({"a/b": 1, "a#b": 2, "": 3, " ": 4})
+    {'a_b': 1, 'a_b 2': 2, '': 3, '4': 4}
+    """
+    people = dict[str, T]()
+    for number, (name, one) in enumerate(found.items(), 1):
+        called = plain(name)
+        if called in people or bool(name) > bool(called):
+            called = f"{called} {number}".strip()
+        while called in people:
+            called += "'"
+        people[called] = one
+    return people

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 from lanindex.library import checksums
 
@@ -27,11 +27,29 @@ class Encoding:
         sha256 of the profile's files.
     options : Mapping of str to str
         What the reader was told in place of what it would have found: unit, up, fps, compose.
+    beside : str
+        sha256 of the other files that were read with it; empty: there were none.
+    people : int
+        How many there are in its file, of whom it is one; 0: it is alone, or nobody counted.
     """
 
     profile: str = ""
     digest: str = ""
     options: Mapping[str, str] = field(default_factory=dict)
+    beside: str = ""
+    people: int = field(default=0, compare=False)
+
+    @classmethod
+    def stored(cls, profile: str, digest: str, facts: Mapping[str, str]) -> Self:
+        """Return what the profile and the column ``options`` of a capture say."""
+        options = dict(facts)
+        beside, people = options.pop("beside", ""), int(options.pop("people", 0))
+        return cls(profile, digest, options, beside, people)
+
+    def facts(self) -> dict[str, str]:
+        """Return what the column ``options`` holds: what was told, and what there is to say."""
+        more = {"beside": self.beside, "people": str(self.people or "")}
+        return {**self.options, **{name: fact for name, fact in more.items() if fact}}
 
 
 def encoded(values: Mapping[str, Any], profile: str | None, digest: str | None) -> int:

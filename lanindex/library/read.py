@@ -112,7 +112,7 @@ def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
             location=location,
             warnings=_listed(warnings),
         )
-        encoding = Encoding(facts[-2] or "", facts[-1] or "", json.loads(options))
+        encoding = Encoding.stored(facts[-2] or "", facts[-1] or "", json.loads(options))
     except _NONSENSE as error:
         raise checksums.damaged(number, location, f"{what} ({error})") from error
     return Stored(capture, encoding, tracks, content)

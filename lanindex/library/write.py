@@ -94,7 +94,7 @@ def put_capture(
     values = {
         **values,
         "profile_id": put_profile(connection, *named) if named else None,
-        "options": json.dumps(dict(encoding.options), sort_keys=True),
+        "options": json.dumps(encoding.facts(), sort_keys=True),
         "tracks": made.checksum,
         "content": read.content(values["other"], values["heading"]),
     }

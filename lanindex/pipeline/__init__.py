@@ -89,7 +89,7 @@ class Library(Asking, Exploring):
         Returns
         -------
         list of Outcome
-            One a file: added, unchanged or failed, and why.
+            One a file, or a person in it: added, unchanged or failed, and why.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Library(Asking, Exploring):
 
         named = read_labels(labels) if labels is not None else {}
         lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
-        found = discover(chain.from_iterable(lists))
+        found = discover(chain.from_iterable(lists), apart=False)
         chosen = load(os.fspath(profile))
         return list(
             ingest(self, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)

@@ -8,11 +8,13 @@ from pathlib import PurePath
 
 from lanindex import formats
 from lanindex.errors import CaptureError, ExportError
+from lanindex.library.encoding import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Score, Span
 from lanindex.notation import lnd
 from lanindex.notation.excerpt import excerpt
 from lanindex.pipeline import convert
+from lanindex.pipeline.prepare import as_ingested
 
 FORMATS = ("native", *convert.TARGETS, "lnd")
 """What clips can be written in."""
@@ -57,8 +59,9 @@ class Clipper:
             remedy = "Use --format native, or let it be carried out: lanindex animate."
             wanted = f"a {form} source"
             raise ExportError("came as lnd", place=source.path, wanted=wanted, remedy=remedy)
-        file = _unchanged(source)
-        told = Reading(**library.encoding(source.id).options)
+        encoding = library.encoding(source.id)
+        file = _unchanged(source, encoding)
+        told = Reading(**encoding.options)
         own = form in ("native", source.format) and not origin
         cut = formats.cutter(file, told) if own else None
         if cut is not None:
@@ -96,11 +99,11 @@ def _anew(motion: Motion, target: str) -> _Clip:
     return clip
 
 
-def _unchanged(source: Capture) -> formats.File:
+def _unchanged(source: Capture, encoding: Encoding) -> formats.File:
     location = source.location
     try:
         file = formats.opened(location)
-        unchanged = file.sha256() == source.sha256
+        unchanged = as_ingested(file, source.sha256, encoding)
     except CaptureError as error:
         raise ExportError(
             error.found,
@@ -109,10 +112,11 @@ def _unchanged(source: Capture) -> formats.File:
             remedy="Ingest it again, or let go of it: lanindex remove --missing",
         ) from error
     if not unchanged:
+        own = file.sha256() != source.sha256
         raise ExportError(
-            "has changed since it was ingested",
+            f"{'has' if own else 'what it was read with has'} changed since it was ingested",
             place=location,
-            wanted=f"content with sha256 {source.sha256[:12]}...",
+            wanted=f"content with sha256 {source.sha256[:12]}..." if own else "the same files",
             remedy="Ingest it again, then search again.",
         )
     return replace(file, name=location)

@@ -21,7 +21,10 @@ _UNSURE = {suffix for form in formats.FORMATS if not form.certain for suffix in 
 
 
 def discover(
-    paths: Iterable[str | os.PathLike[str]], others: list[str] | None = None
+    paths: Iterable[str | os.PathLike[str]],
+    others: list[str] | None = None,
+    *,
+    apart: bool = True,
 ) -> Iterator[str]:
     """Yield the captures to ingest: those named, and all that folders and archives hold, sorted.
 
@@ -32,11 +35,13 @@ def discover(
     others : list of str, optional
         To which is added what is passed over in folders and archives: files, and links to other
         folders. What is hidden is left aside.
+    apart : bool
+        Whether the people in a file are told apart, for which it is read; an ingest does it anyway.
 
     Yields
     ------
     str
-        A path, once; of a file with several people one for each: ``trial.c3d#Ada``.
+        A path, once; of a file with several people, told apart, one for each: ``trial.c3d#Ada``.
 
     Examples
     --------
@@ -51,7 +56,7 @@ def discover(
             place = os.path.abspath(found)
             if place not in seen:
                 seen.add(place)
-                yield from _held(found, others)
+                yield from _held(found, others, apart)
 
 
 def _walk(folder: str, others: list[str] | None) -> Iterator[str]:
@@ -78,16 +83,16 @@ def _if_read(path: str, others: list[str] | None) -> Iterator[str]:
         others.append(path)
 
 
-def _held(path: str, others: list[str] | None) -> Iterator[str]:
+def _held(path: str, others: list[str] | None, apart: bool) -> Iterator[str]:
     """Yield the captures in a file: of an archive its members, else its people."""
     try:
         if archives.is_archive(path) and os.path.isfile(path):
             names = archives.members(path)
             inside = (path + archives.MARK + name for name in names if not _hidden(name))
             for member in (one for name in inside for one in _if_read(name, others)):
-                yield from formats.captures_in(member)
+                yield from formats.captures_in(member) if apart else (member,)
         else:
-            yield from formats.captures_in(path)
+            yield from formats.captures_in(path) if apart else (path,)
     except LanindexError:  # said when it is read
         yield path
 

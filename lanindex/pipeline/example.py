@@ -126,7 +126,7 @@ def _stored(library: Store, capture: Capture, named: str, span: Span | None) -> 
 def _read(library: Store, path: str, named: str, span: Span | None) -> Example:
     """Return a file's clip, written down as most captures of the library are."""
     from lanindex.encode.profile import load
-    from lanindex.pipeline.prepare import Task, prepare
+    from lanindex.pipeline.prepare import Task, prepare_one
 
     profiles = {name: count for name, count in library.stats().profiles.items() if name}
     name = max(profiles, key=profiles.__getitem__, default="default")
@@ -138,7 +138,7 @@ def _read(library: Store, path: str, named: str, span: Span | None) -> Example:
             place=f"--like {shown(named)}",
             remedy="Ingest the file with that profile, and name it as a capture of the library.",
         ) from error
-    outcome = prepare(Task(path, profile))
+    outcome = prepare_one(Task(path, profile))
     if outcome.score is None:
         raise CaptureError(outcome.error or "cannot be read")
     score = outcome.score

@@ -42,7 +42,7 @@ def ingest(
     library : Store or None
         None, with `dry_run`: there is none yet.
     paths : iterable of str
-        Files, as from `lanindex.pipeline.discover`.
+        Files, as from `lanindex.pipeline.discover`, also with their people still in one.
     profile : Profile
         How to write captures down.
     reading : Reading, optional
@@ -59,7 +59,7 @@ def ingest(
     Yields
     ------
     Outcome
-        One a file, in their order, as soon as it is stored.
+        One a file, or a person in it, in their order, as soon as it is stored.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def ingest(
     """
     held = library.known() if library else {}
     moved, told = Moved(held), reading or Reading()
-    first = {sha256: place for place, (sha256, _) in held.items()}
+    first = {(sha256, how.beside): place for place, (sha256, how) in held.items()}
     tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs)):
         place = os.path.abspath(outcome.path)
@@ -83,9 +83,10 @@ def ingest(
         library.gather()
 
 
-def _noticed(outcome: Outcome, place: str, first: dict[str, str]) -> Outcome:
+def _noticed(outcome: Outcome, place: str, first: dict[tuple[str, str], str]) -> Outcome:
     """Warn of a file with the content of another that is there, by the first of each content."""
-    other = first.setdefault(outcome.sha256, place) if outcome.sha256 else place
+    content = outcome.sha256, outcome.encoding.beside
+    other = first.setdefault(content, place) if outcome.sha256 else place
     if outcome.status != "added" or on_disk(other) == on_disk(place) or gone(other):
         return outcome
     return replace(outcome, warnings=(*outcome.warnings, f"the same content as {other}"))

@@ -8,9 +8,10 @@ from dataclasses import replace
 
 from lanindex import formats
 from lanindex.errors import LanindexError
+from lanindex.formats.file import SUBJECT
 from lanindex.library.encoding import Encoding
 from lanindex.library.find import gone
-from lanindex.pipeline.prepare import Task, encoding_of
+from lanindex.pipeline.prepare import Held, Task, companions, encoding_of
 
 
 class Moved:
@@ -24,41 +25,62 @@ class Moved:
     Attributes
     ----------
     found : dict of str to str
-        By its new absolute path, where the library has a file that has moved.
+        By its new absolute path, where the library has a capture that has moved.
     """
 
     def __init__(self, held: Mapping[str, tuple[str, Encoding]]) -> None:
         self.found: dict[str, str] = {}
         self._held = held
-        self._gone: list[str] | None = None
-
-    def known(self, task: Task) -> tuple[str, Encoding] | None:
-        """Return what the library holds of a file, be it from here or from where it was before."""
-        place = os.path.abspath(task.path)
-        if place not in self._held:
-            before = self._before(task)
-            if before is None:
-                return None
-            self.found[place] = before
-            return self._held[before]
-        return self._held[place]
-
-    def _before(self, task: Task) -> str | None:
-        if self._gone is None:  # asked once, and only where there is a file that is not held
-            self._gone = [place for place in self._held if gone(place)]
-        if not self._gone:
-            return None
-        try:
-            same = (formats.opened(task.path).sha256(), encoding_of(task))
-        except LanindexError:  # said when it is read
-            return None
-        for place in self._gone:
-            if self._held[place] == same:
-                self._gone.remove(place)
-                return place
-        return None
+        self._people = dict[str, dict[str, tuple[str, Encoding]]]()
+        for place, one in held.items():
+            file, name = formats.parted(place)
+            self._people.setdefault(file, {})[name] = one
+        self._gone: dict[str, dict[str, list[str]]] | None = None
 
     def told(self, task: Task, *, force: bool) -> Task:
         """Return a task that knows what the library holds; with `force` it is read in any case."""
-        known = self.known(task)
-        return task if force else replace(task, known=known)
+        held = self.held(task)
+        return task if force else replace(task, held=held)
+
+    def held(self, task: Task) -> Held:
+        """Return what the library holds of a file, be it from here or from where it was before."""
+        file, meant = formats.parted(os.path.abspath(task.path))
+        people: Held = self._people.get(file, {})
+        if meant:
+            people = {"": people[meant]} if meant in people else {}
+        return people or self._before(task, file, meant)
+
+    def _before(self, task: Task, file: str, meant: str) -> Held:
+        if self._gone is None:  # asked once, and only where there is a file that is not held
+            self._gone = _gone(self._held)
+        if not self._gone:
+            return {}
+        try:
+            found = formats.opened(task.path)
+            sha256, encoding = found.sha256(), encoding_of(task, companions(task, found))
+        except LanindexError:  # said when it is read
+            return {}
+        alike = self._gone.get(sha256, {})
+        same = encoding, replace(encoding, beside="")  # what was beside it was not noted always
+        for before, names in alike.items():
+            people = {name: self._people[before][name] for name in names if meant in ("", name)}
+            people = {name: one for name, one in people.items() if one[1] in same}
+            if people:
+                alike[before] = [name for name in names if name not in people]
+                self.found |= {_called(file, name): _called(before, name) for name in people}
+                return {"" if meant else name: one for name, one in people.items()}
+        return {}
+
+
+def _gone(held: Mapping[str, tuple[str, Encoding]]) -> dict[str, dict[str, list[str]]]:
+    """Return by sha256 the files that are gone, and who of them was held."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for place, (sha256, _) in held.items():
+        if gone(place):
+            file, name = formats.parted(place)
+            found.setdefault(sha256, {}).setdefault(file, []).append(name)
+    return found
+
+
+def _called(file: str, name: str) -> str:
+    return file + SUBJECT + name if name else file

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from lanindex.errors import CaptureError, UsageError
@@ -18,6 +19,8 @@ from lanindex.pipeline.prepare import Outcome, Task, prepare
 if TYPE_CHECKING:
     from concurrent.futures import Future
     from multiprocessing.connection import Connection
+
+Outcomes = tuple[Outcome, ...]
 
 
 def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
@@ -33,7 +36,7 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     Yields
     ------
     Outcome
-        One a task.
+        One a task, or one for each of several people in its file.
 
     Raises
     ------
@@ -48,9 +51,10 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     sizes = [size_of(task.path) for task in waiting]
     jobs = affordable(sizes, jobs)
     # what the library holds is most likely unchanged
-    new = sum(size for task, size in zip(waiting, sizes, strict=True) if task.known is None)
+    new = sum(size for task, size in zip(waiting, sizes, strict=True) if not task.held)
     shared = (replace(task, total=new // jobs) for task in waiting)
-    yield from map(prepare, shared) if jobs == 1 else _in_processes(shared, jobs)
+    alone = jobs == 1
+    yield from chain.from_iterable(map(prepare, shared)) if alone else _in_processes(shared, jobs)
 
 
 def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
@@ -66,19 +70,19 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     reader, needed = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(jobs, context, initializer=_settle, initargs=(reader,))
 
-    def begun(task: Task) -> Future[Outcome]:
+    def begun(task: Task) -> Future[Outcomes]:
         with _interrupts_later():  # a process that starts now inherits that
             return pool.submit(prepare, task)
 
-    waiting: deque[tuple[Task, Future[Outcome] | Outcome]] = deque()
+    waiting: deque[tuple[Task, Future[Outcomes] | Outcomes]] = deque()
     try:
         for task in tasks:
             waiting.append((task, _unchanged(task) or begun(task)))
             if len(waiting) >= 4 * jobs:
-                yield _done(waiting[0][1])
+                yield from _done(waiting[0][1])
                 waiting.popleft()
         while waiting:
-            yield _done(waiting[0][1])
+            yield from _done(waiting[0][1])
             waiting.popleft()
     except BrokenProcessPool as error:
         raise CaptureError(
@@ -96,15 +100,12 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
             end.close()
 
 
-def _unchanged(task: Task) -> Outcome | None:
-    if task.known is None:
-        return None
-    outcome = prepare(replace(task, only_look=True))
-    return None if outcome.status == "added" else outcome
+def _unchanged(task: Task) -> Outcomes:
+    return prepare(replace(task, only_look=True)) if task.held else ()
 
 
-def _done(result: Future[Outcome] | Outcome) -> Outcome:
-    return result if isinstance(result, Outcome) else result.result()
+def _done(result: Future[Outcomes] | Outcomes) -> Outcomes:
+    return result if isinstance(result, tuple) else result.result()
 
 
 @contextmanager

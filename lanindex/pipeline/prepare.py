@@ -1,19 +1,31 @@
-"""A file read and written down, not yet stored: what each process of an ingest does."""
+"""A file read and written down, not yet stored: what each process of an ingest does.
+
+It is opened once, however many people are in it, and only opened if all of them are held.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lanindex import formats
 from lanindex.errors import LanindexError
+from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
 from lanindex.model.reading import Reading
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Score
+
+_FILES = ("skeleton", "body", "columns")
+"""What of a `Reading` is a file."""
+
+Held = Mapping[str, tuple[str, Encoding]]
+"""What a library holds of a file: sha256 and encoding by person, of all of it by the empty text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +40,8 @@ class Task:
         How to write it down.
     reading : Reading
         How to read it.
-    known : tuple or None
-        sha256 and encoding of what the library holds from there.
+    held : Mapping
+        sha256 and encoding of what the library holds from there, by person.
     only_look : bool
         Whether only to see if it has changed.
     total : int
@@ -39,7 +51,7 @@ class Task:
     path: str
     profile: Profile
     reading: Reading = field(default_factory=Reading)
-    known: tuple[str, Encoding] | None = None
+    held: Held = field(default_factory=dict)
     only_look: bool = False
     total: int = 0
 
@@ -51,7 +63,7 @@ class Outcome:
     Attributes
     ----------
     path : str
-        As in the task.
+        As in the task; of one of several people with the name.
     status : str
         ``added``, ``unchanged`` or ``failed``.
     frames, symbols : int
@@ -70,6 +82,8 @@ class Outcome:
         Whether it was unchanged and the user's words of it were not.
     moved : str
         Where it was before, if that is elsewhere; else empty.
+    beside : tuple of str
+        The other files that are read with it.
     """
 
     path: str
@@ -83,14 +97,15 @@ class Outcome:
     held: bool = False
     labelled: bool = False
     moved: str = ""
+    beside: tuple[str, ...] = ()
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""
     encoding: Encoding = field(default_factory=Encoding)
 
 
-def prepare(task: Task) -> Outcome:
-    """Read a file and write it down, without storing it; never raises a `LanindexError`.
+def prepare(task: Task) -> tuple[Outcome, ...]:
+    """Read a file and write down who is in it, unstored; never raises a `LanindexError`.
 
     Parameters
     ----------
@@ -99,11 +114,50 @@ def prepare(task: Task) -> Outcome:
 
     Returns
     -------
-    Outcome
-        With the score, if it is new or changed.
+    tuple of Outcome
+        One a person; with the score, if it is new or changed. None where it was only looked at,
+        and is new or changed.
     """
     try:
-        return _prepare(task)
+        file = formats.opened(task.path)
+        sha256, beside = file.sha256(), companions(task, file)
+        encoding = encoding_of(task, beside)
+        same = {name: one.people for name, (digest, one) in task.held.items()
+                if (digest, one) == (sha256, encoding)}  # fmt: skip
+        if _all_held(same):
+            found = [_unchanged(_one(file, name), sha256, encoding) for name in same]
+        elif task.only_look:
+            return ()
+        else:
+            names = () if _is_notated(task) else formats.names_in(file, task.reading)
+            encoding = replace(encoding, people=len(names))
+            found = [
+                _unchanged(_one(file, name), sha256, encoding)
+                if same.get(name) == len(names)
+                else _prepared(task, _one(file, name), sha256, encoding)
+                for name in names or ("",)
+            ]
+    except LanindexError as error:
+        return (Outcome(task.path, "failed", error=str(error)),)
+    paths = tuple(one.name for one in beside)
+    return tuple(replace(outcome, beside=paths) for outcome in found)
+
+
+def _one(file: formats.File, name: str) -> formats.File:
+    """Return the file as one of the people in it."""
+    return replace(file, name=file.name + SUBJECT + name, subject=name) if name else file
+
+
+def _all_held(same: Mapping[str, int]) -> bool:
+    """Tell whether nobody is missing of those that a library holds of a file, as it is."""
+    return "" in same or (len(same) > 1 and set(same.values()) == {len(same)})
+
+
+def prepare_one(task: Task) -> Outcome:
+    """Read a file and write down whom its path means, else the first of the people in it."""
+    try:
+        file = formats.opened(task.path)
+        return _prepared(task, file, file.sha256(), encoding_of(task, companions(task, file)))
     except LanindexError as error:
         return Outcome(task.path, "failed", error=str(error))
 
@@ -112,24 +166,39 @@ def _is_notated(task: Task) -> bool:
     return Path(task.path).suffix.lower() == ".lnd"
 
 
-def encoding_of(task: Task) -> Encoding:
-    """Return how a file is going to be written down."""
+def companions(task: Task, file: formats.File) -> tuple[formats.File, ...]:
+    """Return the other files that are read with one."""
+    return () if _is_notated(task) else formats.companions(file, task.reading)
+
+
+def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
+    """Return how a file is going to be written down, with what lies beside it."""
     if _is_notated(task):
         return Encoding()
-    return Encoding(task.profile.name, task.profile.digest, task.reading.told())
+    told = task.reading.told()
+    told |= {name: os.path.abspath(told[name]) for name in _FILES if name in told}
+    return Encoding(task.profile.name, task.profile.digest, told, together(beside))
 
 
-def _prepare(task: Task) -> Outcome:
-    file = formats.opened(task.path)
-    sha256 = file.sha256()
-    encoding = encoding_of(task)
-    if task.known == (sha256, encoding):
-        return Outcome(task.path, "unchanged", sha256=sha256, encoding=encoding)
-    if task.only_look:
-        return Outcome(task.path, "added")
-    score, form, warnings = (_notated if _is_notated(task) else _written_down)(task, file)
+def as_ingested(file: formats.File, sha256: str, encoding: Encoding) -> bool:
+    """Tell whether a file is as it was, and what it was read with, as far as that was noted."""
+    if file.sha256() != sha256:
+        return False
+    told = Reading(**encoding.options)
+    return encoding.beside in ("", together(formats.companions(file, told)))
+
+
+def _unchanged(file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
+    return Outcome(file.name, "unchanged", sha256=sha256, encoding=encoding)
+
+
+def _prepared(task: Task, file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
+    try:
+        score, form, warnings = (_notated if _is_notated(task) else _written_down)(task, file)
+    except LanindexError as error:
+        return Outcome(file.name, "failed", error=str(error))
     return Outcome(
-        task.path,
+        file.name,
         "added",
         score.frames,
         sum(len(track) for track in score.tracks.values()),

@@ -15,6 +15,7 @@ from lanindex.library.store import Store
 from lanindex.model import Reading, Span
 from lanindex.pipeline.example import Alike
 from lanindex.pipeline.patience import Patience, silent
+from lanindex.pipeline.prepare import as_ingested
 from lanindex.search.example.positions import normalised, warped
 from lanindex.search.hits import Hits
 
@@ -79,10 +80,11 @@ def _joints(
     if location.lower().endswith(".lnd"):
         raise UsageError("a score has no joints", place=location, wanted="a capture")
     file = formats.opened(location)
-    if digest and file.sha256() != digest:
+    _, encoding = known.get(location, ("", Encoding()))
+    if digest and not as_ingested(file, digest, encoding):
         raise UsageError("has changed since it was ingested", place=location)
-    options = known[location][1].options if location in known else {}
-    motion = formats.read_file(file, Reading(**options), formats.Wanted(body_only=True))
+    told = Reading(**encoding.options)
+    motion = formats.read_file(file, told, formats.Wanted(body_only=True))
     body = motion.skeleton.body
     joints = np.asarray(motion.positions[max(span.start, motion.first) : span.stop])[:, body]
     joints[:, body < 0] = np.nan

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 from dances import BOW, RAISE, dance
+from made_gltf import Made, body, waving
+from made_mvnx import mvnx, subject
 
 Done = subprocess.CompletedProcess[str]
 COMMAND = [sys.executable, "-W", "error", "-c", "from lanindex.app.cli import main; main()"]
@@ -45,6 +47,28 @@ class TestIngest:
         assert "left out" not in run(*words, "-q").stderr
         lines = [json.loads(line) for line in run(*words, "--json").stdout.splitlines()]
         assert [line["status"] for line in lines] == ["unchanged"] * 2
+
+    def test_a_table_may_name_people_of_a_file(self, run, place: Path) -> None:
+        duo = mvnx(subject(label="Ada"), subject(label="Ben"))
+        (place / "in" / "duo.mvnx").write_bytes(duo)
+        (place / "l.csv").write_text("file,label\nin/duo.mvnx#Ada,bow\nin/duo.mvnx#Cid,bow\n")
+        said = run("ingest", "in", "--labels", "l.csv").stderr.splitlines()
+        assert said[0] == "l.csv: 1 of 2 rows name no file that is read"
+        assert said[1].startswith("4 files: 4 added; ")
+        assert run("ingest", "in").stderr == "nothing new: 4 files unchanged\n"
+
+    def test_what_is_read_with_a_capture_is_not_left_out(self, run, place: Path) -> None:
+        made = Made()
+        waving(made, body(made))
+        (place / "in" / "a.gltf").write_bytes(made.gltf("a.bin"))
+        (place / "in" / "a.bin").write_bytes(made.bytes)
+        (place / "in" / "body.toml").write_text('RWrist = "RightHand"')
+        for _ in range(2):
+            assert "left out" not in run("ingest", "in", "--body", "in/body.toml").stderr
+        (place / "in" / "b.bin").write_bytes(made.bytes)
+        (place / "in" / "b.asf").write_bytes(b"")
+        said = run("ingest", "in", "--body", "in/body.toml").stderr.splitlines()
+        assert said[-1] == "left out: 2 other files"
 
     def test_nothing_but_what_is_left_out(self, run, place: Path) -> None:
         (place / "out").mkdir()

@@ -8,7 +8,7 @@ from bodies import person
 
 from lanindex.encode.profile import load
 from lanindex.pipeline import memory, pool
-from lanindex.pipeline.prepare import Outcome, Task
+from lanindex.pipeline.prepare import Task
 
 GIGABYTE = 1 << 30
 
@@ -46,7 +46,7 @@ def test_a_task_says_what_its_process_will_read(
     for path in paths:
         path.write_bytes(person(3))
     seen: list[int] = []
-    monkeypatch.setattr(pool, "prepare", lambda task: seen.append(task.total) or Outcome("", ""))
+    monkeypatch.setattr(pool, "prepare", lambda task: seen.append(task.total) or ())
     tasks = [Task(str(path), load("default")) for path in paths]
     list(pool.prepared([*tasks, Task(str(tmp_path / "gone.bvh"), load("default"))], 1))
     assert seen == [3 * len(person(3))] * 4

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
+from itertools import groupby
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -60,33 +61,40 @@ def run(
     from contextlib import nullcontext
 
     from lanindex.encode.profile import load
-    from lanindex.formats import check
+    from lanindex.formats import check, parted
     from lanindex.pipeline import open_library
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.ingest import ingest
+    from lanindex.pipeline.labels import unfitting
 
     named = {"skeleton": skeleton, "body": body, "columns": columns, "take": take}
     chosen, told = load(profile), options.reading(unit, up, fps, compose, **named)
     check(told)
     others: list[str] = []
-    files = list(discover(paths, others))
-    rest = _left_out(others, labels, db)
+    files = list(discover(paths, others, apart=False))
     if not files:
-        _nothing(out, paths, rest)
+        _nothing(out, paths, _left_out(others, labels, db))
     how: dict[str, Any] = {"force": force, "dry_run": dry_run}
-    how |= {"labels": _labels(out, labels, files), "jobs": _processes(out, files, jobs)}
-    tally, begun = Counter[str](), time.monotonic()
+    words = _labels(labels)
+    how |= {"labels": words, "jobs": _processes(out, files, jobs)}
+    tally, read, beside, begun = Counter[str](), list[str](), set[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
     with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
         if library:
             library.tell = out.note
             library.watch = out.watch if out.watched else library.watch
         done = ingest(library, files, chosen, reading=told, **how)
-        for outcome in out.progress(done, len(files), "files"):
-            _count(tally, outcome, chosen.meter.division)
-            _report(out, outcome)
-    _summary(out, tally, len(files), time.monotonic() - begun, dry_run)
-    _afterwards(out, tally, rest, chosen.meter.division, dry_run)
+        by_file = groupby(done, key=lambda outcome: parted(outcome.path)[0])
+        for _, outcomes in out.progress(by_file, len(files), "files"):
+            for outcome in outcomes:
+                _count(tally, outcome, chosen.meter.division)
+                _report(out, outcome)
+                read.append(outcome.path)
+                beside.update(outcome.beside)
+    if said := unfitting(words, read):
+        out.note(f"{labels}: {said}")
+    _summary(out, tally, len(read), time.monotonic() - begun, dry_run)
+    _afterwards(out, tally, _left_out(others, labels, db, *beside), chosen.meter.division, dry_run)
     if tally["failed"]:
         raise typer.Exit(2)
 
@@ -102,17 +110,14 @@ def _processes(out: Output, files: list[str], told: int | None) -> int:
     return found
 
 
-def _labels(out: Output, table: str | None, files: list[str]) -> Labels:
-    from lanindex.pipeline.labels import read_labels, unfitting
+def _labels(table: str | None) -> Labels:
+    from lanindex.pipeline.labels import read_labels
 
-    named = {} if table is None else read_labels(table)
-    if said := unfitting(named, files):
-        out.note(f"{table}: {said}")
-    return named
+    return {} if table is None else read_labels(table)
 
 
 def _left_out(others: list[str], *own: str | None) -> str:
-    """Say what was passed over; the library and the table of labels are none of it."""
+    """Say what was passed over; library, table of labels and what was read are none of it."""
     from lanindex.pipeline.discover import left_out
 
     known = {os.path.abspath(path) + end for path in own if path for end in ("", "-wal", "-shm")}

@@ -59,6 +59,17 @@ def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
     )
 
 
+def companions(file: File, told: Reading) -> tuple[File, ...]:
+    """Return the skeleton of a motion.
+
+    Raises
+    ------
+    CaptureError
+        As `skeleton_of`.
+    """
+    return (skeleton_of(file, told)[0],)
+
+
 def _stems(stem: str) -> list[str]:
     """Return what a skeleton may be called: as its motion, or that up to an underscore."""
     words = stem.split("_")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lanindex.body.markers import making_of
 from lanindex.formats.c3d.layout import Layout, scan
+from lanindex.formats.people import named
 
 if TYPE_CHECKING:
     from lanindex.formats.file import File
@@ -75,8 +76,9 @@ def people(layout: Layout, names: Mapping[int, str]) -> dict[str, dict[int, str]
         if making_of(tuple(bare.values())):
             alone = called[0] if not prefix and len(called) == 1 else ""
             name = subject.get(prefix, prefix.rstrip(":")) or alone
-            found.setdefault(name, points if prefix.endswith(":") else bare)
-    return found
+            name = f"{name} {len(found) + 1}".strip() if name in found else name
+            found[name] = points if prefix.endswith(":") else bare
+    return named(found)
 
 
 def subjects(file: File) -> tuple[str, ...]:
@@ -101,5 +103,5 @@ def subjects(file: File) -> tuple[str, ...]:
     >>> subjects(File("dance.c3d", write(motion)))  # points without markers of a person's
     ()
     """
-    layout = scan(file)
+    layout = file.once(scan)
     return tuple(name for name in people(layout, names_of(layout)) if name)

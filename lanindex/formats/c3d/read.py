@@ -31,7 +31,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     Joints made of markers or, where the points are joints, these; of a file that has only
     the rotations of segments, these where each begins.
     """
-    layout = scan(file)
+    layout = file.once(scan)
     rate = _rate(file, layout, told)
     names, doubts = _chosen(file, layout)
     used = _needed(names) if wanted.body_only and not told.body else names

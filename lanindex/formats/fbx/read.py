@@ -14,7 +14,7 @@ from lanindex.body.understand import Stated, find_body, sampled
 from lanindex.errors import BodyError, CaptureError
 from lanindex.formats.fbx.asked import Scene, asked
 from lanindex.formats.file import File, Wanted
-from lanindex.formats.people import distinct, person, take_doubt
+from lanindex.formats.people import distinct, named, person, take_doubt
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
 from lanindex.formats.turning import inverse, product, unit, worlds
@@ -56,7 +56,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
 
     The bones and the nodes below them, in frames of the file's rate.
     """
-    scene = asked(file, told.take)
+    scene = file.once(_first) if told.take is None else asked(file, told.take)
     found = _people(scene)
     if not found:
         raise CaptureError("has no skeleton", place=file.name, wanted="bones that move")
@@ -101,8 +101,12 @@ def subjects(file: File) -> tuple[str, ...]:
     CaptureError
         The file is damaged, or nothing moves in it, or ``ufbx`` is missing.
     """
-    found = _people(asked(file, None))
+    found = _people(file.once(_first))
     return tuple(found) if len(found) > 1 else ()
+
+
+def _first(file: File) -> Scene:
+    return asked(file, None)
 
 
 def _stated(scene: Scene, file: File) -> Stated:
@@ -153,12 +157,12 @@ def _people(scene: Scene) -> dict[str, Skeleton]:
     for top, joints in members.items():
         if moved.intersection(_above(parents, joints)):
             space, colon, _ = nodes[joints[0]][0].rpartition(":")
-            named = space if colon else nodes[top][0]
-            found.append((named, _skeleton(nodes, parents, joints)))
+            name = space if colon else nodes[top][0]
+            found.append((name, _skeleton(nodes, parents, joints)))
     if len(found) > 1:
         found = [one for one in found if _human(scene, one[1])] or found[:1]
     names = distinct([name for name, _ in found], range(1, len(found) + 1))
-    return dict(zip(names, (one for _, one in found), strict=True))
+    return named(dict(zip(names, (one for _, one in found), strict=True)))
 
 
 def _skeleton(nodes: list[list[str]], parents: list[int], joints: list[int]) -> Skeleton:

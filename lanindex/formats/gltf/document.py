@@ -8,6 +8,7 @@ import json
 import math
 import struct
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn
@@ -16,6 +17,7 @@ from urllib.parse import unquote_to_bytes
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import archives
 from lanindex.formats.file import Content, File, on_disk, opened
+from lanindex.model import Reading
 
 MAGIC = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = b"JSON", b"BIN\0"
@@ -266,19 +268,41 @@ def opened_document(file: File) -> Document:
     >>> document.root.get("asset").get("version").text()
     '2.0'
     """
-    content, binary = file.content, (0, 0)
-    if content[:4] == MAGIC:
-        first, stop, binary = _chunks(file)
-        text = content[first:stop]
-    else:
-        text = content[:].removeprefix(b"\xef\xbb\xbf")
-    root = Value(_json(text, file.name), "", file.name)
+    told, binary = file.once(_told)
+    root = Value(told, "", file.name)
     version = root.get("asset").get("version").text()
     if version.split(".")[0] != "2":
         root.get("asset").get("version").wrong("2.0")
     if root.get("buffers").count() > MOST_BUFFERS:
         raise CaptureError("has too many buffers", place=file.name, wanted=f"{MOST_BUFFERS}")
     return Document(file, root, binary)
+
+
+def companions(file: File, told: Reading) -> tuple[File, ...]:
+    """Return the files of numbers that a glTF file names, as far as they are there.
+
+    Raises
+    ------
+    CaptureError
+        It is damaged.
+    """
+    found: list[File] = []
+    for buffer in opened_document(file).root.get("buffers"):
+        if "uri" in buffer and buffer.get("uri").text()[:5].lower() != "data:":
+            with suppress(CaptureError):  # said when it is read
+                found.append(opened(_beside(file, buffer.get("uri"))))
+    return tuple(found)
+
+
+def _told(file: File) -> tuple[Any, tuple[int, int]]:
+    """Return the JSON, and where the numbers of a GLB lie."""
+    content, binary = file.content, (0, 0)
+    if content[:4] == MAGIC:
+        first, stop, binary = _chunks(file)
+        text = content[first:stop]
+    else:
+        text = content[:].removeprefix(b"\xef\xbb\xbf")
+    return _json(text, file.name), binary
 
 
 def _chunks(file: File) -> tuple[int, int, tuple[int, int]]:

@@ -18,7 +18,7 @@ from lanindex.formats.gltf.document import Document, Value, opened_document
 from lanindex.formats.gltf.kinematics import BLOCK, above, placed
 from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
 from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, timed, tracks
-from lanindex.formats.people import others, person, take_doubt
+from lanindex.formats.people import distinct, named, others, person, take_doubt
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import told_rate
 from lanindex.formats.turning import inverse, product
@@ -211,11 +211,9 @@ def performers(document: Document, take: str | None) -> dict[str, Performance]:
         )
     if len(found) > 1:
         found = [one for one in found if one.human()] or found[:1]
-    named = dict[str, Performance]()
-    for number, one in enumerate(found, 1):
-        name = one.person.name or str(number)
-        named[name if name not in named else f"{name} {number}"] = one
-    return named
+    numbers = range(1, len(found) + 1)
+    names = [one.person.name or str(number) for number, one in zip(numbers, found, strict=True)]
+    return named(dict(zip(distinct(names, numbers), found, strict=True)))
 
 
 def _performance(

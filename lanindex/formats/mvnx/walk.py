@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats.bvh.hierarchy import LARGEST
 from lanindex.formats.file import File
+from lanindex.formats.people import plain
 
 PIECE = 1 << 18
 """Bytes that are looked through at a time."""
@@ -211,7 +212,7 @@ class _Walker:
         if self.inside:
             self._refuse("a subject within another", "one behind the other")
         number = len(self.subjects) + 1
-        name = said.get("label", "").strip() or f"subject {number}"
+        name = plain(said.get("label", "")) or f"subject {number}"
         name = f"{name} {number}" if name in self.names else name
         self.names.add(name)
         meant = name == self.file.subject if self.file.subject else number == 1

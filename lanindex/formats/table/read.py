@@ -15,6 +15,7 @@ from lanindex.errors import CaptureError, quoted
 from lanindex.formats import numbers
 from lanindex.formats.clock import rate_by
 from lanindex.formats.file import File, Wanted
+from lanindex.formats.people import named
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.table import columns
 from lanindex.formats.table.kinds import layout_of
@@ -94,11 +95,12 @@ def people(names: tuple[str, ...]) -> dict[str, list[int]]:
     groups: dict[str, list[int]] = {}
     for number, name in enumerate(names):
         groups.setdefault(name.rpartition(":")[0], []).append(number)
-    return {
+    found = {
         subject: points
         for subject, points in groups.items()
         if _makes_body(tuple(names[number].rpartition(":")[2] for number in points))
     }
+    return named(found)
 
 
 def _makes_body(names: tuple[str, ...]) -> bool:
@@ -113,12 +115,12 @@ def _makes_body(names: tuple[str, ...]) -> bool:
 
 def subjects(file: File) -> tuple[str, ...]:
     """Return the names of the people that a file holds; none where nobody is named."""
-    return tuple(name for name in people(layout_of(file).names) if name)
+    return tuple(name for name in people(file.once(layout_of).names) if name)
 
 
 def _layout(file: File, told: Reading | None) -> Layout:
     named = told.columns if told else None
-    return columns.layout_of(file, named) if named else layout_of(file)
+    return columns.layout_of(file, named) if named else file.once(layout_of)
 
 
 def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:

@@ -16,6 +16,7 @@ from lanindex.formats.amc import layout
 from lanindex.formats.amc.numbers import Numbers
 from lanindex.formats.file import File, opened
 from lanindex.model import Motion, Reading, Span
+from lanindex.pipeline import open_library
 
 # name, what it hangs on, where it goes (cm), how its axes are turned, dof
 BONES = (
@@ -400,3 +401,14 @@ def test_frames_are_found_across_pieces(piece: int, monkeypatch: pytest.MonkeyPa
     for name in ("starts", "stops", "ends", "numbers"):
         assert np.array_equal(getattr(found, name), getattr(whole, name))
     assert whole.numbers.tolist() == [1, 2, 3, 4]
+
+
+def test_the_skeleton_counts_in_what_a_library_holds(folder: Path) -> None:
+    (folder / "ada.amc").write_bytes(motion(numbers(40)))
+    with open_library(folder / "l.db", create=True) as library:
+        for length in ("2.54", "2.5"):
+            (folder / "ada.asf").write_bytes(asf(length))
+            for status in ("added", "unchanged"):
+                (outcome,) = library.ingest(folder / "ada.amc")
+                assert (outcome.status, outcome.beside) == (status, (str(folder / "ada.asf"),))
+        assert len(library.captures()) == 1
