@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from functools import lru_cache
 
 from lanindex.alphabet import JOINTS
 from lanindex.errors import UsageError
@@ -19,7 +18,6 @@ LARGEST = 1 << 20
 """Bytes that such a file has at most."""
 
 
-@lru_cache(maxsize=8)
 def told_body(path: str) -> Mapping[str, tuple[str, ...]]:
     """Return what plays each joint that a file tells, by ``alphabet.JOINTS``.
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from lanindex.errors import CaptureError
 from lanindex.formats import archives, sniff
 from lanindex.formats.file import SUBJECT, File, Wanted, opened
-from lanindex.formats.not_read import UNREAD, WITHOUT_PLACES, unread
+from lanindex.formats.not_read import UNREAD, WITHOUT_PLACES, beginning, unread
 
 if TYPE_CHECKING:
     from lanindex.model import Motion, Reading, Span
@@ -108,6 +108,8 @@ FORMATS: tuple[Format, ...] = (
 )
 """All formats that are read."""
 
+_ENDINGS = tuple(suffix for form in FORMATS for suffix in form.suffixes)
+_TABLES = next(form.suffixes for form in FORMATS if form.name == "csv")
 _SEVERAL = tuple(suffix for form in FORMATS if form.several for suffix in form.suffixes)
 
 
@@ -128,7 +130,8 @@ def known(file: File) -> Format:
     head = file.content[:_HEAD]
     if archives.is_archive(file.name) and os.path.isfile(file.name):
         inside = archives.members(file.name)
-        remedy = f"Name what is in it: {file.name}{archives.MARK}{inside[0]}" if inside else ""
+        one = next((it for it in inside if it.lower().endswith(_ENDINGS)), next(iter(inside), ""))
+        remedy = f"Name what is in it: {file.name}{archives.MARK}{one}" if one else ""
         raise CaptureError(
             f"an archive of {len(inside)} files", place=file.name, wanted="a capture", remedy=remedy
         )
@@ -137,8 +140,10 @@ def known(file: File) -> Format:
             return form
     *titles, last = dict.fromkeys(form.title for form in FORMATS)
     suffix = unread(file.name)
-    found = f"its format, {UNREAD[suffix]}, is not read yet" if suffix else _beginning(head)
+    found = f"its format, {UNREAD[suffix]}, is not read yet" if suffix else beginning(head)
     remedy = ""
+    if file.name.lower().endswith(_TABLES):
+        remedy = "If it is a table of points, say what its columns are with --columns."
     if suffix in WITHOUT_PLACES:
         found = f"{UNREAD[suffix]} holds angles, which tell no places without their model"
         remedy = "Read the TRC of the same take."
@@ -386,15 +391,3 @@ def beside(file: File, told: Reading) -> tuple[tuple[str, bytes], ...]:
     if hasattr(does, "beside"):
         found = does.beside(file, told)
     return found
-
-
-def _beginning(head: bytes) -> str:
-    """Describe the first bytes of a file that no reader knows."""
-    if not head:
-        return "the file is empty"
-    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return "begins as UTF-16 text: save it as UTF-8"
-    if b"\0" in head:
-        return f"binary data that begins with {head[:8].hex(' ')}"
-    line = head.lstrip().split(b"\n")[0].strip()[:40].decode("utf-8", "replace")
-    return f"begins with {line!r}" if line else "holds nothing but blanks"

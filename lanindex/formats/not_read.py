@@ -39,3 +39,15 @@ def unread(path: str) -> str:
     suffixes = [suffix.lower() for suffix in PurePath(path).suffixes]
     endings = ("".join(suffixes[-2:]), *suffixes[-1:])
     return next((ending for ending in endings if ending in UNREAD), "")
+
+
+def beginning(head: bytes) -> str:
+    """Describe the first bytes of a file that no reader knows."""
+    if not head:
+        return "the file is empty"
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "begins as UTF-16 text: save it as UTF-8"
+    if b"\0" in head:
+        return f"binary data that begins with {head[:8].hex(' ')}"
+    line = head.lstrip().split(b"\n")[0].strip()[:40].decode("utf-8", "replace")
+    return f"begins with {line!r}" if line else "holds nothing but blanks"

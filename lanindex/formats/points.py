@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import Stated, Understanding, body_of, understand
 from lanindex.body.calibration import UNITS, unit_of
+from lanindex.body.clusters import Clusters
 from lanindex.body.made import GAP
-from lanindex.body.markers import making_of
+from lanindex.body.markers import Making, making_of
 from lanindex.body.standing import at_rest, hung
 from lanindex.body.told import told_body
 from lanindex.body.understand import POSES
@@ -103,7 +104,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     """
     made = None
     if points.parents is None:
-        made = making_of(points.names, told_body(told.body) if told.body else None)
+        made = _made(points.names, told)
     names, places, stated = points.names, points.places, points.stated
     if made is not None:
         names = made.joints
@@ -140,6 +141,16 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         rotations,
         markers,
     )
+
+
+def _made(names: tuple[str, ...], told: Reading) -> Making | Clusters | None:
+    """Return how joints are made of points, if they are markers."""
+    if not told.body:
+        return making_of(names)
+    try:
+        return making_of(names, told_body(told.body))
+    except BodyError as error:
+        raise BodyError(error.found, place=told.body, wanted=error.wanted) from error
 
 
 def _millimetres(points: Points, told: Reading) -> float:

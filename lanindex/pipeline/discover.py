@@ -11,6 +11,7 @@ from lanindex import formats
 from lanindex.errors import LanindexError
 from lanindex.formats import archives
 from lanindex.formats.not_read import COMPANIONS, unread
+from lanindex.formats.not_read import WITHOUT_PLACES as ANGLES
 
 SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suffixes} | {
     ".lnd": "lnd"
@@ -118,8 +119,10 @@ def left_out(others: Iterable[str]) -> str:
     kinds = Counter("/" if os.path.isdir(path) else unread(path) for path in paths)
     rest, linked = kinds.pop("", 0), kinds.pop("/", 0)
     by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
-    known = ", ".join(f"{number} {kind}" for kind, number in by_number)
-    said = [f"{known} (formats that are not read yet)"] if known else []
+    said = []
+    for angles, why in ((False, "formats that are not read yet"), (True, "angles without places")):
+        some = [f"{number} {kind}" for kind, number in by_number if (kind in ANGLES) is angles]
+        said += [f"{', '.join(some)} ({why})"] if some else []
     for number, noun in ((rest, "other file"), (linked, "linked folder")):
         said += [f"{number} {noun}" + "s" * (number > 1)] if number else []
     return "; ".join(said)

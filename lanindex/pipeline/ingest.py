@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lanindex.errors import UsageError
+from lanindex.formats import parted
 from lanindex.formats.file import on_disk
 from lanindex.library.find import gone
 from lanindex.library.store import Store
@@ -68,7 +69,7 @@ def ingest(
     """
     held = library.known() if library else {}
     moved, told = Moved(held), reading or Reading()
-    first = {(sha256, how.beside): place for place, (sha256, how) in held.items()}
+    first = {(sha, how.beside, parted(place)[1]): place for place, (sha, how) in held.items()}
     tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs)):
         place = os.path.abspath(outcome.path)
@@ -83,9 +84,9 @@ def ingest(
         library.gather()
 
 
-def _noticed(outcome: Outcome, place: str, first: dict[tuple[str, str], str]) -> Outcome:
+def _noticed(outcome: Outcome, place: str, first: dict[tuple[str, str, str], str]) -> Outcome:
     """Warn of a file with the content of another that is there, by the first of each content."""
-    content = outcome.sha256, outcome.encoding.beside
+    content = outcome.sha256, outcome.encoding.beside, parted(place)[1]
     other = first.setdefault(content, place) if outcome.sha256 else place
     if outcome.status != "added" or on_disk(other) == on_disk(place) or gone(other):
         return outcome

@@ -149,3 +149,16 @@ def test_a_sibling_is_found_in_the_same_folder_of_an_archive(tmp_path: Path) -> 
     assert file.beside(".asf").content[:] == b"s"
     with pytest.raises(CaptureError, match=r"no 01_01.trc beside it"):
         file.beside(".trc")
+
+
+def test_an_archive_names_a_capture_in_it(tmp_path: Path) -> None:
+    path = zipped(tmp_path / "pack.zip", {"01.asf": b"", "notes.pdf": b"", "walk.bvh": b""})
+    with pytest.raises(CaptureError, match=r"Name what is in it: .*pack\.zip!/walk\.bvh"):
+        formats.read(path)
+
+
+def test_a_table_that_nobody_knows_can_be_told(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("hello")
+    with pytest.raises(CaptureError, match="say what its columns are with --columns"):
+        formats.read(path)

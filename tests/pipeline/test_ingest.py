@@ -71,6 +71,7 @@ def test_what_is_passed_over_is_counted_by_kind(folder: Path) -> None:
     assert left_out(others) == said + "; 1 linked folder"
     assert left_out(["a.txt", "b", "v1.2"]) == "3 other files"
     assert left_out(["a/b.vmd"]) == "1 .vmd (formats that are not read yet)"
+    assert left_out(["a.mot", "b.sto", "c.mot"]) == "2 .mot, 1 .sto (angles without places)"
     assert left_out([]) == ""
 
 

@@ -70,9 +70,9 @@ def run(
 ) -> None:
     """Write hits as clips, in the format they came in or another.
 
-    A clip in its own format is the source's, byte for byte where the format allows that; with
-    --format or --origin it is written anew. Beside each stands its score (.lnd), and a manifest
-    lists them all.
+    A clip in its source's format is cut out of it, byte for byte where the format allows that; in
+    another (--format), or at the origin (--origin), it is written anew. Beside each stands its
+    score (.lnd), and a manifest lists them all.
     """
     out = Output(json, quiet, verbose, color)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}

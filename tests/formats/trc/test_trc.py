@@ -8,7 +8,7 @@ from made_points import NAMES, person
 from mutations import fuzzed
 
 from lanindex import formats
-from lanindex.errors import CaptureError
+from lanindex.errors import BodyError, CaptureError
 from lanindex.formats import trc
 from lanindex.model import Motion, Span
 
@@ -245,3 +245,10 @@ def test_long_fuzzing(captures):
     ]
     seen = fuzzed("walk.trc", [made(frames=5), made(frames=5, separator=","), *real], 50_000, 2)
     assert min(seen.values()) > 2_000, seen
+
+
+def test_a_wrong_marker_in_what_is_told_of_the_body_names_that_file(tmp_path):
+    told = tmp_path / "body.toml"
+    told.write_text('RWrist = "nowhere"')
+    with pytest.raises(BodyError, match=r'body\.toml: no "nowhere" for RWrist'):
+        read(made(), body=str(told))
