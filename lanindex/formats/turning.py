@@ -183,6 +183,8 @@ def worlds(
     [[[0.0, 1.0, 0.0]], [[0.0, -1.0, 0.0]]]
     """
     known: dict[int, tuple[Floats, Floats, Floats | None]] = {}
+    nodes = list(nodes)
+    last = {parent: node for node, parent in nodes}
     for node, parent in nodes:
         point, turn, scale = standing(node)
         own = turn
@@ -196,7 +198,10 @@ def worlds(
             axes = matrices(own) * scale[:, None, :]
             if parent >= 0:
                 axes = (matrices(whole) if above is None else above) @ axes
-        known[node] = point, turn, axes
+        if node in last:
+            known[node] = point, turn, axes
+        if last[parent] == node:  # held only as long as something stands in it
+            known.pop(parent, None)
         yield node, point, turn
 
 
