@@ -20,7 +20,7 @@ from lanindex.formats.gltf.kinematics import above, placed
 from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
 from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, timed, tracks
 from lanindex.formats.people import distinct, named, others, person, take_doubt
-from lanindex.formats.points import Frames, Places, Points, motion_of
+from lanindex.formats.points import BLOCK, Frames, Places, Points, motion_of
 from lanindex.formats.rates import told_rate
 from lanindex.model import Motion, Reading
 
@@ -113,13 +113,18 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
             points[missing], turned[missing] = np.nan, np.nan
         return points, turned
 
+    places: NDArray[Any] | Places = Places(known, at)
+    turns = None
+    if ticks.count <= BLOCK:  # at once is faster
+        places, turns = at(slice(None), np.arange(len(whose.joints)))
     points_of = Points(
         whose.names,
-        Places(known, at),
+        places,
         rate,
         Stated("m", "y"),
         whose.parents,
         offsets,
+        turns,
         doubts=(*doubts, *(ticks.doubts if told.rate is None else ())),
     )
     return motion_of(points_of, file, "gltf", told, wanted)
