@@ -27,6 +27,7 @@ from lanindex.body.clusters import Clusters, clusters_of
 from lanindex.errors import BodyError
 
 Floats = NDArray[np.float64]
+Sizes = tuple[float, ...] | None
 Way = tuple[int, ...]
 """The markers, by index, in whose middle a joint lies."""
 
@@ -182,13 +183,7 @@ class Making:
         right, left, *back = (_middle(markers, way) for way in self.pelvis)
         return _usual(right - left), *(_usual((right + left) / 2 - it) for it in back)
 
-    def _hips(
-        self,
-        markers: NDArray[Any],
-        scale: float,
-        found: Floats,
-        sizes: tuple[float, ...] | None,
-    ) -> None:
+    def _hips(self, markers: NDArray[Any], scale: float, found: Floats, sizes: Sizes) -> None:
         """Find the hip centres in the frame of the pelvis: forward, up and to the right."""
         right, left, *back = (_middle(markers, way) for way in self.pelvis)
         front, across = (right + left) / 2, right - left

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -94,12 +94,8 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     for joint, parent in enumerate(whose.parents):
         if parent >= 0:
             offsets[joint] = rest[0, joint] - rest[0, parent]
-    known = np.broadcast_to(np.True_, (ticks.count, len(whose.joints)))
-    if gaps := unknown(found):
-        known = known.copy()
-        for joint, spans in gaps.items():
-            for start, stop in spans:
-                known[start:stop, joint] = False
+    gaps = unknown(found)
+    known = _known((ticks.count, len(whose.joints)), gaps)
     every = np.arange(ticks.count)
 
     def at(frames: Frames, joints: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -128,6 +124,15 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         doubts=(*doubts, *(ticks.doubts if told.rate is None else ())),
     )
     return motion_of(points_of, file, "gltf", told, wanted)
+
+
+def _known(shape: tuple[int, int], gaps: Mapping[int, list[tuple[int, int]]]) -> NDArray[np.bool_]:
+    """Return whether places are known, (T, J)."""
+    known = np.ones(shape, np.bool_)
+    for joint, spans in gaps.items():
+        for start, stop in spans:
+            known[start:stop, joint] = False
+    return known
 
 
 def _check(
