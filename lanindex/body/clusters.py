@@ -11,7 +11,7 @@ Source: Ehrig et al. (2006), *J. Biomech.* 39, 2798-2809 (SCoRE); Söderkvist an
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -114,6 +114,14 @@ class Clusters:
         hips = found[:, [JOINT_CODES["RHip"], JOINT_CODES["LHip"]]]
         found[:, JOINT_CODES["Pelvis"]] = hips.mean(axis=1)
         return found
+
+    def over(
+        self, markers: NDArray[Any], scale: float, block: int
+    ) -> tuple[NDArray[np.bool_], Callable[[slice | NDArray[np.int64]], Floats]]:
+        """Return in which frames `joints` are known, and what gives their places in some frames."""
+        found = self.places(markers, scale)[:, [JOINT_CODES[joint] for joint in self.joints]]
+        known: NDArray[np.bool_] = np.asarray(np.isfinite(found).all(axis=2))
+        return known, lambda frames: found[frames]
 
     def _turned(
         self, markers: NDArray[Any], shapes: Mapping[str, Floats]

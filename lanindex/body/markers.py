@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
@@ -27,6 +27,7 @@ from lanindex.body.clusters import Clusters, clusters_of
 from lanindex.errors import BodyError
 
 Floats = NDArray[np.float64]
+Sizes = tuple[float, ...] | None
 Way = tuple[int, ...]
 """The markers, by index, in whose middle a joint lies."""
 
@@ -42,6 +43,11 @@ BELL = (-0.22, -0.30, 0.36)
 _OTHER = re.compile(r"[\W_]+")
 _HIPS = frozenset(("RHip", "LHip"))
 _HIP_CODES = [JOINT_CODES[name] for name in sorted(_HIPS)]
+_CAPPED = frozenset(("RShoulder", "LShoulder"))
+_SHOULDERS = [JOINT_CODES["RShoulder"], JOINT_CODES["LShoulder"]]
+_BELOW = ("Pelvis", "Chest")
+"""What tells which way is down from the shoulders: the second, where the first is never known."""
+
 _PLAIN = {joint.removeprefix("R").upper() for joint in JOINTS if not joint.startswith("L")}
 _LIMB = {"arm": {"Shoulder", "Elbow", "Wrist"}, "leg": {"Hip", "Knee", "Ankle"}}
 
@@ -110,40 +116,84 @@ class Making:
         ndarray
             (T, 20, 3) float64, units of the file; NaN where one of a joint's markers is unknown.
         """
+        found = self._made(markers, scale, None)
+        for joint in _BELOW if self.caps == _CAPPED else ():
+            down = _down(found, joint)
+            if _known(down).any():
+                found[:, _SHOULDERS] += _drop(_wide(found)) * _held(down)[:, None]
+                break
+        return found
+
+    def over(
+        self, markers: NDArray[Any], scale: float, block: int
+    ) -> tuple[NDArray[np.bool_], Callable[[slice | NDArray[np.int64]], Floats]]:
+        """Return where joints are known, and what gives their places in some frames.
+
+        For many frames: all that `places` returns may be larger than the markers.
+
+        Parameters
+        ----------
+        markers, scale
+            As for `places`.
+        block : int
+            Frames that are looked at at a time.
+
+        Returns
+        -------
+        tuple of ndarray and Callable
+            (T, J), whether they are known; and what gives (t, J, 3) by some frames.
+        """
+        sizes = self._sizes(markers) if self.pelvis else ()
+        parts = [slice(start, start + block) for start in range(0, len(markers), block)]
+        columns = [JOINT_CODES[joint] for joint in self.joints]
+        known = np.empty((len(markers), len(columns)), np.bool_)
+        wide, down = np.empty(len(markers)), np.empty((len(markers), 3))
+        lower = False
+        for joint in _BELOW:
+            for part in parts:
+                found = self._made(markers[part], scale, sizes)
+                known[part] = np.isfinite(found[:, columns]).all(axis=2)
+                wide[part], down[part] = _wide(found), _down(found, joint)
+            lower = self.caps == _CAPPED and bool(_known(down).any())
+            if lower or self.caps != _CAPPED:
+                break
+        down = np.multiply(_held(down), _drop(wide), out=down) if lower else down[:0]
+
+        def at(frames: slice | NDArray[np.int64]) -> Floats:
+            found = self._made(markers[frames], scale, sizes)
+            if lower:
+                found[:, _SHOULDERS] += down[frames][:, None]
+            return found[:, columns]
+
+        return known, at
+
+    def _made(self, markers: NDArray[Any], scale: float, sizes: tuple[float, ...] | None) -> Floats:
+        """Return where the joints are, shoulders on their tops."""
         found = np.full((len(markers), len(JOINTS), 3), np.nan)
         for joint, way in self.ways.items():
             found[:, JOINT_CODES[joint]] = _middle(markers, way)
         if self.pelvis:
-            self._hips(markers, scale, found)
+            self._hips(markers, scale, found, sizes)
         if "Pelvis" not in self.ways:
             found[:, JOINT_CODES["Pelvis"]] = found[:, _HIP_CODES].mean(axis=1)
-        if self.caps == {"RShoulder", "LShoulder"}:
-            self._lower(found)
         return found
 
-    def _lower(self, found: Floats) -> None:
-        """Move shoulders from their tops to where the joints are, down along the trunk."""
-        shoulders = [JOINT_CODES[name] for name in ("RShoulder", "LShoulder")]
-        tops = found[:, shoulders]
-        width = np.nanmedian(_length(tops[:, 0] - tops[:, 1])) if _known(tops).any() else 0.0
-        for joint in ("Pelvis", "Chest"):
-            down = _unit(found[:, JOINT_CODES[joint]] - tops.mean(axis=1))
-            if _known(down).any():
-                found[:, shoulders] += SHOULDER_BELOW * width * _held(down)[:, None]
-                return
+    def _sizes(self, markers: NDArray[Any]) -> tuple[float, ...]:
+        """Return how wide and deep the pelvis is, which all frames tell."""
+        right, left, *back = (_middle(markers, way) for way in self.pelvis)
+        return _usual(right - left), *(_usual((right + left) / 2 - it) for it in back)
 
-    def _hips(self, markers: NDArray[Any], scale: float, found: Floats) -> None:
+    def _hips(self, markers: NDArray[Any], scale: float, found: Floats, sizes: Sizes) -> None:
         """Find the hip centres in the frame of the pelvis: forward, up and to the right."""
-        right, left = (_middle(markers, way) for way in self.pelvis[:2])
+        right, left, *back = (_middle(markers, way) for way in self.pelvis)
         front, across = (right + left) / 2, right - left
-        width = np.nanmedian(_length(across)) if _known(across).any() else np.nan
-        if len(self.pelvis) > 2:
-            behind = front - _middle(markers, self.pelvis[2])
-            depth = np.nanmedian(_length(behind)) if _known(behind).any() else np.nan
-            up = _unit(np.cross(across, behind))
-            sizes = (depth, width, width)
+        ways = (across, *(front - it for it in back))
+        width, *depth = sizes or map(_usual, ways)
+        if back:
+            up = _unit(np.cross(across, ways[1]))
+            wide = (*depth, width, width)
             away = [share * size + mm / scale
-                    for (share, mm), size in zip(HARRINGTON, sizes, strict=True)]  # fmt: skip
+                    for (share, mm), size in zip(HARRINGTON, wide, strict=True)]  # fmt: skip
         else:
             trunk = next((found[:, JOINT_CODES[name]] for name in ("Neck", "Chest", "RShoulder")
                           if name in self.ways), np.full_like(front, np.nan))  # fmt: skip
@@ -290,8 +340,33 @@ def _first(choices: Sequence[str], side: str, index: Mapping[str, int]) -> Way:
 
 
 def _middle(markers: NDArray[Any], way: Way) -> Floats:
-    place: Floats = markers[:, list(way)].astype(np.float64).sum(axis=1) / len(way)
+    place = markers[:, way[0]].astype(np.float64)
+    for marker in way[1:]:
+        place += markers[:, marker]
+    place /= len(way)
     return place
+
+
+def _wide(found: Floats) -> Floats:
+    """Return how far the shoulders are from each other, (T,)."""
+    right, left = _SHOULDERS
+    return _length(found[:, right] - found[:, left])
+
+
+def _down(found: Floats, joint: str) -> Floats:
+    """Return the way from between the shoulders to a joint of the trunk, (T, 3), of length 1."""
+    return _unit(found[:, JOINT_CODES[joint]] - found[:, _SHOULDERS].mean(axis=1))
+
+
+def _drop(wide: Floats) -> float:
+    """Return how far below its marker a shoulder lies."""
+    return SHOULDER_BELOW * float(np.nanmedian(wide)) if np.isfinite(wide).any() else 0.0
+
+
+def _usual(vectors: Floats) -> float:
+    """Return how long vectors (T, 3) are, the median; NaN where none is known."""
+    lengths = _length(vectors)
+    return float(np.nanmedian(lengths)) if np.isfinite(lengths).any() else np.nan
 
 
 def _length(vectors: Floats) -> Floats:
@@ -313,8 +388,9 @@ def _known(vectors: Floats) -> NDArray[np.bool_]:
 
 
 def _held(directions: Floats) -> Floats:
-    """Return directions with those that are unknown as the last known one, or the first."""
-    known = np.flatnonzero(_known(directions))
-    last = np.searchsorted(known, np.arange(len(directions)), side="right") - 1
-    held: Floats = directions[known[np.maximum(last, 0)]]
-    return held
+    """Fill in, where directions are unknown, the last known one, or the first."""
+    there = _known(directions)
+    known, unknown = np.flatnonzero(there), np.flatnonzero(~there)
+    last = np.searchsorted(known, unknown) - 1
+    directions[unknown] = directions[known[np.maximum(last, 0)]]
+    return directions

@@ -73,12 +73,14 @@ def at_rest(places: Mapping[str, Floats]) -> Floats:
         (J, 3) in the order of the joints; 0 where a joint hangs on none.
     """
     joints = list(places)
+    ups = hung(joints)
+    frames = {above: _frame(places, joints[above]) for above in {*ups} - {-1}}
     offsets = np.zeros((len(joints), 3))
-    for number, (joint, above) in enumerate(zip(joints, hung(joints), strict=True)):
+    for number, (joint, above) in enumerate(zip(joints, ups, strict=True)):
         if above < 0:
             continue
         away = places[joint] - places[joints[above]]
-        frame = _frame(places, joints[above])
+        frame = frames[above]
         seen = away if frame is None else np.einsum("tij,tj->ti", frame, away)
         seen = seen[np.isfinite(seen).all(axis=1)]
         if frame is not None and len(seen):

@@ -6,7 +6,7 @@ which of them are joints, or what joints the markers make, in which unit, which 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
@@ -29,8 +29,9 @@ from lanindex.formats.rates import rate_doubt
 from lanindex.model import Markers, Motion, Reading, Skeleton, Source
 
 Floats = NDArray[np.float64]
+Frames = slice | NDArray[np.int64]
 
-BLOCK = 4096
+BLOCK = 2048
 """Frames that are turned and scaled at a time."""
 
 REACH = 1600.0
@@ -41,6 +42,27 @@ SAMPLED = 512
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Places that are worked out where they are asked for, not held: those of a long animation.
+
+    Attributes
+    ----------
+    known : ndarray
+        (T, M) bool: where they are.
+    at : Callable
+        Gives (t, K, 3) places, units and axes of the file, and (t, K, 4) rotations or None, by
+        frames (a slice, or numbers) and by the numbers of points.
+    """
+
+    known: NDArray[np.bool_]
+    at: Callable[[Frames, NDArray[np.int64]], tuple[NDArray[Any], NDArray[Any] | None]]
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.known)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Points:
     """What a file tells of points.
 
@@ -48,9 +70,10 @@ class Points:
     ----------
     names : tuple of str
         (M) as the file has them.
-    places : ndarray
+    places : ndarray or Places
         (T, M, 3) float, units and axes of the file; NaN where unknown. Of markers in float32 it
-        becomes the motion's: what it holds is turned and scaled in place.
+        becomes the motion's: what it holds is turned and scaled in place. Or what tells them of a
+        file with a hierarchy, rotations included.
     rate : Fraction
         Frames a second.
     stated : Stated
@@ -66,7 +89,7 @@ class Points:
     """
 
     names: tuple[str, ...]
-    places: NDArray[Any]
+    places: NDArray[Any] | Places
     rate: Fraction
     stated: Stated = field(default_factory=Stated)
     parents: tuple[int, ...] | None = None
@@ -105,24 +128,21 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     made = None
     if points.parents is None:
         made = _made(points.names, told)
-    names, places, stated = points.names, points.places, points.stated
+    names, stated = points.names, points.stated
     if made is not None:
         names = made.joints
-        places = made.places(points.places, _millimetres(points, told))
-        for number, name in enumerate(names):  # in place, for it may be large: never to the right
-            places[:, number] = places[:, JOINT_CODES[name]]
-        places = places[:, : len(names)]
         stated = replace(points.stated, body=_numbered(names))
+    places = _places(points, made, told)
     found = _understood(names, places, points, stated, told, file.name)
     skeleton, order = _skeleton(names, places, points, found)
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
         order = order[kept]
-    rotations, markers = None, None
-    if points.rotations is not None:
-        rotations = _turned(found, points.rotations, order)
-    if made is not None and not wanted.body_only:
-        markers = Markers(points.names, _oriented(found, points.places, over=True))
+    gaps = _gaps(places.known[:, found.body[found.body >= 0]], points.rate)
+    positions, rotations = _oriented(found, places, order)
+    markers = None
+    if made is not None and not wanted.body_only and isinstance(points.places, np.ndarray):
+        markers = Markers(points.names, _over(found, points.places))  # joints are made of them
     source = Source(
         *(file.name, form, found.unit, found.scale, found.up),
         joints=points.names,
@@ -130,11 +150,10 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         made=made.told(points.names) if made else {},
     )
     doubts = (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate))
-    gaps = _gaps(places[:, found.body[found.body >= 0]], points.rate)
     return Motion(
         skeleton,
         points.rate,
-        _oriented(found, places, order),
+        positions,
         source,
         found.first,
         (*doubts, *found.doubts, *gaps),
@@ -153,10 +172,32 @@ def _made(names: tuple[str, ...], told: Reading) -> Making | Clusters | None:
         raise BodyError(error.found, place=told.body, wanted=error.wanted) from error
 
 
-def _millimetres(points: Points, told: Reading) -> float:
+def _places(points: Points, made: Making | Clusters | None, told: Reading) -> Places:
+    """Return what tells where the joints are: the points, or what is made of them."""
+    if isinstance(points.places, Places):
+        return points.places
+    if made is None:
+        return _held(points.places, points.rotations)
+    scale = _millimetres(points.places, points.stated, told)
+    if len(points.places) <= BLOCK:
+        found = made.places(points.places, scale)
+        return _held(found[:, [JOINT_CODES[joint] for joint in made.joints]])
+    known, at = made.over(points.places, scale, BLOCK)
+    return Places(known, lambda frames, joints: (at(frames)[:, joints], None))
+
+
+def _held(places: NDArray[Any], rotations: NDArray[Any] | None = None) -> Places:
+    def at(frames: Frames, joints: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any] | None]:
+        turns = None if rotations is None else rotations[frames][:, joints]
+        return places[frames][:, joints], turns
+
+    return Places(np.isfinite(places).all(axis=2), at)
+
+
+def _millimetres(places: NDArray[Any], stated: Stated, told: Reading) -> float:
     """Return the millimetres in a unit of markers: as is said, else by how far they reach."""
-    _, size, doubts = unit_of({}, told.unit, points.stated.unit)
-    some = points.places[:: max(len(points.places) // POSES, 1)]
+    _, size, doubts = unit_of({}, told.unit, stated.unit)
+    some = places[:: max(len(places) // POSES, 1)]
     known = np.isfinite(some).all(axis=2)
     if not doubts or not known.any():
         return size
@@ -165,14 +206,13 @@ def _millimetres(points: Points, told: Reading) -> float:
     return min(UNITS.values(), key=lambda unit: abs(np.log(max(unit * reach, 1e-9) / REACH)))
 
 
-def _gaps(places: NDArray[Any], rate: Fraction) -> tuple[str, ...]:
+def _gaps(known: NDArray[np.bool_], rate: Fraction) -> tuple[str, ...]:
     """Say how many gaps joints have: short ones are filled as they are written down."""
-    unknown = ~np.isfinite(places).all(axis=2)
-    if not unknown.any():
+    if known.all():
         return ()
-    edges = np.diff(unknown.T, axis=1, prepend=False, append=False)
+    edges = np.diff(~known.T, axis=1, prepend=False, append=False)
     starts, stops = (np.flatnonzero(edges) % edges.shape[1]).reshape(-1, 2).T
-    filled = (stops - starts <= GAP * rate) & (starts > 0) & (stops < len(places))
+    filled = (stops - starts <= GAP * rate) & (starts > 0) & (stops < len(known))
     short, many = int(filled.sum()), len(filled)
     said = (
         (short, f"{short} {'gap' if short == 1 else 'gaps'} of at most {float(GAP):g} s filled"),
@@ -191,14 +231,14 @@ def _numbered(names: Sequence[str]) -> NDArray[np.int16]:
 
 def _understood(
     names: Sequence[str],
-    places: NDArray[Any],
+    places: Places,
     points: Points,
     stated: Stated,
     told: Reading,
     path: str,
 ) -> Understanding:
     """Find the body among those points that are known somewhere."""
-    known = np.isfinite(places).all(axis=2)
+    known = places.known
     counts = known.sum(axis=1)
     fullest = np.flatnonzero(counts == counts.max(initial=0))
     if not len(fullest) or not counts.max():
@@ -213,8 +253,8 @@ def _understood(
     found = understand(
         tuple(names[index] for index in there.tolist()),
         _parents_among(points.parents, there),
-        places[chosen][:, there].astype(np.float64),
-        places[:2, there].astype(np.float64),
+        places.at(chosen, there)[0].astype(np.float64),
+        places.at(slice(2), there)[0].astype(np.float64),
         points.rate,
         told,
         path,
@@ -241,7 +281,7 @@ def _parents_among(
 
 
 def _skeleton(
-    names: Sequence[str], places: NDArray[Any], points: Points, found: Understanding
+    names: Sequence[str], places: Places, points: Points, found: Understanding
 ) -> tuple[Skeleton, NDArray[np.int64]]:
     """Return a skeleton, and which of the points each of its joints is.
 
@@ -262,7 +302,8 @@ def _skeleton(
         offsets = found.oriented(np.asarray(points.offsets, np.float64))
     else:
         some = np.unique(np.linspace(0, len(places) - 1, min(len(places), SAMPLED)).astype(int))
-        seen = found.oriented(places[some].astype(np.float64)).astype(np.float64)
+        there, _ = places.at(some, np.arange(len(names)))
+        seen = found.oriented(there.astype(np.float64)).astype(np.float64)
         offsets = np.zeros((len(order), 3), np.float32)
         if points.parents is None:
             offsets[: len(body)] = at_rest({it: seen[:, index] for it, index in body.items()})
@@ -281,27 +322,27 @@ def usual(vectors: NDArray[Any]) -> Floats:
 
 
 def _oriented(
-    found: Understanding,
-    places: NDArray[Any],
-    order: NDArray[np.int64] | None = None,
-    over: bool = False,
-) -> NDArray[np.float32]:
-    """Return places in mm, y up; written over what they were, where that may be and they fit."""
-    count = places.shape[1] if order is None else len(order)
-    fits = over and places.dtype == np.float32 and places.flags.writeable
-    result = places if fits else np.empty((len(places), count, 3), np.float32)
+    found: Understanding, places: Places, order: NDArray[np.int64]
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+    """Return places in mm, y up, and how they are turned."""
+    result = np.empty((len(places), len(order), 3), np.float32)
+    turned = None
     for start in range(0, len(places), BLOCK):
-        block = places[start : start + BLOCK]
-        found.oriented(block.astype(np.float64), result[start : start + BLOCK], order)
-    return result
+        part = slice(start, start + BLOCK)
+        block, turns = places.at(part, order)
+        found.oriented(block.astype(np.float64), result[part])
+        if turns is not None:
+            turned = np.empty((*result.shape[:2], 4), np.float32) if turned is None else turned
+            turned[part, :, 0] = turns[..., 0]
+            turned[part, :, 1:] = found.turned(turns[..., 1:])
+    return result, turned
 
 
-def _turned(
-    found: Understanding, rotations: NDArray[Any], order: NDArray[np.int64]
-) -> NDArray[np.float32]:
-    result = np.empty((len(rotations), len(order), 4), np.float32)
-    for start in range(0, len(rotations), BLOCK):
-        block = rotations[start : start + BLOCK, order]
-        result[start : start + BLOCK, :, 0] = block[..., 0]
-        result[start : start + BLOCK, :, 1:] = found.turned(block[..., 1:])
+def _over(found: Understanding, places: NDArray[Any]) -> NDArray[np.float32]:
+    """Return places in mm, y up; written over what they were, where they fit."""
+    fits = places.dtype == np.float32 and places.flags.writeable
+    result = places if fits else np.empty(places.shape, np.float32)
+    for start in range(0, len(places), BLOCK):
+        part = slice(start, start + BLOCK)
+        found.oriented(places[part].astype(np.float64), result[part])
     return result

@@ -22,15 +22,28 @@ def product(first: NDArray[Any], second: NDArray[Any]) -> Floats:
     >>> product(half, half)
     array([-1.,  0.,  0.,  0.])
     """
-    w, x, y, z = np.moveaxis(np.asarray(first), -1, 0)
-    a, b, c, d = np.moveaxis(np.asarray(second), -1, 0)
-    parts = (
+    w, x, y, z = _parts(first)
+    a, b, c, d = _parts(second)
+    return _joined(
         w * a - x * b - y * c - z * d,
         w * b + x * a + y * d - z * c,
         w * c - x * d + y * a + z * b,
         w * d + x * c - y * b + z * a,
     )
-    return np.stack(parts, axis=-1)
+
+
+def _parts(vectors: NDArray[Any]) -> list[NDArray[Any]]:
+    """Return the numbers of vectors (..., W), one array each."""
+    vectors = np.asarray(vectors)
+    return [vectors[..., axis] for axis in range(vectors.shape[-1])]
+
+
+def _joined(*parts: NDArray[Any]) -> NDArray[Any]:
+    """Return arrays of one shape as vectors (..., W): what `numpy.stack` does, in half the time."""
+    result = np.empty((*parts[0].shape, len(parts)), parts[0].dtype)
+    for axis, part in enumerate(parts):
+        result[..., axis] = part
+    return result
 
 
 def inverse(turns: NDArray[Any]) -> Floats:
@@ -49,16 +62,13 @@ def rotated(turns: Floats, points: Floats) -> Floats:
     >>> rotated(np.array([0.0, 0, 0, 1]), np.array([1.0, 2, 3]))  # half a turn about z
     array([-1., -2.,  3.])
     """
-    w, x, y, z = np.moveaxis(turns, -1, 0)
-    a, b, c = np.moveaxis(points, -1, 0)
+    w, x, y, z = _parts(turns)
+    a, b, c = _parts(points)
     d, e, f = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
-    return np.stack(
-        [
-            a + w * d + y * f - z * e,
-            b + w * e + z * d - x * f,
-            c + w * f + x * e - y * d,
-        ],
-        axis=-1,
+    return _joined(
+        a + w * d + y * f - z * e,
+        b + w * e + z * d - x * f,
+        c + w * f + x * e - y * d,
     )
 
 
@@ -114,13 +124,13 @@ def between(start: Floats, stop: Floats, part: Floats) -> Floats:
 
 def matrices(turns: NDArray[Any]) -> Floats:
     """Return (..., 3, 3) rotations of unit quaternions."""
-    w, x, y, z = np.moveaxis(np.asarray(turns, np.float64), -1, 0)
+    w, x, y, z = _parts(np.asarray(turns, np.float64))
     rows = (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
         (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
         (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
     )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return _joined(*(number for row in rows for number in row)).reshape(*w.shape, 3, 3)
 
 
 def quaternions(turns: NDArray[Any]) -> Floats:
@@ -183,6 +193,8 @@ def worlds(
     [[[0.0, 1.0, 0.0]], [[0.0, -1.0, 0.0]]]
     """
     known: dict[int, tuple[Floats, Floats, Floats | None]] = {}
+    nodes = list(nodes)
+    last = {parent: node for node, parent in nodes}
     for node, parent in nodes:
         point, turn, scale = standing(node)
         own = turn
@@ -196,7 +208,10 @@ def worlds(
             axes = matrices(own) * scale[:, None, :]
             if parent >= 0:
                 axes = (matrices(whole) if above is None else above) @ axes
-        known[node] = point, turn, axes
+        if node in last:
+            known[node] = point, turn, axes
+        if last[parent] == node:  # held only as long as something stands in it
+            known.pop(parent, None)
         yield node, point, turn
 
 

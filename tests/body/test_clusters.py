@@ -71,6 +71,16 @@ def test_joints_that_turn_about_all_axes_are_found(monkeypatch, block):
     assert max(off(markers, joints).values()) < 1e-6
 
 
+def test_joints_of_some_frames():
+    markers, _ = legs()
+    markers[5, :4] = np.nan
+    made = making_of(NAMES)
+    whole = made.places(markers, 1.0)[:, [JOINT_CODES[joint] for joint in made.joints]]
+    known, at = made.over(markers, 1.0, 50)
+    np.testing.assert_array_equal(at(slice(3, 9)), whole[3:9])
+    np.testing.assert_array_equal(known, np.isfinite(whole).all(axis=2))
+
+
 def test_markers_that_tremble():
     markers, joints = legs(600)
     trembling = markers + np.random.default_rng(3).normal(0, 1, markers.shape)

@@ -103,6 +103,25 @@ def test_what_is_unknown_stays_so() -> None:
     assert lost == {"RHip", "LHip", "Pelvis"}
 
 
+@pytest.mark.parametrize("lost", [None, "LASI"])
+@pytest.mark.parametrize("names", [tuple(PELVIS | REST), tuple({**PELVIS, "T10": 0, **REST})[1:]])
+def test_many_frames_are_made_as_few_are(names: tuple[str, ...], lost: str | None) -> None:
+    """Block by block: sizes and the way down from the shoulders are those of all frames."""
+    rest = {**PELVIS, "T10": (-90, 1250, 0), **REST}
+    numbers = np.random.default_rng(4)
+    places = np.array([rest[name] for name in names]) + numbers.normal(0, 20, (50, len(names), 3))
+    places[numbers.random(places.shape[:2]) < 0.05] = np.nan
+    if lost is not None and lost in names:
+        places[:, names.index(lost)] = np.nan
+    making = making_of(names)
+    whole = making.places(places, 1.0)[:, [JOINT_CODES[joint] for joint in making.joints]]
+    for block in (1, 7, 50):
+        known, at = making.over(places, 1.0, block)
+        np.testing.assert_array_equal(at(slice(None)), whole)
+        np.testing.assert_array_equal(at(np.array([30, 3])), whole[[30, 3]])
+        np.testing.assert_array_equal(known, np.isfinite(whole).all(axis=2))
+
+
 @pytest.mark.parametrize(
     "names",
     [

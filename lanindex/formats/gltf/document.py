@@ -175,10 +175,11 @@ class Document:
         _, first, stop = self._bytes(buffer)
         return stop - first
 
-    def bytes(self, buffer: int, start: int, stop: int) -> bytes:
-        """Return a stretch of a buffer that lies in it."""
+    def bytes(self, buffer: int, start: int, stop: int) -> bytes | memoryview:
+        """Return a stretch of a buffer that lies in it: what is in memory, not once more."""
         content, first, _ = self._bytes(buffer)
-        return content[first + start : first + stop]
+        there = memoryview(content) if isinstance(content, bytes) else content
+        return there[first + start : first + stop]
 
     def _bytes(self, number: int) -> tuple[Content, int, int]:
         """Return where the bytes of a buffer are: the first, and the one behind the last."""

@@ -1,27 +1,24 @@
-"""From the nodes' shifts, turns and scales to where joints are, all frames of a block at once."""
+"""From the nodes' shifts, turns and scales to where joints are, all frames at once."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.formats.gltf.scene import Nodes, Person
+from lanindex.formats.gltf.scene import Nodes
 from lanindex.formats.gltf.tracks import Track
-from lanindex.formats.turning import worlds
-
-BLOCK = 2048
-"""Frames at a time."""
+from lanindex.formats.turning import inverse, product, worlds
 
 Floats = NDArray[np.float64]
 
 
-def above(nodes: Nodes, person: Person) -> list[int]:
-    """Return the joints of a person and all nodes above them, parents before children."""
+def above(nodes: Nodes, joints: Iterable[int]) -> list[int]:
+    """Return joints and all nodes above them, parents before children."""
     needed = set[int]()
-    for joint in person.joints:
-        node = joint
+    for node in joints:
         while node >= 0 and node not in needed:
             needed.add(node)
             node = nodes.parents[node]
@@ -30,22 +27,25 @@ def above(nodes: Nodes, person: Person) -> list[int]:
 
 def placed(
     nodes: Nodes,
-    person: Person,
+    joints: Sequence[int],
     tracks: Sequence[Track] = (),
     frames: NDArray[np.int64] | None = None,
-) -> tuple[Floats, Floats]:
+    rest: Floats | None = None,
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return where joints are and how they are turned, in the axes of the scene.
 
     Parameters
     ----------
     nodes : Nodes
         The file's.
-    person : Person
-        Whose joints.
+    joints : sequence of int
+        (J) which of them.
     tracks : sequence of Track
         What moves them; without any they stand.
     frames : ndarray, optional
         (T,) which.
+    rest : ndarray, optional
+        (J, 4), how they are turned at rest: then it is from there, in float32.
 
     Returns
     -------
@@ -54,8 +54,10 @@ def placed(
     """
     moved = {(track.node, track.path): track for track in tracks}
     count = 1 if frames is None else len(frames)
-    place = {node: number for number, node in enumerate(person.joints)}
-    points, turned = np.empty((count, len(place), 3)), np.empty((count, len(place), 4))
+    place = {node: number for number, node in enumerate(joints)}
+    kind = np.float64 if rest is None else np.float32
+    points, turned = (np.empty((count, len(place), width), kind) for width in (3, 4))
+    back = None if rest is None else inverse(rest)
 
     def at(node: int, path: str, still: Floats) -> Floats:
         track = moved.get((node, path))
@@ -70,8 +72,10 @@ def placed(
             at(node, "scale", nodes.scales[node]),
         )
 
-    needed = ((node, nodes.parents[node]) for node in above(nodes, person))
+    needed = ((node, nodes.parents[node]) for node in above(nodes, joints))
     for node, point, turn in worlds(needed, standing):
-        if node in place:
-            points[:, place[node]], turned[:, place[node]] = point, turn
+        joint = place.get(node)
+        if joint is not None:
+            points[:, joint] = point
+            turned[:, joint] = turn if back is None else product(turn, back[joint])
     return points, turned

@@ -38,7 +38,7 @@ class Pack:
         self.accessors: list[Any] = [] if accessors is None else accessors
         self.size = 0
         self.free: tuple[list[int], list[int]] = ([], [])
-        self._parts: list[bytes] = []
+        self._parts: list[bytes | memoryview] = []
 
     def copy(self, accessors: list[int], views: list[int]) -> Pack:
         """Return the same once more, some of whose accessors and views may be overwritten."""
@@ -59,7 +59,7 @@ class Pack:
         """Return the numbers."""
         return b"".join(self._parts)
 
-    def lay(self, data: bytes) -> dict[str, int]:
+    def lay(self, data: bytes | memoryview) -> dict[str, int]:
         """Lay bytes behind the others; return where, as a buffer view tells it."""
         gap = -self.size % 4
         self._parts += [b"\0" * gap, data]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -15,17 +16,19 @@ from lanindex.body.understand import Stated, find_body, sampled
 from lanindex.errors import BodyError, CaptureError, UsageError, quoted
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf.document import Document, Value, opened_document
-from lanindex.formats.gltf.kinematics import BLOCK, above, placed
+from lanindex.formats.gltf.kinematics import above, placed
 from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
 from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, timed, tracks
 from lanindex.formats.people import distinct, named, others, person, take_doubt
-from lanindex.formats.points import Points, motion_of
+from lanindex.formats.points import BLOCK, Frames, Places, Points, motion_of
 from lanindex.formats.rates import told_rate
-from lanindex.formats.turning import inverse, product
 from lanindex.model import Motion, Reading
 
 MOST = 20_000_000
 """Places of joints in a file that is smaller than four bytes for each."""
+
+FARTHEST = 1e30
+"""Metres: farther away a place is no number of 32 bits any more, in millimetres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +60,7 @@ class Performance:
 
     def placed(self, frames: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return where joints are in some frames, (T, J, 3), and how they are turned."""
-        return placed(self.nodes, self.person, self.tracks, frames)
+        return placed(self.nodes, self.person.joints, self.tracks, frames)
 
     def human(self) -> bool:
         """Tell whether the joints make a body."""
@@ -86,23 +89,30 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     found, doubts = chosen(file, told.take)
     whose, ticks = found.person, found.clock
     rate = rate_of(found) if told.rate is None else told_rate(told.rate)
-    rest, upright = placed(found.nodes, whose)
+    rest, upright = placed(found.nodes, whose.joints)
     offsets = rest[0].copy()
     for joint, parent in enumerate(whose.parents):
         if parent >= 0:
             offsets[joint] = rest[0, joint] - rest[0, parent]
-    joints = len(whose.joints)
-    places = np.empty((ticks.count, joints, 3), np.float32)
-    turns = np.empty((ticks.count, joints, 4), np.float32)
-    back = inverse(upright)
-    for start in range(0, ticks.count, BLOCK):
-        frames = np.arange(start, min(start + BLOCK, ticks.count))
-        points, turned = found.placed(frames)
-        places[frames], turns[frames] = points, product(turned, back)
-    for joint, gaps in unknown(found).items():
-        for start, stop in gaps:
-            places[start:stop, joint] = np.nan
-            turns[start:stop, joint] = np.nan
+    gaps = unknown(found)
+    known = _known((ticks.count, len(whose.joints)), gaps)
+    every = np.arange(ticks.count)
+
+    def at(frames: Frames, joints: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
+        nodes = [whose.joints[joint] for joint in joints]
+        which = every[frames]
+        with np.errstate(over="ignore", invalid="ignore"):  # scales in scales: they are refused
+            points, turned = placed(found.nodes, nodes, found.tracks, which, upright[0, joints])
+        _check(points, [whose.names[joint] for joint in joints], which, file.name)
+        if gaps:
+            missing = ~known[frames][:, joints]
+            points[missing], turned[missing] = np.nan, np.nan
+        return points, turned
+
+    places: NDArray[Any] | Places = Places(known, at)
+    turns = None
+    if ticks.count <= BLOCK:  # at once is faster
+        places, turns = at(slice(None), np.arange(len(whose.joints)))
     points_of = Points(
         whose.names,
         places,
@@ -111,9 +121,32 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         whose.parents,
         offsets,
         turns,
-        (*doubts, *(ticks.doubts if told.rate is None else ())),
+        doubts=(*doubts, *(ticks.doubts if told.rate is None else ())),
     )
     return motion_of(points_of, file, "gltf", told, wanted)
+
+
+def _known(shape: tuple[int, int], gaps: Mapping[int, list[tuple[int, int]]]) -> NDArray[np.bool_]:
+    """Return whether places are known, (T, J)."""
+    known = np.ones(shape, np.bool_)
+    for joint, spans in gaps.items():
+        for start, stop in spans:
+            known[start:stop, joint] = False
+    return known
+
+
+def _check(
+    points: NDArray[Any], names: Sequence[str], frames: NDArray[np.int64], path: str
+) -> None:
+    """Refuse places where nobody is."""
+    if not -FARTHEST < points.min() <= points.max() < FARTHEST:
+        frame, joint = np.argwhere(~(np.abs(points) < FARTHEST).all(axis=2))[0].tolist()
+        where = points[frame, joint].tolist()
+        raise CaptureError(
+            f"{quoted(names[joint])} is at {where} in frame {frames[frame]}",
+            place=path,
+            wanted=f"places up to {FARTHEST:g}",
+        )
 
 
 def rate_of(found: Performance) -> Fraction:
@@ -200,7 +233,7 @@ def performers(document: Document, take: str | None) -> dict[str, Performance]:
     skeletons = people(document, nodes, set().union(*(which for _, which in moving)))
     found = list[Performance]()
     for skeleton in skeletons:
-        needed = set(above(nodes, skeleton))
+        needed = set(above(nodes, skeleton.joints))
         for value, which in moving:
             if which & needed:
                 found.append(_performance(document, nodes, skeleton, value, needed))

@@ -296,6 +296,31 @@ def test_nothing_that_moves():
     assert nodes
 
 
+def test_scales_in_scales_beyond_all_numbers():
+    made = Made()
+    nodes = body(made)
+    waving(made, nodes)
+    for name in ("Hips", "RightArm"):
+        made.json["nodes"][nodes[name]]["scale"] = [1e20, 1e20, 1e20]
+    with pytest.raises(CaptureError, match=r"is at .* in frame 0, wanted places up to 1e\+30"):
+        read(made.glb())
+
+
+def test_the_body_alone_is_where_it_is_among_all_joints():
+    made = Made()
+    nodes = body(made)
+    for number in range(5):
+        nodes[f"finger{number}"] = made.node(f"finger{number}", nodes["RightHand"])
+    waving(made, nodes)
+    whole, alone = (
+        formats.read_file(File("a.glb", made.glb()), Reading(), Wanted(only)) for only in (0, 1)
+    )
+    kept = [whole.skeleton.names.index(name) for name in alone.skeleton.names]
+    assert len(kept) < len(whole.skeleton.names)
+    np.testing.assert_array_equal(alone.positions, whole.positions[:, kept])
+    np.testing.assert_array_equal(alone.rotations, whole.rotations[:, kept])
+
+
 def test_no_human(captures: Path):
     with pytest.raises(BodyError, match="no human skeleton: among 2 joints"):
         formats.read(captures / "gltf" / "SimpleSkin.gltf")
