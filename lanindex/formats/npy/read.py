@@ -257,13 +257,13 @@ def _sound(
 ) -> NDArray[np.float32]:
     """Return numbers as float32; refuse absurd ones, and unknown ones where all must be known."""
     result = np.empty(values.shape, np.float32)
-    for start in range(0, len(values), smpl.BLOCK):
-        with np.errstate(invalid="ignore"):  # of all that is no number, some signals
+    with np.errstate(invalid="ignore"):  # of all that is no number, some signals
+        for start in range(0, len(values), smpl.BLOCK):
             block = values[start : start + smpl.BLOCK].astype(np.float64)
-        bad = ~(np.abs(block) <= largest) if known else np.abs(block) > largest
-        if bad.any():
-            at = tuple(np.argwhere(bad)[0].tolist())
-            found = f"{name or 'array'}: frame {start + at[0]} has {block[at]}"
-            raise CaptureError(found, place=place, wanted=f"numbers up to {largest:g}")
-        result[start : start + smpl.BLOCK] = block
+            bad = ~(np.abs(block) <= largest) if known else np.abs(block) > largest
+            if bad.any():
+                at = tuple(np.argwhere(bad)[0].tolist())
+                found = f"{name or 'array'}: frame {start + at[0]} has {block[at]}"
+                raise CaptureError(found, place=place, wanted=f"numbers up to {largest:g}")
+            result[start : start + smpl.BLOCK] = block
     return result

@@ -403,3 +403,10 @@ def test_long_fuzzing(captures):
     real = [path.read_bytes() for path in sorted((captures / "npz").glob("*walk*"))]
     seen = fuzzed("walk.npz", [*SOURCES, *real], 50_000, 2)
     assert min(seen.values()) > 2_000, seen
+
+
+def test_numbers_that_signal_are_unknown():
+    walk = ordered(SMPL[:22], 5).astype(np.float64)
+    walk.view(np.uint64)[2, 3, 1] = 0x7FF0000000000001  # a NaN that complains where it is used
+    motion = formats.read("walk.npy", data=npy(walk))
+    assert np.isnan(motion.positions).any()
