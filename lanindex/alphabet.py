@@ -64,6 +64,13 @@ Source: ``encode/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 2.
 JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 
 
+FEET = ("spring", "hop", "leap", "assemble", "sissonne")
+"""Which feet a jump leaves and lands on, by its amount.
+
+Both and both, one and the same, one and the other, one and both, both and one.
+"""
+
+
 @dataclass(frozen=True, slots=True)
 class Kind:
     """What the symbols of a track say.
@@ -71,26 +78,59 @@ class Kind:
     Attributes
     ----------
     name : str
-        ``gesture``: a limb points somewhere. ``support``: it takes the weight.
+        ``gesture``: a limb points somewhere. ``support``: it takes the weight. ``step``: the
+        weight goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere.
+        ``turn``: it turns about the vertical.
     words : tuple of str
         Which words of the pattern language can be said of it, by their kind.
     fields : tuple of str
         Which of a symbol's direction, level and amount it has.
+    keyword : str
+        What its lines in LND begin with; empty: they are made of those of other tracks.
+    directions : tuple of str
+        Those that it can have.
+    amounts : tuple of str
+        What its amounts are called, by number; empty: they are degrees.
     """
 
     name: str
     words: tuple[str, ...]
     fields: tuple[str, ...]
+    keyword: str = ""
+    directions: tuple[str, ...] = DIRECTIONS
+    amounts: tuple[str, ...] = ()
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What its fields are called where they are read or written: an amount by what it is."""
+        amount = "feet" if self.amounts else "degrees"
+        return tuple(amount if name == "amount" else name for name in self.fields)
+
+    def amount(self, number: int) -> str:
+        """Return an amount in words: ``hop``, ``90deg``."""
+        return self.amounts[number] if number < len(self.amounts) else f"{number}deg"
+
+
+_CELL = ("direction", "level")
 
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind("gesture", ("direction", "level", "change"), ("direction", "level")),
-        Kind("support", ("direction", "level", "change"), ("direction", "level")),
+        Kind("gesture", (*_CELL, "change"), _CELL, "direction"),
+        Kind("support", (*_CELL, "change"), _CELL, "support"),
+        Kind("step", (*_CELL, "change"), _CELL),
+        Kind("jump", ("direction", "feet"), ("direction", "amount"), "jump", amounts=FEET),
+        Kind("travel", ("direction",), ("direction",), "travel"),
+        Kind(
+            *("turn", ("direction", "degrees"), ("direction", "amount"), "rotation"),
+            ("right", "left"),
+        ),
     )
 }
 """Every kind of track, by name; a library stores its place in this table."""
+
+LINES = {kind.keyword: kind for kind in KINDS.values() if kind.keyword}
+"""Every kind whose symbols have lines of their own in LND, by what those begin with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +187,13 @@ PARTS: dict[str, Part] = {
     },
     **{name: Part(name, name, "", chain) for name, chain in _SINGLE.items()},
 }
-"""Every part that is encoded, by name."""
+"""Every part that is encoded as a limb, by name."""
+
+BODY = ("r_support", "l_support", "step", "jump", "body_travel", "body_turn")
+"""The tracks of the whole body, in order."""
+
+TRACKS = (*PARTS, *BODY)
+"""Every track that there is, in the order in which they are shown."""
 
 GROUPS = (*_PAIRED, *_SINGLE)
 """The groups of parts that share a profile's files."""
@@ -156,16 +202,33 @@ GROUPS = (*_PAIRED, *_SINGLE)
 def mirrored_part(name: str) -> str:
     """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``.
 
+    What has no side is its own: of a jump, a way and a turn only the directions are mirrored.
+
     Examples
     --------
     >>> from lanindex.alphabet import mirrored_part
-    >>> mirrored_part("r_arm"), mirrored_part("head")
-    ('l_arm', 'head')
+    >>> mirrored_part("r_arm"), mirrored_part("head"), mirrored_part("body_turn")
+    ('l_arm', 'head', 'body_turn')
     """
     return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]
 
 
-_KIND_OF_GROUP = {"support": "support"}
+def is_limb(part: str) -> bool:
+    """Return whether a part is a limb, which points or carries: not the body as a whole.
+
+    Examples
+    --------
+    >>> from lanindex.alphabet import is_limb
+    >>> is_limb("r_arm"), is_limb("l_support"), is_limb("step")
+    (True, True, False)
+    """
+    return kind_of(part) in ("gesture", "support")
+
+
+_KIND_OF_GROUP = {
+    **{"support": "support", "step": "step", "jump": "jump"},
+    **{"body_travel": "travel", "body_turn": "turn"},
+}
 
 
 def kind_of(part: str) -> str:
@@ -174,7 +237,7 @@ def kind_of(part: str) -> str:
     Examples
     --------
     >>> from lanindex.alphabet import kind_of
-    >>> kind_of("r_arm"), kind_of("l_support")
-    ('gesture', 'support')
+    >>> kind_of("r_arm"), kind_of("l_support"), kind_of("body_turn")
+    ('gesture', 'support', 'turn')
     """
     return _KIND_OF_GROUP.get(part[2:] if part[:2] in ("r_", "l_") else part, "gesture")

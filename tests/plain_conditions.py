@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from lanindex.alphabet import DIRECTIONS, LEVELS, MIRRORED, mirrored_part
+from lanindex.alphabet import DIRECTIONS, FEET, LEVELS, MIRRORED, mirrored_part
 from lanindex.search.language.clauses import Mirrors, Number, Reference, Text, Value
 from lanindex.search.language.times import Clock
 
@@ -18,6 +18,7 @@ def symbols_of(tracks, thing):
                 "direction": DIRECTIONS[symbol["direction"]] if symbol["direction"] >= 0 else None,
                 "level": LEVELS[symbol["level"]] if symbol["level"] >= 0 else None,
                 "swings": Fraction(int(symbol["swings"])),
+                **amounts(part, int(symbol["amount"])),
                 "margin": Fraction(round(1000 * float(symbol["margin"])), 1000),
                 "start": int(symbol["start"]) if own else thing.start,
                 "end": int(symbol["stop"]) if own else thing.end,
@@ -36,7 +37,7 @@ def is_true(condition, capture, told):
     if isinstance(condition, Mirrors):
         one, two = told.get(condition.first, []), told.get(condition.second, [])
         return bool(one) and [mirror(it) for it in one] == [
-            (it["part"], it["direction"], it["level"]) for it in two
+            (it["part"], it["direction"], it["level"], it["about"]) for it in two
         ]
     left, right = (total(side, capture, told) for side in (condition.left, condition.right))
     if left is None or right is None:
@@ -57,7 +58,19 @@ def mirror(symbol):
     direction = symbol["direction"]
     if direction is not None:
         direction = DIRECTIONS[MIRRORED[DIRECTIONS.index(direction)]]
-    return mirrored_part(symbol["part"]), direction, symbol["level"]
+    return mirrored_part(symbol["part"]), direction, symbol["level"], symbol["about"]
+
+
+def amounts(part, amount):
+    """Return what a symbol says by its amount, and what its mirror image must have, too."""
+    feet = amount if part == "jump" and amount >= 0 else None
+    degrees = amount if part == "body_turn" and amount >= 0 else None
+    about = (feet, None if degrees is None else round(degrees / 45))
+    return {
+        "feet": None if feet is None else FEET[feet],
+        "degrees": None if degrees is None else Fraction(degrees),
+        "about": about,
+    }
 
 
 def total(side, capture, told):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 
-from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.alphabet import DIRECTIONS, FEET, LEVELS
 from lanindex.search.language.query import meaning
 from lanindex.search.language.times import Clock
 
@@ -85,6 +85,11 @@ class Things:
         fits = (DIRECTIONS[direction] if direction >= 0 else "") in meaning(
             step.words, "direction", part
         ) and (LEVELS[level] if level >= 0 else "") in meaning(step.words, "level", part)
+        amount = int(rows[row]["amount"])
+        for kind, said in ("feet", FEET[amount : amount + 1]), ("degrees", (str(amount),)):
+            if any(word.kind == kind for word in step.words):
+                told = said[0] if amount >= 0 else ""
+                fits = fits and told in meaning(step.words, kind, part)
         if rows[row]["passing"] and step.manner == "via":
             return fits and "neither" in meaning(step.words, "change", part)
         if rows[row]["passing"]:

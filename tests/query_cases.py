@@ -6,13 +6,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
+from lanindex.alphabet import DIRECTION_CODES, FEET, KINDS, LEVEL_CODES, kind_of
 from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.symbol import blank
 from lanindex.search.hits import Hits
 from lanindex.search.stages import Counted, Counts
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
+
+_FEET = {name: number for number, name in enumerate(FEET)}
+_CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES, "amount": _FEET}
 
 
 @dataclass(frozen=True)
@@ -73,13 +76,17 @@ def told(found: Hits | Counts, names: Mapping[int, str]) -> list[Expected]:
 
 
 def track(part: str, text: str, frames: int, known: tuple[Span, ...] = ()) -> Track:
-    """Read ``place low 0 0, right mid 5 12``: by default one known stretch; all margins 1."""
+    """Read ``place low 0 0, right mid 5 12``: by default one known stretch; all margins 1.
+
+    A symbol has what its kind has: ``forward hop 5 9`` is a jump, ``left 90 5 9`` a turn.
+    """
     rows = blank(text.count(",") + 1)
+    kind = KINDS[kind_of(part)]
     for row, symbol in zip(rows, text.split(","), strict=True):
-        direction, level, start, stop = symbol.split()
-        row["passing"] = level.endswith("*")
-        row["direction"] = DIRECTION_CODES[direction]
-        row["level"] = LEVEL_CODES[level.rstrip("*")]
+        *words, start, stop = symbol.split()
+        row["passing"] = symbol.count("*")
+        for name, word in zip(kind.fields, words, strict=True):
+            row[name] = _CODES[name].get(word.rstrip("*"), word)
         row["start"], row["stop"], row["tick"] = int(start), int(stop), int(start)
         row["ticks"] = int(stop) - int(start)
         row["margin"] = 1

@@ -1,13 +1,15 @@
 """Random scores for the tests of notation and performance."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
 from hypothesis import strategies as st
 
-from lanindex.alphabet import PARTS
+from lanindex.alphabet import DIRECTION_CODES, KINDS, PARTS, kind_of
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model.steps import FEET, steps
 from lanindex.model.symbol import blank
 
 METERS = st.builds(
@@ -24,49 +26,55 @@ def tracks(draw: st.DrawFn, part: str, ticks: int) -> Track:
     """Draw a track of a score whose frames are ticks."""
     borders = sorted(draw(st.sets(st.integers(1, ticks), min_size=2, max_size=14)))
     stretches, rows = [0], []
+    kind = KINDS[kind_of(part)]
+    amounts = st.sampled_from(range(len(kind.amounts))) if kind.amounts else st.integers(0, 800)
+    codes = st.sampled_from([DIRECTION_CODES[name] for name in kind.directions])
+    known = {"direction": codes, "level": st.integers(0, 2), "amount": amounts}
 
     def symbol(start: int, stop: int) -> None:
         row = blank(())
-        row["direction"] = draw(st.integers(0, 8))
-        row["level"] = draw(st.integers(0, 2))
+        for name in kind.fields:
+            row[name] = draw(known[name])
         row["start"] = row["tick"] = start
         row["stop"], row["ticks"] = stop, stop - start
         row["margin"], row["runner_direction"], row["runner_level"] = 1, -1, -1
         rows.append(row)
 
-    symbol(0, 0)
+    begins = "level" in kind.fields or draw(st.booleans())
+    if begins:
+        symbol(0, 0)
     for start, stop in pairwise(borders):
-        match draw(st.sampled_from(["move", "move", "move", "hold", "gap"])):
+        match draw(st.sampled_from(["move", "move", "move", "hold", *["gap"] * begins])):
             case "move":
                 symbol(start, stop)
             case "gap":
                 symbol(start, start)
                 stretches.append(start)
     edges = [*stretches, ticks]
-    known = tuple(Span(*pair) for pair in pairwise(edges))
-    return Track(part, np.array(rows, SYMBOL), known)
+    spans = tuple(Span(*pair) for pair in pairwise(edges))
+    return Track(part, np.array(rows, SYMBOL), spans)
 
 
 @st.composite
-def scores(draw: st.DrawFn) -> Score:
-    """Draw a score as LND can carry it: whole units, ticks for frames."""
+def scores(draw: st.DrawFn, known: Sequence[str] = (*PARTS, "tail")) -> Score:
+    """Draw a score as LND can carry it: whole units, ticks for frames; of some parts."""
     meter = draw(METERS)
     units = draw(st.integers(1, 4))
-    parts = draw(st.lists(st.sampled_from([*PARTS, "tail"]), max_size=3, unique=True))
+    parts = draw(st.lists(st.sampled_from(known), max_size=3, unique=True))
     frames = units * meter.division
-    return Score(
-        meter.tick_rate, frames, meter, {part: draw(tracks(part, frames)) for part in parts}
-    )
+    found = {part: draw(tracks(part, frames)) for part in parts}
+    if feet := [found[part] for part in FEET if part in found]:
+        found["step"] = steps(feet)
+    return Score(meter.tick_rate, frames, meter, found)
 
 
-def seconds(score: Score) -> dict[str, list[tuple[int, int, Fraction, Fraction]]]:
-    """Return what a score shows: direction, level, start and stop in seconds."""
+def seconds(score: Score) -> dict[str, list[tuple[int, int, int, Fraction, Fraction]]]:
+    """Return what a score shows: direction, level, amount, start and stop in seconds."""
     rate = score.meter.tick_rate
     return {
         part: [
             (
-                int(row["direction"]),
-                int(row["level"]),
+                *(int(row[name]) for name in ("direction", "level", "amount")),
                 int(row["tick"]) / rate,
                 int(row["tick"] + row["ticks"]) / rate,
             )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lanindex.library import derive, segments, state
 from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
-from lanindex.model.columns import Columns, Roster, columns_of, enrolled
+from lanindex.model.columns import Columns, Roster, columns_of, enrolled, has_amount
 
 
 @dataclass(slots=True)
@@ -214,15 +214,17 @@ def stored(
         start,
         stop,
         np.concatenate(gaps).astype(np.int32),
-        column("swings", _swings(added)) if swings else None,
+        column("swings", _own(added, "swings")) if swings else None,
+        column("amount", _own(added, "amount")) if has_amount(part) else None,
     )
     if {len(getattr(found, name)) for name in found.rows} != {found.bounds[-1]}:
         raise Distrust(f"damaged: the columns of {part} are not of one length")
     return found
 
 
-def _swings(added: Columns) -> NDArray[Any]:
-    return np.empty(0, np.int32) if added.swings is None else added.swings
+def _own(added: Columns, name: str) -> NDArray[Any]:
+    found: NDArray[Any] | None = getattr(added, name)
+    return np.empty(0, segments.TYPES[name]) if found is None else found
 
 
 def _counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:

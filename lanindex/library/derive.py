@@ -17,6 +17,7 @@ from lanindex.model.columns import (
     Roster,
     enrolled,
     gaps_of,
+    has_amount,
     joined,
     roster_of,
 )
@@ -29,6 +30,7 @@ _RUNNER = FIELDS["runner_direction"].shift
 _MARGIN, _FULL = FIELDS["margin"].shift, (1 << FIELDS["margin"].bits) - 1
 _PASSING = FIELDS["passing"].shift
 _SWINGS, _MOST_SWINGS = FIELDS["swings"].shift, (1 << FIELDS["swings"].bits) - 1
+_AMOUNT, _MOST_AMOUNT = FIELDS["amount"].shift, (1 << FIELDS["amount"].bits) - 1
 _READ = ("sign", "start", "length", "notes")
 """Of the columns of ``symbol_code``."""
 
@@ -131,4 +133,5 @@ def _columns(
         (start + length).astype(np.int32),
         gaps,
         (notes >> _SWINGS & _MOST_SWINGS).astype(np.int32),
+        ((notes >> _AMOUNT & _MOST_AMOUNT) - 1).astype(np.int16) if has_amount(part) else None,
     )

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from lanindex.errors import LibraryError
 from lanindex.library import checksums, state
 from lanindex.library.link import Link, among, ask, faults, first_values
-from lanindex.model.columns import Columns, Roster
+from lanindex.model.columns import Columns, Roster, has_amount
 
 TYPES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64} | {
     **{"counts": np.int64, "cell": np.uint8, "runner": np.uint8, "margin": np.uint16},
     **{"start": np.int32, "length": np.int32, "gaps": np.int32, "swings": np.int32},
+    "amount": np.int16,
 }
 """By the name of a column, its type in memory."""
 
@@ -75,7 +76,10 @@ class Segment(NamedTuple):
         """Whether it has all columns: what an earlier version wrote lacks some."""
         named = all(("", name) in self.entries for name in TEXTS)
         return named and all(
-            (part, "swings") in self.entries for part, name in self.entries if name == "cell"
+            (part, wanted) in self.entries
+            for part, name in self.entries
+            if name == "cell"
+            for wanted in ("swings", *["amount"] * has_amount(part))
         )
 
 
@@ -282,6 +286,7 @@ def put(
 def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
     """Return the columns of a part that have anything in them."""
     found = [("counts", np.diff(columns.bounds)), ("swings", columns.swings)]
+    found += [("amount", columns.amount)]
     found += [(name, getattr(columns, name)) for name in ("cell", "runner", "margin", "start")]
     found += [("length", columns.stop - columns.start), ("gaps", columns.gaps)]
     return [(name, array) for name, array in found if array is not None and array.size]

@@ -10,7 +10,7 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from lanindex.alphabet import PARTS
+from lanindex.alphabet import TRACKS
 from lanindex.library import read, rows, segments, state
 from lanindex.library.called import texts_of
 from lanindex.library.choosing import Choosing
@@ -317,7 +317,7 @@ class Store(Choosing):
         with self._reading() as connection:
             asked = parts_of if checked else segments.part_names
             found = set(asked(connection))
-        return [part for part in PARTS if part in found] + sorted(found.difference(PARTS))
+        return [part for part in TRACKS if part in found] + sorted(found.difference(TRACKS))
 
     def columns(
         self,

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import KINDS, kind_of
 from lanindex.model.arrays import frozen
 from lanindex.model.capture import Capture
 from lanindex.model.score import Track
@@ -30,6 +31,14 @@ THOUSANDTHS = 1000
 
 _ROWS = ("cell", "runner", "margin", "start", "stop")
 """What `Columns` has one of for each symbol."""
+
+_MAYBE = ("swings", "amount")
+"""What it may have."""
+
+
+def has_amount(part: str) -> bool:
+    """Return whether the symbols of a part have an amount."""
+    return "amount" in KINDS[kind_of(part)].fields
 
 
 def cell_of(direction: int, level: int) -> int:
@@ -111,6 +120,8 @@ class Columns:
         last; a part that was never seen has a stretch without frames.
     swings : ndarray or None
         (S,) int32, moves out and back within the cell; None where nobody has asked for them.
+    amount : ndarray or None
+        (S,) int16, as of a symbol; None where its kind of symbol has none.
     kept : dict
         What searches have worked out about these rows, and want to find again: it goes with them.
     """
@@ -124,6 +135,7 @@ class Columns:
     stop: NDArray[np.int32]
     gaps: NDArray[np.int32]
     swings: NDArray[np.int32] | None = None
+    amount: NDArray[np.int16] | None = None
     kept: dict[str, object] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -134,7 +146,7 @@ class Columns:
     @property
     def rows(self) -> tuple[str, ...]:
         """What there is one of for each symbol."""
-        return _ROWS if self.swings is None else (*_ROWS, "swings")
+        return (*_ROWS, *(name for name in _MAYBE if getattr(self, name) is not None))
 
     def __len__(self) -> int:
         """Return how many symbols there are."""
@@ -298,6 +310,7 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
         symbols["stop"].copy(),
         np.array(gaps, np.int32).reshape(-1, 3),
         symbols["swings"].astype(np.int32),
+        symbols["amount"].copy() if has_amount(part) else None,
     )
 
 

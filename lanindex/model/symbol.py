@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, kind_of
 from lanindex.model.span import Span
 
 
@@ -102,7 +102,8 @@ class Symbol:
     runner_direction, runner_level : str or None
         The cell across the nearest border; None: none known.
     amount : int or None
-        Degrees of a turn, or of a bend; None where the kind of symbol has none.
+        Degrees of a turn, or of a bend; which feet a jump leaves and lands on, as in
+        ``alphabet.FEET``; None where the kind of symbol has none.
 
     Examples
     --------
@@ -145,9 +146,9 @@ class Symbol:
 
     @property
     def words(self) -> str:
-        """What it says, without the part: ``right mid``."""
-        said = (self.direction, self.level, self.amount)
-        return " ".join(str(word) for word in said if word is not None)
+        """What it says, without the part: ``right mid``, ``left 90deg``."""
+        amount = None if self.amount is None else KINDS[kind_of(self.part)].amount(self.amount)
+        return " ".join(word for word in (self.direction, self.level, amount) if word is not None)
 
     def __str__(self) -> str:
         """Return the symbol as a person would write it."""

@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import KINDS
 from lanindex.model import Score, Span, Track
+from lanindex.model.steps import FEET, STEP, steps
 from lanindex.notation.page import UNIT
 
 Rows = NDArray[Any]
@@ -63,14 +65,16 @@ def excerpt(score: Score, span: Span) -> Score:
     factor = meter.division // score.meter.division
     scale = meter.tick_rate / score.rate
     begin, end = (ceil(frame * HEADING_RATE / score.rate) for frame in (span.start, span.stop))
+    based = {
+        cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, scale)) for cut in tracks
+    }
+    if STEP in based and (feet := [based[part] for part in FEET if part in based]):
+        based[STEP] = steps(feet)
     return Score(
         score.rate,
         len(span),
         meter,
-        {
-            cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, scale))
-            for cut in tracks
-        },
+        based,
         score.heading[begin:end],
         tuple(takewhile(lambda line: not UNIT.fullmatch(line), score.other)),
     )
@@ -92,6 +96,8 @@ def _cut(track: Track, span: Span) -> Track:
         known.append(Span(max(one.start - span.start, 0), min(one.stop, span.stop) - span.start))
         here = shown[(shown["start"] >= one.start) & (shown["start"] < one.stop)]
         in_force = here[here["stop"] <= span.start][-1:].copy()
+        if "level" not in KINDS[track.kind].fields:  # what is over is nowhere any more
+            in_force = in_force[:0]
         in_force["start"] = in_force["stop"] = span.start
         in_force["ticks"] = in_force["swings"] = 0
         rows += [in_force, here[(here["stop"] > span.start) & (here["start"] < span.stop)]]

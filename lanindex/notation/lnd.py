@@ -26,7 +26,7 @@ from math import ceil
 from os import PathLike, fspath
 from pathlib import Path
 
-from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, Kind
 from lanindex.errors import NotationError
 from lanindex.model import Meter, Score, Track
 from lanindex.notation.exact import number
@@ -151,7 +151,8 @@ def write(score: Score) -> str:
     header, kept = _kept(score.other)
     units: dict[int, list[tuple[int, int, str]]] = defaultdict(list)
     last = ceil(score.frames / score.rate * score.meter.tick_rate)
-    for column, part in enumerate(sorted(score.tracks, key=rank)):
+    written = [part for part in score.tracks if KINDS[score.tracks[part].kind].keyword]
+    for column, part in enumerate(sorted(written, key=rank)):
         for unit, tick, stop, line in _lines(score.tracks[part], score.meter):
             units[unit].append((tick, column, line))
             last = max(last, stop)
@@ -172,32 +173,38 @@ def write(score: Score) -> str:
 def _lines(track: Track, meter: Meter) -> Iterator[tuple[int, int, int, str]]:
     """Yield unit, first tick, last tick and line of each symbol that the score shows."""
     beat = Fraction(meter.beats, meter.division)
-    before = None
-    for tick, stop, direction, level in _shown(track):
+    kind, before = KINDS[track.kind], None
+    for tick, stop, *cell in _shown(track):
         unit = tick // meter.division + 1 if stop else 0
-        if tick % meter.division == 0 and stop > tick and before == (tick, direction, level):
+        if tick % meter.division == 0 and stop > tick and before == (tick, cell):
             unit -= 1
         begin = max(unit - 1, 0) * meter.division
         times = f"{number((tick - begin) * beat)} {number((stop - begin) * beat)}"
-        words = f"direction {track.part} {DIRECTIONS[direction]} {LEVELS[level]} {times}"
-        yield unit, tick, stop, words
-        before = (stop, direction, level) if stop > tick else None
+        yield unit, tick, stop, f"{kind.keyword} {track.part} {_said(kind, cell)} {times}"
+        before = (stop, cell) if stop > tick else None
 
 
-def _shown(track: Track) -> list[tuple[int, int, int, int]]:
-    """Return first tick, last tick, direction and level of each symbol that the score shows.
+def _said(kind: Kind, cell: list[int]) -> str:
+    """Return what a symbol says, as its line has it."""
+    names = {"direction": DIRECTIONS, "level": LEVELS, "amount": kind.amounts}
+    said = zip(kind.fields, cell, strict=True)
+    return " ".join(names[name][code] if names[name] else str(code) for name, code in said)
+
+
+def _shown(track: Track) -> list[tuple[int, ...]]:
+    """Return first tick, last tick and fields of each symbol that the score shows.
 
     After a short gap a part's new starting position may round to before the end of what it did
     last, or two of them to one tick: the first is moved, of the others the last one stands.
     """
-    shown: list[tuple[int, int, int, int]] = []
-    free = 0
+    shown: list[tuple[int, ...]] = []
+    fields, free = KINDS[track.kind].fields, 0
     for row in track.symbols[~track.symbols["passing"]]:
         tick = max(int(row["tick"]), free)
         free = tick + int(row["ticks"])
         if shown and tick == free and shown[-1][:2] == (tick, tick):
             shown.pop()
-        shown.append((tick, free, int(row["direction"]), int(row["level"])))
+        shown.append((tick, free, *(int(row[name]) for name in fields)))
     return shown
 
 

@@ -12,10 +12,20 @@ from math import ceil, lcm
 
 import numpy as np
 
-from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PARTS
+from lanindex.alphabet import (
+    DIRECTION_CODES,
+    KINDS,
+    LEVEL_CODES,
+    LINES,
+    PARTS,
+    TRACKS,
+    Kind,
+    kind_of,
+)
 from lanindex.errors import NotationError, shown
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.symbol import blank
+from lanindex.model.steps import FEET, STEP, steps
+from lanindex.model.symbol import FIELDS, blank
 from lanindex.notation.exact import DECIMAL, fraction
 
 UNITS_PER_LINE = "#unit_per_line 4"
@@ -28,13 +38,20 @@ UNIT = re.compile(r"#unit(\d+)")
 _COUNT = re.compile(r"\d{1,9}")
 _RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
 _PART = re.compile(r"[a-z_]+")
-_KEYWORDS = ("direction", "#speed", "#rhythm")
+_COUNTED = {1: "four", 2: "five"}
+"""How many words such a line has behind that, by how many fields it tells."""
+
+_KEYWORDS = (*LINES, "#speed", "#rhythm")
 _LAST_TICK = int(np.iinfo(np.int32).max)
 _SLOWEST, _FASTEST = Fraction(1, 10), Fraction(1000)
 _HOURS = 24
 """How long a score may last: one that is longer holds a slip of the pen."""
 
-_RANKS = {part: rank for rank, part in enumerate(PARTS)}
+_RANKS = {part: rank for rank, part in enumerate(TRACKS)}
+
+
+_AS_WELL = {("direction", "support")}
+"""Words that begin a symbol of another kind, too."""
 
 
 def rank(part: str) -> tuple[int, str]:
@@ -44,10 +61,10 @@ def rank(part: str) -> tuple[int, str]:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """One ``direction`` line; times in beats from the beginning of its unit."""
+    """The line of a symbol: its fields, and its times in beats from the beginning of its unit."""
 
     part: str
-    cell: tuple[int, int]
+    cell: tuple[int, ...]
     unit: int
     start: Fraction
     stop: Fraction
@@ -64,7 +81,7 @@ class Written:
 class _Placed:
     """A symbol in ticks."""
 
-    cell: tuple[int, int]
+    cell: tuple[int, ...]
     tick: int
     stop: int
     written: Written
@@ -105,15 +122,20 @@ class Page:
         heading, words = _HEADING.fullmatch(content.strip()), content.lower().split()
         if heading:
             _HEADINGS[heading[1].lower()](self, heading[2].strip())
-        elif words[:1] == ["direction"]:
-            self.written.append(self._symbol(words[1:]))
+        elif words and words[0] in LINES and not self._reserved(*words):
+            self.written.append(self._symbol(*words))
         elif words:
-            self._guard(words[0])
+            if words[0] not in LINES:
+                self._guard(words[0])
             self._keep(line)
             return
         if mark:
             self._keep(mark + comment)
         self.understood |= bool(words)
+
+    def _reserved(self, keyword: str, part: str = "", *_: str) -> bool:
+        """Tell whether a line says of a limb what only the body as a whole can do as yet."""
+        return keyword != "direction" and part in PARTS
 
     def _guard(self, word: str) -> None:
         """Refuse a slip of the pen; the line would be kept, but its symbol lost in silence."""
@@ -165,19 +187,25 @@ class Page:
             raise self.fault(f'the {what} "{shown(word)}"', "a number like 1.5")
         return fraction(word)
 
-    def _symbol(self, words: list[str]) -> Written:
-        """Read what stands behind ``direction``."""
-        if len(words) != 5:
-            found = f"{len(words)} words behind direction"
-            raise self.fault(found, "five: part direction level start end")
-        part, direction, level, start, stop = words
+    def _symbol(self, keyword: str, *words: str) -> Written:
+        """Read what stands behind ``direction``, or another word that begins a symbol."""
+        kind = LINES[keyword]
+        if len(words) != len(kind.names) + 3:
+            found = f"{len(words)} words behind {keyword}"
+            wanted = f"{_COUNTED[len(kind.names)]}: part {' '.join(kind.names)} start end"
+            raise self.fault(found, wanted)
+        part, *said, start, stop = words
         if self.unit is None:
             raise self.fault("a symbol before any unit", "a line like #unit1 above it")
         if not _PART.fullmatch(part):
             raise self.fault(f'the part "{shown(part)}"', "a name like r_arm")
-        cell = (
-            self._code(direction, "direction", DIRECTION_CODES),
-            self._code(level, "level", LEVEL_CODES),
+        own = KINDS[kind_of(part)]
+        if own != kind and (keyword, own.name) not in _AS_WELL:
+            wanted = f'"{own.keyword}"' if own.keyword else "the supports that it is made of"
+            raise self.fault(f'"{keyword}" of {shown(part)}', wanted)
+        cell = tuple(
+            self._degrees(word) if name == "degrees" else self._code(word, name, kind)
+            for word, name in zip(said, kind.names, strict=True)
         )
         times = self._number(start, "start"), self._number(stop, "end")
         if times[1] < times[0]:
@@ -185,7 +213,18 @@ class Page:
             raise self.fault(f"an end at {shown(stop)}", wanted)
         return Written(part, cell, self.unit, *times, self.line)
 
-    def _code(self, word: str, what: str, codes: dict[str, int]) -> int:
+    def _degrees(self, word: str) -> int:
+        degrees, most = self._count(word, "degrees"), FIELDS["amount"].most
+        if degrees > most:
+            raise self.fault(f"a turn by {degrees} degrees", f"at most {most}")
+        return degrees
+
+    def _code(self, word: str, what: str, kind: Kind) -> int:
+        codes = {
+            "direction": {name: DIRECTION_CODES[name] for name in kind.directions},
+            "level": LEVEL_CODES,
+            "feet": {name: code for code, name in enumerate(kind.amounts)},
+        }[what]
         if word in codes:
             return codes[word]
         from rapidfuzz import process
@@ -211,9 +250,10 @@ class Page:
             self._check(symbols)
         last = max((symbol.stop for symbols in parts.values() for symbol in symbols), default=0)
         frames = max(self.total, -(-last // meter.division), 1) * meter.division
-        tracks = {
-            part: _track(part, _joined(parts[part]), frames) for part in sorted(parts, key=rank)
-        }
+        tracks = {part: _track(part, _joined(parts[part]), frames) for part in parts}
+        if feet := [tracks[part] for part in FEET if part in tracks]:
+            tracks[STEP] = steps(feet)
+        tracks = {part: tracks[part] for part in sorted(tracks, key=rank)}
         return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
 
     def _check_length(self, beats: int, speed: Fraction) -> None:
@@ -268,7 +308,8 @@ def _joined(symbols: Iterable[_Placed]) -> list[_Placed]:
 def _track(part: str, symbols: list[_Placed], frames: int) -> Track:
     rows = blank(len(symbols))
     for row, symbol in zip(rows, symbols, strict=True):
-        row["direction"], row["level"] = symbol.cell
+        for name, code in zip(KINDS[kind_of(part)].fields, symbol.cell, strict=True):
+            row[name] = code
         row["start"] = row["tick"] = symbol.tick
         row["stop"], row["ticks"] = symbol.stop, symbol.stop - symbol.tick
     rows["margin"] = 1

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import pairwise
 
 from lanindex.search.language.query import (
@@ -28,7 +29,7 @@ from lanindex.search.language.query import (
     meaning,
 )
 from lanindex.search.language.times import Length
-from lanindex.search.language.words import ANY, WORD_KINDS
+from lanindex.search.language.words import AMOUNTS, ANY, WORD_KINDS
 
 NEGATIONS = ("without", "never")
 """Relations to lines that must not happen."""
@@ -70,6 +71,11 @@ class State:
     length: Length | None
     labels: tuple[str, ...] = ()
     near: int = 0
+
+    @property
+    def amounts(self) -> bool:
+        """Whether it asks for an amount, which no cell tells."""
+        return any(kind in said for said in self.fits for kind in AMOUNTS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -365,7 +371,10 @@ def _state(
 
 def _fits(step: Step, part: str) -> dict[str, frozenset[int]]:
     said = dict.fromkeys(word.kind for word in step.words if word.values != (ANY,))
-    return {
-        kind: frozenset(WORD_KINDS[kind].codes[it] for it in meaning(step.words, kind, part))
-        for kind in said
-    }
+    return {kind: _codes(kind, meaning(step.words, kind, part)) for kind in said}
+
+
+@lru_cache(64)
+def _codes(kind: str, words: frozenset[str]) -> frozenset[int]:
+    codes = WORD_KINDS[kind].codes
+    return frozenset(codes[it] for it in words)

@@ -9,9 +9,20 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterable
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
-from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, mirrored_part
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import (
+    DIRECTION_CODES,
+    DIRECTIONS,
+    KINDS,
+    LEVELS,
+    MIRRORED,
+    kind_of,
+    mirrored_part,
+)
 from lanindex.model import Hit, Symbol
 from lanindex.search.fields import Value, value_of
 from lanindex.search.language.clauses import (
@@ -34,6 +45,11 @@ _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     "=": operator.eq,
     "!=": operator.ne,
 }
+
+_EIGHTH = 45
+"""Degrees of an eighth of a turn."""
+
+Amount = TypeVar("Amount", int, NDArray[np.int64])
 
 
 def names_in(conditions: Iterable[Condition]) -> frozenset[str]:
@@ -124,12 +140,22 @@ def _mirrors(first: tuple[Symbol, ...], second: tuple[Symbol, ...]) -> bool:
     """Tell whether symbols are the mirror image of others, one by one."""
     pairs = zip(first, second, strict=False)
     return 0 < len(first) == len(second) and all(
-        _in_the_mirror(it) == (other.part, other.direction, other.level) for it, other in pairs
+        _in_the_mirror(it) == (other.part, other.direction, other.level, _about(other))
+        for it, other in pairs
     )
 
 
-def _in_the_mirror(symbol: Symbol) -> tuple[str, str | None, str | None]:
+def _in_the_mirror(symbol: Symbol) -> tuple[str, str | None, str | None, int]:
     direction = symbol.direction
     if direction is not None:
         direction = DIRECTIONS[MIRRORED[DIRECTION_CODES[direction]]]
-    return mirrored_part(symbol.part), direction, symbol.level
+    return mirrored_part(symbol.part), direction, symbol.level, _about(symbol)
+
+
+def _about(symbol: Symbol) -> int:
+    return about(symbol.part, -1 if symbol.amount is None else symbol.amount)
+
+
+def about(part: str, amount: Amount) -> Amount:
+    """Return amounts as closely as mirror images agree in them: of a turn to the nearest eighth."""
+    return amount if KINDS[kind_of(part)].amounts else (amount + _EIGHTH // 2) // _EIGHTH

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from lanindex.alphabet import LEVEL_CODES
+from lanindex.alphabet import KINDS, LEVEL_CODES, kind_of
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.search.language.clauses import CLIP, MATCH, Reference
+from lanindex.search.language.words import AMOUNTS
 
 Value = str | Fraction | None
 """A text, a number (times in seconds), or nothing."""
@@ -60,6 +61,11 @@ def value_of_span(reference: Reference, capture: Capture, span: Span) -> Value:
 
 
 def _told(symbol: Symbol, field: str) -> Value:
+    if field in AMOUNTS:
+        kind = KINDS[kind_of(symbol.part)]
+        if field not in kind.words or symbol.amount is None:
+            return None
+        return kind.amount(symbol.amount) if kind.amounts else Fraction(symbol.amount)
     said = getattr(symbol, field)
     return Fraction(round(said * 1000), 1000) if isinstance(said, float | int) else said
 

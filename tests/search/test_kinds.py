@@ -78,8 +78,9 @@ def test_what_says_something_of_a_direction_needs_one():
 
 def test_words_of_a_kind_that_is_a_line_of_a_table():
     made = changed(
-        track("r_twist", ROWS, 100), direction=[-1] * 4, level=[-1] * 4, amount=[0, 20, 90, -1]
+        track("r_arm", ROWS, 100), direction=[-1] * 4, level=[-1] * 4, amount=[0, 20, 90, -1]
     )
+    made = Track("r_twist", made.symbols, made.known)
     assert spans("r_twist slight", made) == [(10, 20)]
     assert spans("twist slight/full", made) == [(10, 20), (30, 40)]
     assert spans("twist not slight", made) == [(30, 40)]

@@ -5,6 +5,7 @@ from importlib.resources import files
 
 import pytest
 
+from lanindex.alphabet import LINES
 from lanindex.errors import PatternError
 from lanindex.search.language import parse
 from lanindex.search.language.words import DEFAULT_PARTS, LANGUAGE, VALUES
@@ -72,7 +73,7 @@ def test_every_block_is_looked_at():
 
 def test_the_words_of_the_grammar_are_those_of_the_language():
     grammar = set(re.findall(r'"([a-z]{2,}(?: side)?)"', blocks("The grammar")[0]))
-    known = {*LANGUAGE, "either side", "ms"}
+    known = {*LANGUAGE, *LINES, "either side", "ms", "deg"}
     assert grammar <= known
     assert set(LANGUAGE) - {"then", "or", "not", "either"} <= grammar
 

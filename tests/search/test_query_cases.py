@@ -13,7 +13,7 @@ FOUND = [case for case in CASES if not case.error]
 
 
 def test_all_cases_are_there():
-    assert (len(FOUND), len(ERRORS)) == (332, 18)
+    assert (len(FOUND), len(ERRORS)) == (409, 35)
 
 
 @pytest.mark.parametrize("case", FOUND, ids=str)

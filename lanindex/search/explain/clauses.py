@@ -28,7 +28,7 @@ _COMPARED = {
     ">": "is more than",
     ">=": "is at least",
 }
-_FIELDS = {"swings": "number of swings"}
+_FIELDS = {"swings": "number of swings", "degrees": "angle", "feet": "kind of jump"}
 _OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lanindex.alphabet import kind_of
 from lanindex.search.explain.clauses import endings, time
 from lanindex.search.language.query import (
     ONCE,
@@ -18,7 +19,7 @@ from lanindex.search.language.query import (
     Step,
     Word,
 )
-from lanindex.search.language.times import Length
+from lanindex.search.language.times import Length, degrees
 from lanindex.search.language.words import Mover
 
 _VALUES = {
@@ -43,6 +44,11 @@ _VALUES = {
     "high": "high",
     "rising": "to a higher level than before",
     "sinking": "to a lower level than before",
+    "spring": "from both feet to both",
+    "hop": "from one foot to the same",
+    "leap": "from one foot to the other",
+    "assemble": "from one foot to both",
+    "sissonne": "from both feet to one",
 }
 _PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
 _MANNERS = {
@@ -52,6 +58,13 @@ _MANNERS = {
     "hold": (("stays", "where it is"), ("stay", "where they are")),
 }
 """By manner, for one and for two: the verb, and where if no words tell."""
+_DOINGS = {
+    "step": ("a foot", "steps"),
+    "jump": ("the body", "jumps"),
+    "travel": ("the body", "travels"),
+    "turn": ("the body", "turns"),
+}
+"""By kind of track, who does it, and what."""
 _LENGTHS = {
     "<": "less than {}",
     "<=": "at most {}",
@@ -172,6 +185,8 @@ def _length(length: Length) -> str:
 
 def who(mover: Mover) -> str:
     """Return a part or pair as a person would name it."""
+    if doing := _DOINGS.get(kind_of(mover.members[0])):
+        return doing[0]
     name = mover.name.replace("_", " ")
     if mover.form == "one":
         side = {"r": "right ", "l": "left "}.get(mover.name[:1], "") if mover.sided else ""
@@ -182,20 +197,32 @@ def who(mover: Mover) -> str:
 def _step(step: Step) -> str:
     many = step.mover.form == "both"
     verb, place = _MANNERS[step.manner][many]
-    said = f"{verb} {_where(step.words) or place}"
-    if many:
-        said = said.replace("its own side", "their own sides")
-    return f"{who(step.mover)} {said}" if step.named else said
+    if step.manner in ("move", "via") and (doing := _DOINGS.get(kind_of(step.mover.members[0]))):
+        verb, place = verb.replace("goes", "moves").replace("moves", doing[1]), ""
+    said = f"{verb} {_where(step) or place}"
+    if many or not step.mover.sided:
+        said = said.replace("its own side", "their own sides" if many else "either side")
+    return f"{who(step.mover)} {said}".rstrip() if step.named else said.rstrip()
 
 
-def _where(words: tuple[Word, ...]) -> str:
+def _where(step: Step) -> str:
+    words, points = step.words, kind_of(step.mover.members[0]) == "gesture"
     said = {word.kind: word for word in words if not word.negated and len(word.values) == 1}
     direction, level = said.get("direction"), said.get("level")
-    if direction and level and direction.values == ("place",) and len(words) == 2:
+    if points and direction and level and direction.values == ("place",) and len(words) == 2:
         return _PLACES[level.values[0]]
     return ", ".join(map(_word, words))
 
 
 def _word(word: Word) -> str:
-    joined = " or ".join(_VALUES.get(value, value) for value in word.values)
+    angles = word.kind == "degrees"
+    joined = " or ".join(_angle(it) if angles else _VALUES.get(it, it) for it in word.values)
     return f"not {joined}" if word.negated else joined
+
+
+def _angle(value: str) -> str:
+    """Return an angle as it is written as a person says it."""
+    least, most = degrees(value)
+    if most is None:
+        return f"by {least} degrees or more"
+    return f"by {least} to {most} degrees" if least else f"by {most} degrees or less"

@@ -11,9 +11,9 @@ from math import lcm
 import numpy as np
 
 from lanindex.alphabet import MIRRORED, mirrored_part
-from lanindex.model.columns import CELL, cell_of
+from lanindex.model.columns import CELL, cell_of, has_amount
 from lanindex.search.automaton import State
-from lanindex.search.conditions import names_in
+from lanindex.search.conditions import about, names_in
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.ragged import FAR, Mask, Whole
 from lanindex.search.language.clauses import (
@@ -131,9 +131,11 @@ class Asked:
             here = np.flatnonzero(row <= last)
             here = here[~rows.passing[row[here]] | (first == last)[here]]
             codes = named | cells[rows.cell[row[here]] & CELL]
-            pairs, place = np.unique((column[here] + 1) << 20 | codes, return_inverse=True)
+            if has_amount(part):
+                codes |= about(part, rows.amount[row[here]].astype(np.int64)) << 20
+            pairs, place = np.unique((column[here] + 1) << 32 | codes, return_inverse=True)
             told = [
-                self._sequences.setdefault((it >> 20, it & 0xFFFFF), len(self._sequences))
+                self._sequences.setdefault((it >> 32, it & 0xFFFFFFFF), len(self._sequences))
                 for it in pairs.tolist()
             ]
             column[here] = np.array(told, np.int64)[place]

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
+from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, kind_of
 from lanindex.model import Capture, Span
 from lanindex.model.columns import CELL, THOUSANDTHS
 from lanindex.search.conditions import names_in, number_of
@@ -30,6 +30,7 @@ from lanindex.search.language.clauses import (
     Text,
 )
 from lanindex.search.language.times import Clock, Time
+from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 
 _COMPARE: dict[str, Callable[[Numbers, Any], Mask]] = {
     "=": operator.eq,
@@ -42,7 +43,11 @@ _COMPARE: dict[str, Callable[[Numbers, Any], Mask]] = {
 _ROUND: dict[str, Callable[[Fraction], int]] = {"<": ceil, "<=": floor, ">": floor, ">=": ceil}
 """To which whole number others are compared in the same way as to a broken one."""
 
-_CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES}
+_CODES = {
+    "direction": DIRECTION_CODES,
+    "level": LEVEL_CODES,
+    "feet": WORD_KINDS["feet"].codes,
+}
 _NO_FRAMES = Span(0, 0)
 
 
@@ -228,6 +233,10 @@ class Clauses:
             cell = rows.cell.astype(np.int64)
             if field == "swings":
                 told = THOUSANDTHS * self._source.swings(part)
+            elif field in AMOUNTS:
+                told = rows.amount.astype(np.int64)
+                told *= THOUSANDTHS if field == "degrees" else 1
+                told[(told < 0) | (field not in KINDS[kind_of(part)].words)] = -1
             else:
                 told = {
                     "direction": (cell & 15) - 1,

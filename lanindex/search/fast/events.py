@@ -14,10 +14,12 @@ import numpy as np
 
 from lanindex.model.arrays import frozen
 from lanindex.model.columns import CELL, THOUSANDTHS
+from lanindex.model.symbol import FIELDS
 from lanindex.search import compiled, nearly
 from lanindex.search.automaton import State
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread
 from lanindex.search.fast.rows import Rows
+from lanindex.search.language.words import AMOUNTS
 
 
 @dataclass(slots=True, eq=False)
@@ -95,7 +97,18 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
         fits |= across
     if "change" in state.fits[member]:
         fits &= np.isin(rows.change, sorted(state.fits[member]["change"]))
+    for kind in AMOUNTS:
+        if kind in state.fits[member]:
+            fits &= _amounts(state.fits[member][kind])[rows.amount]
     return fits, cost
+
+
+@lru_cache(64)
+def _amounts(codes: frozenset[int]) -> Mask:
+    """Return which amounts are among some codes; the last one is that of what has none."""
+    table = np.zeros(FIELDS["amount"].most + 2, bool)
+    table[list(codes)] = True
+    return frozen(table)
 
 
 def events_of(rows: Rows, state: State, member: int) -> Events:

@@ -315,7 +315,7 @@ _STORED = {
         [
             *(
                 (kind, code)
-                for kind in WORD_KINDS
+                for kind in (*CELLS, "change")
                 for code in range(-1, len(WORD_KINDS[kind].codes))
             ),
             MOVES,

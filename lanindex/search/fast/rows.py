@@ -100,6 +100,12 @@ class Rows:
         return self._columns.runner[self._here]
 
     @cached_property
+    def amount(self) -> Numbers:
+        """The amount of each row, (S,) int16; -1: it has none."""
+        held = self._columns.amount
+        return np.full(len(self), -1, np.int16) if held is None else held[self._here]
+
+    @cached_property
     def cost(self) -> Numbers:
         """What is missing to a margin of 1, in thousandths, (S,) int16."""
         return THOUSANDTHS - self._columns.margin[self._here].astype(np.int16)

@@ -14,7 +14,10 @@ from lanindex.search.language.times import Time, decimal
 CLIP, MATCH = "clip", "match"
 """What may be spoken of besides labels: the capture, and all that matched."""
 
-FIELDS = ("part", "direction", "level", "start", "end", "length", "swings", "margin")
+FIELDS = (
+    *("part", "direction", "level", "start", "end", "length", "swings", "margin"),
+    *("degrees", "feet"),
+)
 """What a label, or `MATCH`, has; `CLIP` has the capture's own columns."""
 
 
@@ -54,7 +57,7 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A direction or a level: ``right``, ``mid``."""
+    """A direction, a level or a kind of jump: ``right``, ``mid``, ``hop``."""
 
     kind: str
     value: str

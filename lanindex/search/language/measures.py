@@ -9,7 +9,7 @@ from lanindex.search.language.lexer import Token
 from lanindex.search.language.mistakes import COUNT
 from lanindex.search.language.query import ONCE, Arrow, Repeat, Skips
 from lanindex.search.language.times import Length, Time
-from lanindex.search.language.words import UNITS
+from lanindex.search.language.words import DEGREES, UNITS
 
 _LONGEST_NUMBER = 9
 _OFTEN = {"1": "once", "2": "twice"}
@@ -43,8 +43,8 @@ def whole_at(cursor: Cursor) -> int | None:
     return int(decimal_at(cursor))
 
 
-def time_at(cursor: Cursor) -> Time:
-    """Read a time: ``0.3s``, ``300ms``, ``9f``, ``2b``.
+def time_at(cursor: Cursor, units: tuple[str, ...] = UNITS) -> Time:
+    """Read a time: ``0.3s``, ``300ms``, ``9f``, ``2b``; or what has other units.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def time_at(cursor: Cursor) -> Time:
     if number is None:
         raise cursor.error("A time goes here: 0.3s, 300ms, 9f, 2b", cursor.before)
     said = _checked(cursor, number, number.text)
-    if not cursor.stands("word", *UNITS):
+    if not cursor.stands("word", *units):
         counted = f"; x{said} means {_OFTEN.get(said, f'{said} times')}"
         raise cursor.error(
             f"{said} what? {said}s is seconds, {said}b beats, {said}f frames"
@@ -65,19 +65,41 @@ def time_at(cursor: Cursor) -> Time:
     return Time(Fraction(said), cursor.advance().text)
 
 
-def length_at(cursor: Cursor) -> Length | None:
+def _number_and_unit(cursor: Cursor) -> tuple[str, str]:
+    """Return the number that stands here, also behind < or >, and what follows it; nothing read."""
+    number, unit = (cursor.ahead(cursor.stands("compare") + ahead) for ahead in (0, 1))
+    return (number.text, unit.text) if number.kind == "number" else ("", "")
+
+
+def is_angle(cursor: Cursor) -> bool:
+    """Tell whether an angle stands here."""
+    return _number_and_unit(cursor)[1] == DEGREES
+
+
+def angle_at(cursor: Cursor) -> str:
+    """Read an angle, if one stands here: ``<90deg``, ``45deg..90deg``, ``360deg+``, ``90deg``."""
+    return str(length_at(cursor, (DEGREES,))) if is_angle(cursor) else ""
+
+
+def bare_at(cursor: Cursor) -> str:
+    """Return the number that stands here without a unit, or nothing; it is not read."""
+    number, unit = _number_and_unit(cursor)
+    return "" if unit in UNITS else number
+
+
+def length_at(cursor: Cursor, units: tuple[str, ...] = UNITS) -> Length | None:
     """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
     begin = cursor.token
     if compare := cursor.take("compare"):
-        return Length(compare.text, time_at(cursor))
+        return Length(compare.text, time_at(cursor, units))
     if not cursor.stands("number"):
         return None
-    time = time_at(cursor)
+    time = time_at(cursor, units)
     if cursor.take("mark", "+"):
         return Length("+", time)
     if not cursor.take("range"):
         return Length("~", time)
-    last = time_at(cursor)
+    last = time_at(cursor, units)
     if last.unit == time.unit and last.number < time.number:
         raise cursor.error(f"From more to less: write {last}..{time}", begin, cursor.before)
     return Length("..", time, last)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+from lanindex import model
+from lanindex.alphabet import KINDS, LINES, kind_of
 from lanindex.errors import NotationError, PatternError
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.lexer import Token
@@ -23,19 +25,20 @@ from lanindex.search.language.query import (
     Word,
 )
 from lanindex.search.language.times import Length, Time
-from lanindex.search.language.words import ANY, RELATIVE, VALUES, Mover
+from lanindex.search.language.words import ANY, DEGREES, RELATIVE, VALUES, Mover
 
 HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")
 """What may stand behind ``#``."""
 
-_WORDS = "A line of LND has five words behind direction: part direction level start end"
+_COUNTED = {1: "four", 2: "five"}
+"""How many words such a line has behind that, by how many fields it tells."""
 
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
     """A symbol of a score: its words, and its times in beats."""
 
-    words: tuple[Word, Word]
+    words: tuple[Word, ...]
     start: Fraction
     stop: Fraction
 
@@ -58,8 +61,11 @@ class _Pasted:
 
 
 def is_lnd(cursor: Cursor) -> bool:
-    """Tell whether a line of LND begins here."""
-    return cursor.stands("word", "direction") or cursor.stands("mark", "#")
+    """Tell whether a line of LND begins here: a word like jump alone is none."""
+    if cursor.stands("word", "direction") or cursor.stands("mark", "#"):
+        return True
+    kind, part = LINES.get(cursor.token.text), cursor.ahead(1)
+    return bool(kind and part.kind == "word" and KINDS[kind_of(part.text)] == kind)
 
 
 def score_at(cursor: Cursor, strict: bool) -> tuple[Step | Bracket, Length | None]:
@@ -116,26 +122,33 @@ def _heading_at(cursor: Cursor) -> _Pasted:
 
 def _symbol_at(cursor: Cursor) -> _Pasted:
     begin = cursor.advance()
+    kind = LINES[begin.text]
     part = cursor.mover_at()
     if part is None:
         raise stranger(cursor, True) if is_strange(cursor) else _short(cursor, begin)
     if part.form != "one":
         right, left = part.members
         raise cursor.error(f"LND names one part: {right} or {left}", cursor.before)
-    direction, level = _word_at(cursor, begin, "direction"), _word_at(cursor, begin, "level")
+    words = tuple(_word_at(cursor, begin, name) for name in kind.names)
     times = [_number_at(cursor, begin) for _ in range(2)]
     start, stop = map(Fraction, times)
     if stop < start:
         raise cursor.error(f"An end at {times[1]} lies before the start.", begin, cursor.before)
-    said = " ".join(["direction", part.name, direction.values[0], level.values[0], *times])
-    return _Pasted(said, begin, cursor.before, "", part, Symbol((direction, level), start, stop))
+    told = [word.values[0].removesuffix(DEGREES) for word in words]
+    said = " ".join([begin.text, part.name, *told, *times])
+    return _Pasted(said, begin, cursor.before, "", part, Symbol(words, start, stop))
 
 
 def _short(cursor: Cursor, begin: Token) -> PatternError:
-    return cursor.error(_WORDS, begin, cursor.before)
+    names = LINES[begin.text].names
+    count, told = _COUNTED[len(names)], " ".join(names)
+    sentence = f"A line of LND has {count} words behind {begin.text}: part {told} start end"
+    return cursor.error(sentence, begin, cursor.before)
 
 
 def _word_at(cursor: Cursor, begin: Token, kind: str) -> Word:
+    if kind == "degrees":
+        return Word(kind, (_number_at(cursor, begin) + DEGREES,))
     if is_strange(cursor):
         raise stranger(cursor)
     found = VALUES.get(cursor.token.text) if cursor.stands("word") else None
@@ -228,18 +241,17 @@ def _counted(cursor: Cursor, pasted: list[_Pasted]) -> dict[str, list[Symbol]]:
     beat = Fraction(score.meter.beats, score.meter.division)
     return {
         part: [
-            Symbol(
-                (
-                    Word("direction", (str(symbol.direction),)),
-                    Word("level", (str(symbol.level),)),
-                ),
-                symbol.tick * beat,
-                (symbol.tick + symbol.ticks) * beat,
-            )
+            Symbol(_words(symbol), symbol.tick * beat, (symbol.tick + symbol.ticks) * beat)
             for symbol in score.symbols(part)
         ]
         for part in score.tracks
     }
+
+
+def _words(symbol: model.Symbol) -> tuple[Word, ...]:
+    """Return what a symbol says, in words."""
+    said = zip(KINDS[kind_of(symbol.part)].names, symbol.words.split(), strict=True)
+    return tuple(Word(name, (word,)) for name, word in said)
 
 
 def _line(

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from lanindex.alphabet import KINDS, kind_of
+from lanindex.alphabet import KINDS, Kind, kind_of
 from lanindex.errors import PatternError
 from lanindex.search.language.cursor import Cursor
+from lanindex.search.language.measures import angle_at, bare_at, is_angle
 from lanindex.search.language.mistakes import is_strange, nothing, stranger
 from lanindex.search.language.query import Step, Word, meaning
-from lanindex.search.language.words import ANY, RELATIVE, VALUES, WORD_KINDS, Mover
+from lanindex.search.language.words import (
+    ACROSS,
+    ANY,
+    RELATIVE,
+    VALUES,
+    WORD_KINDS,
+    Mover,
+    values_of,
+)
 
 MANNERS = ("at", "via", "hold")
 """Words that say how a part is or moves there."""
@@ -49,7 +58,7 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
     written = cursor.mover_at()
     if written:
         mover = written.mirrored() if mirror else written
-    elif cursor.stands("word", *MANNERS, "not", *VALUES):
+    elif cursor.stands("word", *MANNERS, "not", *VALUES) or is_angle(cursor):
         mover = _carried(cursor, carried, after)
     else:
         raise nothing(cursor, after)
@@ -78,34 +87,52 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
     words: list[Word] = []
     telling: list[Word] = []  # what is denied once more tells nothing, and is not looked at again
-    while cursor.stands("word", "not", *VALUES) and cursor.ahead(1).text != ":":
+    while (_says(cursor) or cursor.stands("word", "not")) and cursor.ahead(1).text != ":":
         begin = cursor.token
         negated = cursor.take("word", "not") is not None
-        if not cursor.stands("word", *VALUES):
+        if not _says(cursor):
             raise _no_value(cursor, "Not what? A direction or level follows: not low")
         words.append(_word(cursor, negated))
         if not (negated and words[-1] in telling):
             telling.append(words[-1])
             if found := _complaint(tuple(telling), mover, manner):
                 raise cursor.error(found, begin, cursor.before)
+    number = bare_at(cursor) if "degrees" in _kind(mover).words else ""
+    if number:
+        told = f"{number}deg is degrees, {number}s seconds, {number}b beats, {number}f frames."
+        raise cursor.error(f"{number} what? {told}")
     return tuple(words)
 
 
+def _kind(mover: Mover) -> Kind:
+    return KINDS[kind_of(mover.members[0])]
+
+
+def _says(cursor: Cursor) -> bool:
+    return cursor.stands("word", *VALUES) or is_angle(cursor)
+
+
+def _value(cursor: Cursor) -> tuple[str, str]:
+    """Read a word that says something, or an angle: of which kind it is, and its own spelling."""
+    angle = angle_at(cursor)
+    return ("degrees", angle) if angle else VALUES[cursor.advance().text]
+
+
 def _word(cursor: Cursor, negated: bool) -> Word:
-    begin = cursor.advance()
-    kind, value = VALUES[begin.text]
+    begin = cursor.token
+    kind, value = _value(cursor)
     values = [value]
     while cursor.take("mark", "/"):
-        if not cursor.stands("word", *VALUES):
+        if not _says(cursor):
             raise _no_value(cursor, 'Or what? A word of the same kind follows "/": high/low')
-        token = cursor.advance()
-        other, value = VALUES[token.text]
+        first = cursor.token
+        other, value = _value(cursor)
         if other != kind:
             raise cursor.error(
                 '"/" joins words of one kind: right/left, high/low. Both at once have no "/": '
-                f"{begin.text} {token.text}",
+                f"{begin.text} {cursor.said(first, cursor.before)}",
                 begin,
-                token,
+                cursor.before,
             )
         values.append(value)
     return Word(kind, tuple(values), negated)
@@ -122,7 +149,7 @@ def _no_value(cursor: Cursor, sentence: str) -> PatternError:
 def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None:
     """Return what is wrong with the last word, or None."""
     word, noun = words[-1], WORD_KINDS[words[-1].kind].noun
-    kind = KINDS[kind_of(mover.members[0])]
+    kind = _kind(mover)
     if word.kind not in kind.words and word.values != (ANY,):
         return f'"{word}" cannot be said of {mover.name}: a {kind.name} has no {noun}.'
     before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
@@ -130,8 +157,15 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
         return _twice(before[0], word)
     if manner in _STILL and word.kind == "change":
         return f'{_STILL[manner]}: say a direction or a level, not "{word.values[0]}".'
-    if not mover.sided and any(value in RELATIVE for value in word.values):
+    sideless = RELATIVE if kind.name == "gesture" else ACROSS
+    if not mover.sided and any(value in sideless for value in word.values):
         return f"The {mover.name} has no side of its own: say right or left."
+    if word.kind == "direction" and any(
+        values_of("direction", value, mover.members[0]).isdisjoint(kind.directions)
+        for value in word.values
+    ):
+        goes = " or ".join(kind.directions)
+        return f'"{word}" cannot be said of {mover.name}: it goes {goes}.'
     if not meaning(words, word.kind, mover.members[0]):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'
     return None
@@ -140,6 +174,8 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
 def _twice(first: Word, second: Word) -> str:
     either, then = f"{first}/{second}", f"{first} -> {second}"
     noun = WORD_KINDS[first.kind].noun
+    if first.kind == "degrees":
+        return "Two angles. From 90deg to 180deg is 90deg..180deg"
     if first.kind == "change":
         return f'One movement has one {noun}. "{either}" means either.'
     return (

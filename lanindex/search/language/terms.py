@@ -32,6 +32,8 @@ _SORTS = {
     "level": "level",
     "swings": "number",
     "margin": "number",
+    "degrees": "number",
+    "feet": "feet",
 }
 """What a field of a label is; all others are times."""
 
@@ -39,6 +41,7 @@ _NOUNS = {
     "part": "a part",
     "direction": "a direction",
     "level": "a level",
+    "feet": "a kind of jump",
     "number": "a number",
     "time": "a time",
     "text": "a text",
@@ -135,7 +138,7 @@ def reference_at(cursor: Cursor, labels: Collection[str]) -> Reference:
         It speaks of no label, or of no field.
     """
     token = cursor.token
-    taken = token.text in (*LANGUAGE, *VALUES) and token.text not in (CLIP, MATCH)
+    taken = token.text in (*LANGUAGE, *VALUES) and token.text not in (CLIP, MATCH, *labels)
     if token.kind != "word" or (taken and token.text not in FIELDS):
         raise cursor.error("Of what? match.start, match.length, clip.label, or a label: a.start")
     if cursor.ahead(1).text != ".":
@@ -300,7 +303,7 @@ def _unlike(left: Term, right: Term) -> str:
     if number and "time" in sorts:
         return f"{number} what? {number}s is seconds, {number}b beats, {number}f frames."
     text = next((it for it in (right, left) if isinstance(it, Text)), None)
-    if text and ("direction" in sorts or "level" in sorts):
+    if text and not {"direction", "level", "feet"}.isdisjoint(sorts):
         return f"Take the quotation marks away: {text.text}"
     value = next((it for it in (right, left) if isinstance(it, Value)), None)
     if value and "clip" in sorts:

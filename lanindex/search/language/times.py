@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor
@@ -11,6 +12,9 @@ TOLERANCE = Fraction(1, 10)
 
 _ABOUT = Fraction(1, 5)
 """How far a bare length, ``1s``, may be off, in proportion."""
+
+_ABOUT_DEGREES = Fraction(45, 2)
+"""How far a bare angle, ``90deg``, may be off."""
 
 
 def decimal(number: Fraction) -> str:
@@ -76,17 +80,41 @@ class Length:
         """Return the fewest and the most whole frames that meet it, None: no limit; exactly."""
         wanted = self.time.frames(clock)
         longest = self.last.frames(clock) if self.last else wanted
-        above = {
-            ">": floor(wanted) + 1,
-            ">=": ceil(wanted),
-            "+": ceil(wanted),
-            "..": ceil(wanted),
-            "~": ceil(wanted * (1 - _ABOUT)),
-        }
-        below = {
-            "<": ceil(wanted) - 1,
-            "<=": floor(wanted),
-            "..": floor(longest),
-            "~": floor(wanted * (1 + _ABOUT)),
-        }
-        return above.get(self.form, 0), below.get(self.form)
+        return _whole(self.form, wanted, longest, wanted * _ABOUT)
+
+
+def degrees(said: str) -> tuple[int, int | None]:
+    """Return the fewest and the most whole degrees that an angle as written means, None: no limit.
+
+    Examples
+    --------
+    >>> from lanindex.search.language.times import degrees
+    >>> degrees("90deg"), degrees(">180deg"), degrees("45deg..90deg")
+    ((68, 112), (181, None), (45, 90))
+    """
+    match = _ANGLE.fullmatch(said)
+    assert match, said
+    compare, number, form, last = match.groups()
+    wanted = Fraction(number)
+    return _whole(compare or form or "~", wanted, Fraction(last or number), _ABOUT_DEGREES)
+
+
+_ANGLE = re.compile(r"([<>]=?)?([\d.]+)deg(\+|\.\.)?(?:([\d.]+)deg)?")
+
+
+def _whole(form: str, wanted: Fraction, last: Fraction, off: Fraction) -> tuple[int, int | None]:
+    """Return the smallest and the largest whole number that a condition allows, None: no limit."""
+    above = {
+        ">": floor(wanted) + 1,
+        ">=": ceil(wanted),
+        "+": ceil(wanted),
+        "..": ceil(wanted),
+        "~": max(ceil(wanted - off), 0),
+    }
+    below = {
+        "<": ceil(wanted) - 1,
+        "<=": floor(wanted),
+        "..": floor(last),
+        "~": floor(wanted + off),
+    }
+    return above.get(form, 0), below.get(form)

@@ -6,18 +6,23 @@ are relative to a limb's own side, the words of the language itself, and the nam
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from lanindex.alphabet import (
     DIRECTION_CODES,
     DIRECTIONS,
+    FEET,
     LEVEL_CODES,
     LEVELS,
     MIRRORED,
-    PARTS,
+    TRACKS,
+    is_limb,
     mirrored_part,
 )
+from lanindex.model.symbol import FIELDS
+from lanindex.search.language.times import degrees
 
 ANY = "any"
 
@@ -30,6 +35,9 @@ RELATIVE = {
     "across_back": "l_back",
 }
 """Directions relative to the limb's own side, with what they are for a right limb."""
+
+ACROSS = tuple(name for name in RELATIVE if name.startswith("across"))
+"""Those that only what has a side can take."""
 
 CHANGES = ("rising", "sinking")
 """How a level compares with the one before."""
@@ -52,13 +60,33 @@ VALUES: dict[str, tuple[str, str]] = {
     **{name: ("direction", name) for name in (*DIRECTIONS, *RELATIVE, ANY)},
     **{name: ("level", name) for name in LEVELS},
     **{name: ("change", name) for name in CHANGES},
+    **{name: ("feet", name) for name in FEET},
     **{spelling: ("direction", name) for spelling, name in _OTHER_DIRECTIONS.items()},
     **{spelling: ("level", name) for spelling, name in _OTHER_LEVELS.items()},
 }
 """Every word that says how a part moves: its kind and its own spelling."""
 
 ABSENT = ""
-"""What a symbol is that has no direction, or no level."""
+"""What a symbol is that has no direction, no level or no amount."""
+
+
+class Numbers(Mapping[str, int]):
+    """Whole numbers by their names, ``90``: from 0 to the most, none of them kept."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+
+    def __getitem__(self, name: str) -> int:
+        """Return a number by its name."""
+        return int(name)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield all names."""
+        return map(str, range(self._most + 1))
+
+    def __len__(self) -> int:
+        """Return how many numbers there are."""
+        return self._most + 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +120,16 @@ WORD_KINDS = {
     ),
     "level": WordKind("level", "level", LEVEL_CODES),
     "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
+    "feet": WordKind("kind of jump", "amount", {name: code for code, name in enumerate(FEET)}),
+    "degrees": WordKind("angle", "amount", Numbers(FIELDS["amount"].most)),
 }
 """Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
+
+AMOUNTS = ("feet", "degrees")
+"""The kinds of words that speak of a symbol's amount: no two can be said of one track."""
+
+DEGREES = "deg"
+"""The unit of a turn."""
 
 UNITS = ("s", "ms", "f", "b")
 """Units of time: seconds, milliseconds, frames of the source, beats."""
@@ -171,11 +207,14 @@ _LIMBS = {
 }
 """What people call a part, and the part that shows it."""
 
-DEFAULT_PARTS = (*PARTS, "r_support", "l_support")
+DEFAULT_PARTS = TRACKS
 """The parts that a pattern may name where no library says otherwise."""
 
-APART = ("right", "left", "either", "both")
-"""Words that may stand before a part and tell which: ``right arm``, ``both arms``."""
+APART = ("right", "left", "either", "both", "body")
+"""Words that may stand before a part and tell which: ``right arm``, ``body turn``."""
+
+_BODY = "body_"
+"""What may be left out of a part's name: ``travel``."""
 
 _PLURALS = {"foot": "feet"}
 
@@ -188,14 +227,25 @@ def mirrored_value(kind: str, value: str) -> str:
 def values_of(kind: str, value: str, part: str) -> frozenset[str]:
     """Return what a word stands for, said of one part (``l_arm``).
 
-    Only ``any`` says nothing, so that what has no direction will do as well.
+    Only ``any`` says nothing, so that what has no direction will do as well. What has no side of
+    its own goes to either.
     """
     if value == ANY:
         return frozenset((*WORD_KINDS[kind].codes, ABSENT))
+    if kind == "degrees":
+        return _angles(value)
     absolute = RELATIVE.get(value, value)
-    return frozenset(
-        (mirrored_value(kind, absolute) if value in RELATIVE and part[:2] == "l_" else absolute,)
-    )
+    there = {"r_": {absolute}, "l_": {mirrored_value(kind, absolute)}}
+    either = {absolute, mirrored_value(kind, absolute)}
+    return frozenset(there.get(part[:2], either) if value in RELATIVE else {absolute})
+
+
+@lru_cache(64)
+def _angles(value: str) -> frozenset[str]:
+    """Return the whole degrees of an angle as written: ``90deg``, ``>180deg``."""
+    least, most = degrees(value)
+    known = WORD_KINDS["degrees"].codes
+    return frozenset(map(str, range(least, len(known) if most is None else most + 1)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,6 +283,12 @@ class Mover:
         return Mover(name, "one", (name,))
 
 
+def _place(part: str) -> tuple[bool, bool, str]:
+    """Return what to sort parts by: those without a side, those with one, the whole body."""
+    limb = is_limb(part)
+    return not limb, part[:2] in ("r_", "l_"), part[2:] if limb else ""
+
+
 def _movers(parts: Collection[str]) -> dict[str, Mover]:
     movers = {name: Mover(name, "one", (name,)) for name in parts}
     for name in parts:
@@ -247,6 +303,8 @@ def _movers(parts: Collection[str]) -> dict[str, Mover]:
                 if mover in movers:
                     said = f"{word}_{plural if word == 'both' else group}"
                     movers.setdefault(said, movers[mover])
+        elif name.startswith(_BODY):
+            movers.setdefault(name.removeprefix(_BODY), movers[name])
     return movers
 
 
@@ -264,7 +322,7 @@ class Vocabulary:
     def __init__(self, parts: Collection[str] | None = None, known: Collection[str] = ()) -> None:
         self._owner = "There is" if parts is None else "This library has"
         held = DEFAULT_PARTS if parts is None else parts
-        self.parts = tuple(sorted(held, key=lambda name: (name[:2] in ("r_", "l_"), name[2:])))
+        self.parts = tuple(sorted(held, key=_place))
         self.movers = _movers({*self.parts, *known})
 
     def mover(self, word: str) -> Mover | None:
