@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from random import Random
 
+from lanindex.alphabet import KINDS, Kind, is_limb, kind_of
 from lanindex.errors import PatternError
 from lanindex.search.language import parse
 
@@ -82,6 +83,10 @@ RELATIONS = (
 )
 RELATIVE = ("side", "side_forward", "side_back", "across", "across_forward", "across_back")
 LEVELS = ("low", "mid", "high")
+AMOUNTS = {
+    "feet": ("spring", "hop", "leap"),
+    "degrees": ("90deg", "<=90deg", ">45deg", "100deg..400deg", "112deg+", "68deg"),
+}
 FIELDS = {
     "time": ("start", "end", "length"),
     "number": ("swings", "margin"),
@@ -159,6 +164,9 @@ class Grammar:
         self.random, self.parts, self.chances = random, tuple(parts), chances
         self.directions = tuple(directions)
         self.left = steps
+        self.fields = FIELDS
+        if not all(map(is_limb, parts)):
+            self.fields = {**FIELDS, "number": (*FIELDS["number"], "degrees"), "feet": ("feet",)}
         self.labels: list[str] = []
         self.lets: list[str] = []
         self.labelled = True
@@ -199,9 +207,9 @@ class Grammar:
         return "".join(said)
 
     def field(self) -> str:
-        kind = self.one(*FIELDS)
+        kind = self.one(*self.fields)
         name = self.one("match", *self.labels)
-        return self.one(f"{name}.{self.one(*FIELDS[kind])}", "clip.label", "clip.path")
+        return self.one(f"{name}.{self.one(*self.fields[kind])}", "clip.label", "clip.path")
 
     def conditions(self) -> Iterator[str]:
         for _ in range(self.random.randint(1, 2)):
@@ -211,21 +219,26 @@ class Grammar:
         if len(self.labels) > 1 and self.takes("mirrors"):
             first, second = self.random.sample(self.labels, 2)
             return f"{first} mirrors {second}"
-        kind = self.one(*FIELDS)
-        left, right = (f"{self.one('match', *self.labels)}.{self.one(*FIELDS[kind])}" for _ in "12")
+        kind = self.one(*self.fields)
+        left, right = (
+            f"{self.one('match', *self.labels)}.{self.one(*self.fields[kind])}" for _ in "12"
+        )
         values = {
             "time": ("0.3s", "5f", "1b"),
             "number": ("0.5", "1", "0"),
             "part": tuple(self.parts),
             "direction": self.directions,
             "level": LEVELS,
+            "feet": ("spring", "hop"),
         }[kind]
         if self.random.random() < 0.6:
             right = self.one(*values)
         if kind in ("time", "number") and self.random.random() < 0.4:
             left = f"{left} {self.one('+', '-')} {self.one(*values, right)}"
         equal = ("=", "!=")
-        compares = equal if kind in ("part", "direction") else (*equal, "<", "<=", ">", ">=")
+        compares = (
+            equal if kind in ("part", "direction", "feet") else (*equal, "<", "<=", ">", ">=")
+        )
         return f"{left} {self.one(*compares)} {right}"
 
     # patterns, lines and what joins them
@@ -295,9 +308,12 @@ class Grammar:
             return f"{mirror}({self.pattern(carried, depth - 1)})", "" if mirror else carried
         self.left -= 1
         if self.takes("lnd"):
-            part = self.one(*self.parts)
-            said = f"{self.one(*self.directions)} {self.one(*LEVELS)}"
-            return f"direction {part} {said} 0 {self.random.randint(1, 2)}", part
+            part = self.one(*(part for part in self.parts if part != "step"))
+            kind = KINDS[kind_of(part)]
+            words = {"level": LEVELS, "feet": kind.amounts, "degrees": ("45", "90")}
+            words["direction"] = tuple(it for it in self.directions if it in kind.directions)
+            said = " ".join(self.one(*words[name]) for name in kind.names)
+            return f"{kind.keyword} {part} {said} 0 {self.random.randint(1, 2)}", part
         return self.step(carried)
 
     def step(self, carried: str) -> tuple[str, str]:
@@ -306,9 +322,10 @@ class Grammar:
         manner = next((it for it in ("at", "hold", "via") if self.takes(it)), "")
         sided = mover.removesuffix("s").removeprefix("r_").removeprefix("l_") != mover
         sided = sided or f"r_{mover}" in self.parts
-        words = self.words(sided, manner)
+        kind = KINDS[kind_of(mover if mover in self.parts else f"r_{mover.removesuffix('s')}")]
+        words = self.words(sided, manner, kind)
         if not words and (manner in ("at", "via") or not (said or manner)):
-            words = self.one(*LEVELS)
+            words = self.one(*LEVELS) if "level" in kind.words else "any"
         return " ".join(filter(None, [*said, manner, words])), mover
 
     def mover(self) -> str:
@@ -321,16 +338,20 @@ class Grammar:
         plural = "feet" if part[2:] == "foot" else f"{part[2:]}s"
         return plural if self.takes("both") else part
 
-    def words(self, sided: bool, manner: str) -> str:
+    def words(self, sided: bool, manner: str, kind: Kind) -> str:
         said = []
         if self.random.random() < 0.5:
-            known = [*self.directions]
-            known += RELATIVE if sided and self.takes("relative") else []
+            known = [it for it in self.directions if it in kind.directions]
+            relative = RELATIVE if sided else () if kind.name == "gesture" else RELATIVE[:1]
+            known += relative if relative and self.takes("relative") else []
             said.append("any" if self.takes("any") else self.word(known))
-        if self.random.random() < 0.6:
+        if self.random.random() < 0.6 and "level" in kind.words:
             said.append(self.word(LEVELS))
-        if manner not in ("at", "hold") and self.takes("changes"):
+        if "change" in kind.words and manner not in ("at", "hold") and self.takes("changes"):
             said.append(self.word(("rising", "sinking")))
+        for name, known in AMOUNTS.items():
+            if name in kind.words and self.random.random() < 0.5:
+                said.append(self.word(known))
         self.random.shuffle(said)
         return " ".join(said)
 

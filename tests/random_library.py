@@ -1,14 +1,15 @@
 """Small random captures, several at once, from a seed: for comparing matchers many times over."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from random import Random
 
-from lanindex.alphabet import DIRECTION_CODES
+from lanindex.alphabet import DIRECTION_CODES, KINDS, Kind, kind_of
 from lanindex.model import Capture, Meter, Span, Track
 from lanindex.model.symbol import blank
 
 PARTS = ("r_arm", "l_arm", "head")
+WHOLE = ("r_support", "l_support", "step", "jump", "body_travel", "body_turn", "r_arm")
 DIRECTIONS = ("right", "left", "place")
 RATES = (Fraction(10), Fraction(10), Fraction(30), Fraction(30000, 1001))
 
@@ -35,23 +36,32 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
     if random.random() < 0.2 and frames > 12:
         gap = random.randint(5, frames - 6)
         known = [Span(random.randint(0, 2), gap), Span(gap + 2, random.randint(gap + 4, frames))]
+    kind = KINDS[kind_of(part)]
     times = [row for span in known for row in _times(random, span.start, span.stop, most)]
     if random.random() < 0.05:
         times = times[: random.randint(0, 1)]
+    if "level" not in kind.fields and random.random() < 0.7:  # what just happens starts nowhere
+        times = [row for row in times if row[0] < row[1] or row[2]]
     rows = blank(len(times))
     for row, (start, stop, passing) in zip(rows, times, strict=True):
         row["start"], row["stop"], row["passing"] = start, stop, passing
-        row["direction"] = DIRECTION_CODES[random.choice(DIRECTIONS)]
-        row["level"] = random.randrange(3)
+        row["direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
+        row["level"] = random.randrange(3) if "level" in kind.fields else -1
+        if "amount" in kind.fields:
+            row["amount"] = random.choice((0, 1, 2) if kind.amounts else (45, 90, 112, 400))
         row["margin"] = random.randint(0, 20) / 20
         if random.random() < 0.8:
-            row["runner_direction"] = DIRECTION_CODES[random.choice(DIRECTIONS)]
-            row["runner_level"] = random.randrange(3)
+            row["runner_direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
+            row["runner_level"] = random.randrange(3) if "level" in kind.fields else -1
     return Track(part, rows, tuple(known))
 
 
+def _directions(kind: Kind) -> list[str]:
+    return [name for name in DIRECTIONS if name in kind.directions]
+
+
 def random_library(
-    random: Random, captures: int = 4, most: int = 8
+    random: Random, captures: int = 4, most: int = 8, known: Sequence[str] = PARTS
 ) -> list[tuple[Capture, Mapping[str, Track]]]:
     """Return some captures of different rates and lengths; some lack a part."""
     found = []
@@ -59,7 +69,7 @@ def random_library(
         frames, rate = random.randint(4, 5 * most), random.choice(RATES)
         name, meter = f"made{number}.lnd", Meter(Fraction(random.choice((60, 120))))
         capture = Capture(number, name, "lnd", "0" * 64, "made", rate, frames, meter)
-        parts = [part for part in PARTS if random.random() < 0.9]
+        parts = [part for part in known if random.random() < 0.9]
         tracks = {part: random_track(random, part, frames, most) for part in parts}
         found.append((capture, tracks))
     return found

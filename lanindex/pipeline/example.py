@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import is_limb
 from lanindex.errors import CaptureError, LibraryError, NotationError, UsageError, shown
 from lanindex.library.find import is_number
 from lanindex.library.store import Store
@@ -56,14 +57,15 @@ class Example:
     span: Span
 
     def clip(self) -> Clips:
-        """Return it laid out, the parts in which it moves or stands.
+        """Return it laid out, the limbs in which it moves or stands.
 
         Raises
         ------
         UsageError
             Where nothing moves in it.
         """
-        rows = {part: track.symbols for part, track in self.tracks.items() if len(track)}
+        held = {part: track for part, track in self.tracks.items() if is_limb(part)}
+        rows = {part: track.symbols for part, track in held.items() if len(track)}
         clip = clips_of([rows], [self.rate], list(rows)) if rows else None
         clip = clip and clip.cut(0, self.span.start, self.span.stop)
         if clip is None or not clip.moves.sizes.any():

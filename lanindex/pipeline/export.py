@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from lanindex import formats, records
+from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, shown
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
@@ -271,6 +272,8 @@ def _cell(value: Any) -> Any:
 
 
 def _said(symbol: dict[str, Any]) -> str:
-    words = (symbol.get(key) for key in ("part", "direction", "level", "amount"))
+    words = [symbol.get(key) for key in ("part", "direction", "level")]
+    if (amount := symbol.get("amount")) is not None:
+        words.append(KINDS[kind_of(symbol["part"])].amount(amount))
     frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
     return " ".join([*(str(word) for word in words if word is not None), frames])

@@ -55,7 +55,7 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
         As for `meant`.
     """
     several = words_of(text)
-    if len(several) < 2:
+    if len(several) < 2 or _is_pattern(text):
         return
     known = load(words)
     for word in several:
@@ -64,6 +64,17 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
             yield f'"{word}" is in the dictionary of movement: @{entry.name}'
         elif why := absent(word):
             yield f'no word "{word}" in the dictionary of movement: {why}'
+
+
+def _is_pattern(text: str) -> bool:
+    from lanindex.errors import PatternError
+    from lanindex.search.language import parse
+
+    try:
+        parse(text)
+    except PatternError:
+        return False
+    return True
 
 
 def said(text: str, words: str | PathLike[str] | None = None) -> str:

@@ -272,14 +272,14 @@ def _measured(values: dict[str, Any], place: str) -> Measured:
 def _check(entry: Entry, place: str) -> None:
     """Refuse an entry that no pattern could name, or that nobody could understand."""
     from lanindex.search.language import parse
-    from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
+    from lanindex.search.language.words import Vocabulary
 
     for name in (entry.name, *entry.names):
         if not name.isidentifier():
             raise UsageError(
                 f'"{shown(name)}"', place=place, wanted="a name of letters: salute, left_turn"
             )
-        if name in LANGUAGE or name in VALUES or Vocabulary().mover(name):
+        if Vocabulary().taken(name):
             raise UsageError(
                 f'"{name}" is a word of the language already',
                 place=place,

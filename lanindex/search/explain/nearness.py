@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PLACE
+from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, PLACE, kind_of
 from lanindex.model import Symbol
 from lanindex.search.language.query import Step, meaning
+from lanindex.search.language.words import AMOUNTS, DEGREES
 
 _RUNNER_UP = 0.5
 """How far what nearly fits is, of which another cell's width is 1."""
@@ -19,10 +20,10 @@ def away(symbol: Symbol, step: Step) -> float:
     levels and directions lie between. Changes of level are not looked at.
     """
     cell = (symbol.direction, symbol.level)
-    exact = _apart(cell, symbol.part, step)
+    exact, amount = _apart(cell, symbol.part, step), _amount_apart(symbol, step)
     if exact and symbol.runner_up and not _apart(symbol.runner_up, symbol.part, step):
-        return _RUNNER_UP * (0.01 + symbol.margin)
-    return exact
+        return _RUNNER_UP * (0.01 + symbol.margin) + amount
+    return exact + amount
 
 
 def nearest(symbols: Iterable[Symbol], step: Step) -> Symbol | None:
@@ -47,6 +48,14 @@ def _apart(cell: tuple[str | None, str | None], part: str, step: Step) -> float:
         codes = [LEVEL_CODES[it] for it in levels if it]
         total += min((abs(LEVEL_CODES[level] - it) for it in codes), default=9) if level else 9
     return total
+
+
+def _amount_apart(symbol: Symbol, step: Step) -> float:
+    """Return how many words of a step are not true of a symbol's amount."""
+    said = {word.kind for word in step.words}.intersection(AMOUNTS)
+    amount = "" if symbol.amount is None else KINDS[kind_of(symbol.part)].amount(symbol.amount)
+    told = amount.removesuffix(DEGREES)
+    return float(sum(told not in meaning(step.words, kind, symbol.part) for kind in said))
 
 
 def _turned(first: str | None, second: str) -> float:

@@ -9,22 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from lanindex.alphabet import is_limb
 from lanindex.errors import PatternError, shown
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.lexer import Token
 from lanindex.search.language.mistakes import COUNT
 from lanindex.search.language.steps import NO_PART
-from lanindex.search.language.words import LANGUAGE, VALUES, Mover
+from lanindex.search.language.words import Mover
 
 ANYONE = Mover("any part", "one", ("r_any",))
 """Who moves in a pattern that is being named, where only its use will tell."""
 
 _MOST_WORDS = 10_000
-
-
-_FREE = ("feet", "")
-"""Words of jumps may be names, as may the tracks of the body: a colon or @ tells which is meant."""
 
 
 def name_at(cursor: Cursor) -> Token:
@@ -41,11 +36,8 @@ def name_at(cursor: Cursor) -> Token:
     said = cursor.said(token)
     if COUNT.fullmatch(token.text):
         raise cursor.error(f'"{said}" is a count: choose another name.')
-    if token.text in LANGUAGE or VALUES.get(token.text, _FREE)[0] != "feet" or token.text == "then":
-        raise cursor.error(f'"{said}" is a word of the language: choose another name.')
-    mover = cursor.vocabulary.mover(token.text)
-    if mover and is_limb(mover.members[0]):
-        raise cursor.error(f'"{said}" is a part: choose another name.')
+    if means := cursor.vocabulary.taken(token.text):
+        raise cursor.error(f'"{said}" is {means}: choose another name.')
     return cursor.advance()
 
 

@@ -80,8 +80,14 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
         raise cursor.error(
             f"The alternatives before end with different parts ({names}). Name the part here."
         )
+    if _starts_jump(cursor):
+        raise cursor.error(f"Name the part first: jump {cursor.token.text}")
     carries_nothing = f'Name the part here: nothing carries over "{after}".'
     raise cursor.error(_NO_PART.get(after, carries_nothing))
+
+
+def _starts_jump(cursor: Cursor) -> bool:
+    return VALUES.get(cursor.token.text, ("", ""))[0] == "feet"
 
 
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:

@@ -333,6 +333,17 @@ class Vocabulary:
         """Return whom two words name together: ``right arm``, ``both arms``; or None."""
         return self.movers.get(f"{first}_{second}") if first in APART else None
 
+    def taken(self, word: str) -> str:
+        """Return what a word means, so that it can be no name; or nothing.
+
+        Words of jumps, and the tracks of the whole body, may be names: a colon or an @ tells
+        which is meant.
+        """
+        if word in LANGUAGE or word == "then" or VALUES.get(word, ("feet", ""))[0] != "feet":
+            return "a word of the language"
+        mover = self.mover(word)
+        return "a part" if mover and is_limb(mover.members[0]) else ""
+
     def stranger(self, word: str, part_expected: bool) -> str:
         """Return the sentence about a word that is not in the vocabulary."""
         elsewhere = word.lower() in _movers(DEFAULT_PARTS)

@@ -170,7 +170,8 @@ class Timeline:
         saying = [True] * len(self.start)
         for kind, codes in state.fits[member].items():
             column = WORD_KINDS[kind].column
-            name = whose + column if column else kind
+            beside = whose if column in ("direction", "level") else ""
+            name = beside + column if column else kind
             if name not in self._columns:
                 self._columns[name] = self._track.symbols[name].tolist()
             held = self._columns[name]

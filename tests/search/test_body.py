@@ -1,0 +1,173 @@
+"""Steps, jumps, ways and turns: what the hand-worked cases of the page leave out."""
+
+import numpy as np
+import pytest
+from query_cases import recordings_of, track
+from sample import ENCODING
+
+from lanindex.alphabet import BODY
+from lanindex.errors import PatternError, UsageError
+from lanindex.library.store import Store
+from lanindex.model import Span
+from lanindex.model.steps import steps
+from lanindex.pipeline import open_library
+from lanindex.pipeline.words import hints
+from lanindex.search.dictionary import load
+from lanindex.search.explain import sentence
+from lanindex.search.explain.nearness import away
+from lanindex.search.language import parse
+
+TEXT = (
+    "fps 10 frames 60; step: place mid 0 0, forward mid 5 10, left low 10 20; "
+    "jump: place spring 20 25, forward leap 30 33; "
+    "body_travel: forward 0 25, place 25 60; body_turn: left 90 40 50, right 180 50 60"
+)
+
+SENTENCES = {
+    "turn left 90deg": "The body turns to the left, by 68 to 112 degrees.",
+    "turn 360deg+ -> right <=90deg": (
+        "The body turns by 360 degrees or more (or begins there), then turns to the right, "
+        "by 90 degrees or less."
+    ),
+    "jump hop/leap forward <0.3s": (
+        "The body jumps from one foot to the same or from one foot to the other, forward, "
+        "for less than 0.3 s."
+    ),
+    "jump": "The body jumps.",
+    "travel via side": "The body travels, if only in passing, to either side.",
+    "step place low -> at left": (
+        "A foot steps in place, low (or begins there), then is to the left."
+    ),
+}
+
+
+@pytest.mark.parametrize("text", SENTENCES)
+def test_a_query_in_english(text: str) -> None:
+    assert sentence(parse(text)) == SENTENCES[text]
+
+
+@pytest.mark.parametrize(
+    ("text", "printed"),
+    [
+        ("Body Travel Forward 2s+", "body_travel forward 2s+"),
+        ("travel left", "body_travel left"),
+        ("turn 90deg left", "body_turn 90deg left"),
+        ("turn not 45deg..90deg/180deg", "body_turn not 45deg..90deg/180deg"),
+        (
+            "mirror(turn right >180deg -> body turn left)",
+            "(body_turn left >180deg -> body_turn right)",
+        ),
+        ("mirror(jump r_forward leap)", "(jump l_forward leap)"),
+        ("mirror(step side_forward)", "(step side_forward)"),
+        ("rotation body_turn left 90 1 2", "body_turn left 90deg"),
+        ("jump jump forward leap 0 1", "jump forward leap"),
+    ],
+)
+def test_what_is_read_is_printed(text: str, printed: str) -> None:
+    assert str(parse(text)) == printed
+    assert str(parse(printed)) == printed
+
+
+def test_a_pasted_score_of_the_whole_body() -> None:
+    lines = (
+        "#speed=60",
+        "#unit1",
+        "support r_support forward mid 0 1",
+        "support l_support forward low 1 2",
+        "jump jump place spring 2 2.5",
+        "rotation body_turn left 90 3 5",
+        "travel body_travel forward 0 2",
+    )
+    assert str(parse("\n".join(lines))) == (
+        "r_support forward mid with l_support forward low with jump place spring "
+        "with body_turn left 90deg with body_travel forward"
+    )
+    with pytest.raises(PatternError, match="has five words behind rotation: part direction degr"):
+        parse("rotation body_turn left 90 3")
+
+
+@pytest.mark.parametrize("name", ["step", "jump", "turn", "travel", "hop", "spring"])
+def test_what_is_said_of_the_body_may_be_a_name(name: str, tmp_path) -> None:
+    text = f"{name}: r_arm high -> b: low where b.start - {name}.end < 1s"
+    assert str(parse(text)) == text
+    assert str(parse(f"let {name} = high; r_arm low -> @{name}")) == "r_arm low -> (high)"
+    own = tmp_path / "own.toml"
+    own.write_text(f'[{name}]\npattern = "r_arm high"\nsentence = "Up."\n')
+    assert load(own)[name].pattern == "r_arm high"
+
+
+def test_a_jump_wants_its_part_named() -> None:
+    with pytest.raises(PatternError, match="Name the part first: jump hop"):
+        parse("hop")
+
+
+def test_nothing_is_said_of_the_words_of_a_pattern() -> None:
+    assert list(hints("jump hop")) == []
+    assert list(hints("turn around")) == [
+        'no word "turn" in the dictionary of movement: turns are words of the language; try: turn'
+    ]
+
+
+@pytest.fixture
+def library(tmp_path):
+    (recording,) = recordings_of(TEXT)
+    with Store.open(tmp_path / "body.db", create=True) as store:
+        for number in range(3):
+            said = {"format": "bvh", "sha256": f"{number:064}", "encoding": ENCODING}
+            store.add(f"{number}.bvh", recording.score(), **said)
+    with open_library(tmp_path / "body.db") as found:
+        yield found
+
+
+def test_a_library_is_asked_for_what_the_body_does(library) -> None:
+    assert library.parts() == [part for part in BODY if part[:2] not in ("r_", "l_")]
+    hits = library.search("turn >90deg with travel place")
+    assert [(hit.span.start, hit.span.stop) for hit in hits] == [(25, 60)] * 3
+    assert [str(it) for it in hits[0].symbols] == [
+        "body_turn right 180deg [50, 60)",
+        "body_travel place [25, 60)",
+    ]
+    assert len(library.search("jump leap")) == 3
+    assert len(library.search("step left low where match.level = low")) == 3
+
+
+def test_a_fuzzy_search_has_no_edits_of_amounts(library) -> None:
+    assert len(library.search("turn left -> right", fuzzy="1")) == 3
+    with pytest.raises(UsageError, match="in the feet of a jump and the degrees of a turn"):
+        library.search("turn left 90deg -> right", fuzzy="1")
+
+
+def test_nothing_that_the_body_does_makes_captures_alike(library) -> None:
+    assert library.similar().groups == []
+
+
+def test_how_near_a_turn_comes_to_what_is_asked() -> None:
+    (_, symbol) = track("body_turn", "left 90 0 5, right 90 5 9", 10).listed()
+    assert away(symbol, parse("turn right 90deg").pattern.alternatives[0].first.items[0].unit) == 0
+    assert away(symbol, parse("turn right 180deg").pattern.alternatives[0].first.items[0].unit) == 1
+
+
+def test_the_steps_of_both_feet() -> None:
+    steps_right = "place mid 0 0, forward mid 4 8, place mid 30 30, back mid 32 35"
+    right = track("r_support", steps_right, 40)
+    left = track("l_support", "place low 0 0, left mid 2 5, place mid 30 30", 40)
+    known = (Span(0, 20), Span(30, 40))
+    right, left = (type(it)(it.part, it.symbols, known) for it in (right, left))
+    both = steps([right, left])
+    assert (both.part, both.kind, both.known) == ("step", "step", known)
+    assert [str(it) for it in both.listed()] == [
+        "step place mid [0, 0)",
+        "step left mid [2, 5)",
+        "step forward mid [4, 8)",
+        "step place mid [30, 30)",
+        "step back mid [32, 35)",
+    ]
+
+
+def test_the_steps_of_feet_that_are_not_seen_at_the_same_time() -> None:
+    right = track("r_support", "place mid 0 0, forward mid 4 8", 40, (Span(0, 20),))
+    left = track("l_support", "place mid 10 10, left mid 12 15", 40, (Span(10, 40),))
+    both = steps([right, left])
+    assert both.known == (Span(0, 40),)
+    assert np.array_equal(both.symbols["start"], [0, 4, 12])
+    assert steps([left]).known == left.known
