@@ -14,8 +14,8 @@ from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import columns_of, roster_of
 
-PARTS = ("r_arm", "l_arm", "head", "tail")
-"""The last is nobody's."""
+PARTS = ("r_arm", "l_arm", "head", "body_turn", "tail")
+"""The last is nobody's; a turn has an amount."""
 
 
 def assert_same(one, other, names):
@@ -37,11 +37,13 @@ def assert_true(library, parts=PARTS, numbers=None):
     for part in parts:
         wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
         names = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
+        names += ("amount",) * (part == "body_turn")
         assert_same(columns[part], wanted, names)
+        assert (columns[part].amount is None) == (part != "body_turn")
     _, columns = library.columns(parts, numbers, swings=True)
     for part in parts:
         wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
-        assert_same(columns[part], wanted, (*names, "swings"))
+        assert_same(columns[part], wanted, (*names, *columns[part].rows))
 
 
 def segments(library):
@@ -62,12 +64,14 @@ def odd_score(seed: int) -> Score:
     choice = np.random.default_rng(seed)
     score = sample_score(seed, length=int(choice.integers(2, 30)))
     tracks = {}
-    for part in choice.permutation(["r_arm", "l_arm", "head", "torso"])[: choice.integers(1, 5)]:
+    for part in choice.permutation([*PARTS[:4], "torso"])[: choice.integers(1, 6)]:
         symbols = score.tracks["r_arm"].symbols.copy()
         symbols["passing"] = choice.random(len(symbols)) < 0.3
         symbols["margin"] = (choice.integers(0, 1001, len(symbols)) / 1000).astype(np.float32)
         symbols["swings"] = choice.integers(0, 3, len(symbols)) ** 9
         symbols["runner_level"] = choice.integers(-1, 3, len(symbols))
+        if part == "body_turn":
+            symbols["level"], symbols["amount"] = -1, choice.integers(0, 32767, len(symbols))
         spans = ((Span(0, score.frames),), (), (Span(0, 5), Span(9, score.frames)))
         tracks[str(part)] = Track(str(part), symbols, spans[choice.integers(3)])
     meter = Meter(Fraction(int(choice.integers(1, 400)), 7))
