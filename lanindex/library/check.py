@@ -91,10 +91,17 @@ def _spare_profiles(connection: Link) -> Iterator[str]:
 
 def _view(connection: Link) -> Iterator[str]:
     """Yield whether the view in words is another one than this program's."""
-    if is_sqlite(connection):
-        asked = f"SELECT sql FROM sqlite_master WHERE type = 'view' AND name = '{VIEW}'"
-        if ask(connection, asked).fetchall() != [(view_sql(),)]:
-            yield "the view symbol does not show what the library holds"
+    if not shows_all(connection):
+        yield (
+            "the view symbol does not show what the library holds. "
+            "It is made anew by: lanindex db upgrade"
+        )
+
+
+def shows_all(connection: Link) -> bool:
+    """Return whether the view in words is this program's; of other databases it is believed."""
+    asked = f"SELECT sql FROM sqlite_master WHERE type = 'view' AND name = '{VIEW}'"
+    return not is_sqlite(connection) or ask(connection, asked).fetchall() == [(view_sql(),)]
 
 
 def _columns(connection: Link) -> Iterator[str]:

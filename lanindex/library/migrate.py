@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import LibraryError
-from lanindex.library.check import check_connection
+from lanindex.library.check import check_connection, shows_all
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.connect import (
     DEFAULT,
@@ -126,7 +126,8 @@ def _columns(connection: Link) -> tuple[int, int, int, str]:
 def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
     """Bring a library to the newest revision, in one transaction, and return its status.
 
-    Of one that has it, columns that cannot be trusted or are an earlier version's are made anew.
+    Of one that has it, columns that cannot be trusted or are an earlier version's are made anew,
+    and so is the view in words.
 
     Raises
     ------
@@ -149,10 +150,19 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
                     run(connection, "head", where.place)
                     _check_bonds(connection, where.place)
             give_back_room(connection)
-    elif before.fault:
+    elif not _shows_all(where):
+        with _connected(where, readonly=False) as connection, writing(connection):
+            connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
+            connection.exec_driver_sql(view_sql())
+    if before.state == "current" and before.fault:
         with Keeper.open(named) as library:
             library.gather()
     return status(named)
+
+
+def _shows_all(where: Target) -> bool:
+    with _connected(where, readonly=True) as connection, reading(connection):
+        return shows_all(connection)
 
 
 def run(connection: Connection, to: str, place: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 from sample import add_sample, fill, sample_score, sql
 
 from lanindex.library import rows
-from lanindex.library.migrate import check
+from lanindex.library.migrate import check, upgrade
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Track
 
@@ -78,6 +78,23 @@ WRONG = {
 def test_nothing_is_wrong_with_a_new_library(tmp_path):
     fill(tmp_path / "some.db", 3)
     assert check(tmp_path / "some.db") == []
+
+
+@pytest.mark.parametrize("change", ["DROP VIEW symbol", "CREATE VIEW symbol AS SELECT 1"])
+def test_a_view_of_an_earlier_version_is_made_anew(tmp_path, change):
+    place = tmp_path / "some.db"
+    fill(place, 1)
+    with sql(place) as connection:
+        connection.execute("DROP VIEW symbol")
+        if change != "DROP VIEW symbol":
+            connection.execute(change)
+    (found,) = check(place)
+    assert found.endswith("It is made anew by: lanindex db upgrade")
+    upgrade(place)
+    assert check(place) == []
+    with sql(place) as connection:
+        kinds = {kind for (kind,) in connection.execute("SELECT kind FROM symbol")}
+    assert kinds == {"gesture"}
 
 
 @pytest.mark.parametrize("change", WRONG)
