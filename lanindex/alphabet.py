@@ -71,6 +71,10 @@ Both and both, one and the same, one and the other, one and both, both and one.
 """
 
 
+MOST_AMOUNT = (1 << 15) - 2
+"""The largest amount of a symbol: that many degrees are 91 turns."""
+
+
 @dataclass(frozen=True, slots=True)
 class Kind:
     """What the symbols of a track say.

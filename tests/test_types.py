@@ -8,7 +8,7 @@ import pytest
 from made_motion import motion_of, swung
 from sample import sample_score
 
-from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, kind_of, mirrored_part
+from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, MOST_AMOUNT, kind_of, mirrored_part
 from lanindex.errors import EncodeError, LanindexError
 from lanindex.model import SYMBOL, Capture, Hit, Meter, Reading, Span, Track
 from lanindex.model.symbol import FIELDS, blank, listed
@@ -125,6 +125,10 @@ def test_every_field_of_a_symbol_is_a_column_and_a_word() -> None:
         None,
     )
     assert [it.ordinal for it in (first, second, third)] == [0, 1, 2]
+
+
+def test_an_amount_has_room() -> None:
+    assert FIELDS["amount"].most == MOST_AMOUNT
 
 
 def test_bits_of_fields_that_share_a_column_do_not_overlap() -> None:

@@ -34,6 +34,9 @@ from lanindex.notation.excerpt import excerpt
 from lanindex.notation.page import UNIT, UNITS_PER_LINE, Page, rank
 from lanindex.notation.text import WIDE
 
+Cell = tuple[int, ...]
+"""The fields of a symbol, as its kind has them."""
+
 __all__ = ["excerpt", "read", "write"]
 
 
@@ -173,38 +176,42 @@ def write(score: Score) -> str:
 def _lines(track: Track, meter: Meter) -> Iterator[tuple[int, int, int, str]]:
     """Yield unit, first tick, last tick and line of each symbol that the score shows."""
     beat = Fraction(meter.beats, meter.division)
-    kind, before = KINDS[track.kind], None
-    for tick, stop, *cell in _shown(track):
+    head = f"{KINDS[track.kind].keyword} {track.part}"
+    names, before = _names(KINDS[track.kind]), None
+    for tick, stop, cell in _shown(track):
         unit = tick // meter.division + 1 if stop else 0
         if tick % meter.division == 0 and stop > tick and before == (tick, cell):
             unit -= 1
         begin = max(unit - 1, 0) * meter.division
+        words = zip(names, cell, strict=True)
+        said = " ".join(own[code] if own else str(code) for own, code in words)
         times = f"{number((tick - begin) * beat)} {number((stop - begin) * beat)}"
-        yield unit, tick, stop, f"{kind.keyword} {track.part} {_said(kind, cell)} {times}"
+        yield unit, tick, stop, f"{head} {said} {times}"
         before = (stop, cell) if stop > tick else None
 
 
-def _said(kind: Kind, cell: list[int]) -> str:
-    """Return what a symbol says, as its line has it."""
+def _names(kind: Kind) -> list[tuple[str, ...]]:
+    """Return the words for each field of a kind; of degrees, which are numbers, none."""
     names = {"direction": DIRECTIONS, "level": LEVELS, "amount": kind.amounts}
-    said = zip(kind.fields, cell, strict=True)
-    return " ".join(names[name][code] if names[name] else str(code) for name, code in said)
+    return [names[name] for name in kind.fields]
 
 
-def _shown(track: Track) -> list[tuple[int, ...]]:
+def _shown(track: Track) -> list[tuple[int, int, Cell]]:
     """Return first tick, last tick and fields of each symbol that the score shows.
 
     After a short gap a part's new starting position may round to before the end of what it did
     last, or two of them to one tick: the first is moved, of the others the last one stands.
     """
-    shown: list[tuple[int, ...]] = []
-    fields, free = KINDS[track.kind].fields, 0
-    for row in track.symbols[~track.symbols["passing"]]:
-        tick = max(int(row["tick"]), free)
-        free = tick + int(row["ticks"])
+    shown: list[tuple[int, int, Cell]] = []
+    rows, free = track.symbols[~track.symbols["passing"]], 0
+    cells = zip(*(rows[name].tolist() for name in KINDS[track.kind].fields), strict=True)
+    times = zip(rows["tick"].tolist(), rows["ticks"].tolist(), cells, strict=True)
+    for tick, ticks, cell in times:
+        tick = max(tick, free)
+        free = tick + ticks
         if shown and tick == free and shown[-1][:2] == (tick, tick):
             shown.pop()
-        shown.append((tick, free, *(int(row[name]) for name in fields)))
+        shown.append((tick, free, cell))
     return shown
 
 

@@ -17,6 +17,7 @@ from lanindex.alphabet import (
     KINDS,
     LEVEL_CODES,
     LINES,
+    MOST_AMOUNT,
     PARTS,
     TRACKS,
     Kind,
@@ -25,7 +26,7 @@ from lanindex.alphabet import (
 from lanindex.errors import NotationError, shown
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.steps import FEET, STEP, steps
-from lanindex.model.symbol import FIELDS, blank
+from lanindex.model.symbol import blank
 from lanindex.notation.exact import DECIMAL, fraction
 
 UNITS_PER_LINE = "#unit_per_line 4"
@@ -38,6 +39,20 @@ UNIT = re.compile(r"#unit(\d+)")
 _COUNT = re.compile(r"\d{1,9}")
 _RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
 _PART = re.compile(r"[a-z_]+")
+
+
+def _codes(kind: Kind) -> dict[str, dict[str, int]]:
+    """Return what a symbol's line tells, in order, and the words for it; degrees have none."""
+    codes = {
+        "direction": {name: DIRECTION_CODES[name] for name in kind.directions},
+        "level": LEVEL_CODES,
+        "feet": {name: code for code, name in enumerate(kind.amounts)},
+        "degrees": {},
+    }
+    return {name: codes[name] for name in kind.names}
+
+
+_FIELDS = {keyword: _codes(kind) for keyword, kind in LINES.items()}
 _COUNTED = {1: "four", 2: "five"}
 """How many words such a line has behind that, by how many fields it tells."""
 
@@ -189,10 +204,10 @@ class Page:
 
     def _symbol(self, keyword: str, *words: str) -> Written:
         """Read what stands behind ``direction``, or another word that begins a symbol."""
-        kind = LINES[keyword]
-        if len(words) != len(kind.names) + 3:
+        kind, fields = LINES[keyword], _FIELDS[keyword]
+        if len(words) != len(fields) + 3:
             found = f"{len(words)} words behind {keyword}"
-            wanted = f"{_COUNTED[len(kind.names)]}: part {' '.join(kind.names)} start end"
+            wanted = f"{_COUNTED[len(fields)]}: part {' '.join(fields)} start end"
             raise self.fault(found, wanted)
         part, *said, start, stop = words
         if self.unit is None:
@@ -204,8 +219,8 @@ class Page:
             wanted = f'"{own.keyword}"' if own.keyword else "the supports that it is made of"
             raise self.fault(f'"{keyword}" of {shown(part)}', wanted)
         cell = tuple(
-            self._degrees(word) if name == "degrees" else self._code(word, name, kind)
-            for word, name in zip(said, kind.names, strict=True)
+            self._code(word, name, codes) if codes else self._degrees(word)
+            for word, (name, codes) in zip(said, fields.items(), strict=True)
         )
         times = self._number(start, "start"), self._number(stop, "end")
         if times[1] < times[0]:
@@ -214,17 +229,12 @@ class Page:
         return Written(part, cell, self.unit, *times, self.line)
 
     def _degrees(self, word: str) -> int:
-        degrees, most = self._count(word, "degrees"), FIELDS["amount"].most
+        degrees, most = self._count(word, "degrees"), MOST_AMOUNT
         if degrees > most:
             raise self.fault(f"a turn by {degrees} degrees", f"at most {most}")
         return degrees
 
-    def _code(self, word: str, what: str, kind: Kind) -> int:
-        codes = {
-            "direction": {name: DIRECTION_CODES[name] for name in kind.directions},
-            "level": LEVEL_CODES,
-            "feet": {name: code for code, name in enumerate(kind.amounts)},
-        }[what]
+    def _code(self, word: str, what: str, codes: dict[str, int]) -> int:
         if word in codes:
             return codes[word]
         from rapidfuzz import process
@@ -307,12 +317,12 @@ def _joined(symbols: Iterable[_Placed]) -> list[_Placed]:
 
 def _track(part: str, symbols: list[_Placed], frames: int) -> Track:
     rows = blank(len(symbols))
-    for row, symbol in zip(rows, symbols, strict=True):
-        for name, code in zip(KINDS[kind_of(part)].fields, symbol.cell, strict=True):
-            row[name] = code
-        row["start"] = row["tick"] = symbol.tick
-        row["stop"], row["ticks"] = symbol.stop, symbol.stop - symbol.tick
-    rows["margin"] = 1
+    cells = zip(*(symbol.cell for symbol in symbols), strict=True)
+    for name, codes in zip(KINDS[kind_of(part)].fields, cells, strict=True):
+        rows[name] = codes
+    rows["start"] = rows["tick"] = [symbol.tick for symbol in symbols]
+    rows["stop"] = [symbol.stop for symbol in symbols]
+    rows["ticks"], rows["margin"] = rows["stop"] - rows["tick"], 1
     seen = [symbol.tick for symbol in symbols if symbol.tick == symbol.stop]
     edges = [*(seen if seen[:1] == [symbols[0].tick] else [0, *seen]), frames]
     known = tuple(Span(*pair) for pair in pairwise(edges))

@@ -12,9 +12,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from lanindex.alphabet import MOST_AMOUNT
 from lanindex.model.arrays import frozen
 from lanindex.model.columns import CELL, THOUSANDTHS
-from lanindex.model.symbol import FIELDS
 from lanindex.search import compiled, nearly
 from lanindex.search.automaton import State
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread
@@ -106,7 +106,7 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
 @lru_cache(64)
 def _amounts(codes: frozenset[int]) -> Mask:
     """Return which amounts are among some codes; the last one is that of what has none."""
-    table = np.zeros(FIELDS["amount"].most + 2, bool)
+    table = np.zeros(MOST_AMOUNT + 2, bool)
     table[list(codes)] = True
     return frozen(table)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
-from lanindex import model
 from lanindex.alphabet import KINDS, LINES, kind_of
 from lanindex.errors import NotationError, PatternError
 from lanindex.search.language.cursor import Cursor
@@ -26,6 +26,9 @@ from lanindex.search.language.query import (
 )
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import ANY, DEGREES, RELATIVE, VALUES, Mover
+
+if TYPE_CHECKING:
+    from lanindex import model
 
 HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")
 """What may stand behind ``#``."""

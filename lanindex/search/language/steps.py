@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lanindex.alphabet import KINDS, Kind, kind_of
+from lanindex.alphabet import DIRECTIONS, KINDS, Kind, kind_of
 from lanindex.errors import PatternError
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.measures import angle_at, bare_at, is_angle
@@ -115,7 +115,8 @@ def _kind(mover: Mover) -> Kind:
 
 
 def _says(cursor: Cursor) -> bool:
-    return cursor.stands("word", *VALUES) or is_angle(cursor)
+    token = cursor.token
+    return token.text in VALUES if token.kind == "word" else is_angle(cursor)
 
 
 def _value(cursor: Cursor) -> tuple[str, str]:
@@ -166,8 +167,9 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     sideless = RELATIVE if kind.name == "gesture" else ACROSS
     if not mover.sided and any(value in sideless for value in word.values):
         return f"The {mover.name} has no side of its own: say right or left."
-    if word.kind == "direction" and any(
-        values_of("direction", value, mover.members[0]).isdisjoint(kind.directions)
+    if word.kind == "direction" and not all(
+        kind.directions == DIRECTIONS
+        or values_of("direction", value, mover.members[0]).intersection(kind.directions)
         for value in word.values
     ):
         goes = " or ".join(kind.directions)

@@ -17,11 +17,11 @@ from lanindex.alphabet import (
     LEVEL_CODES,
     LEVELS,
     MIRRORED,
+    MOST_AMOUNT,
     TRACKS,
     is_limb,
     mirrored_part,
 )
-from lanindex.model.symbol import FIELDS
 from lanindex.search.language.times import degrees
 
 ANY = "any"
@@ -121,7 +121,7 @@ WORD_KINDS = {
     "level": WordKind("level", "level", LEVEL_CODES),
     "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
     "feet": WordKind("kind of jump", "amount", {name: code for code, name in enumerate(FEET)}),
-    "degrees": WordKind("angle", "amount", Numbers(FIELDS["amount"].most)),
+    "degrees": WordKind("angle", "amount", Numbers(MOST_AMOUNT)),
 }
 """Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
 
