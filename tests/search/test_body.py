@@ -171,3 +171,15 @@ def test_the_steps_of_feet_that_are_not_seen_at_the_same_time() -> None:
     assert both.known == (Span(0, 40),)
     assert np.array_equal(both.symbols["start"], [0, 4, 12])
     assert steps([left]).known == left.known
+
+
+def test_what_the_body_does_recurs(library) -> None:
+    motifs = library.motifs(min_count=3, length=2).found
+    found = {motif.pattern for motif in motifs}
+    assert found == {
+        "step place mid -> forward mid -> left low",
+        "jump place -> forward",
+        "body_travel forward -> place",
+        "body_turn left -> right",
+    }
+    assert all(len(library.search(pattern)) == 3 for pattern in found)

@@ -33,7 +33,10 @@ MOST = 5_000_000
 TOLD = 200
 """Motifs that are told in the order of what they alone account for."""
 
-_CELLS = len(DIRECTIONS) * len(LEVELS)
+_FLAT = len(DIRECTIONS) * len(LEVELS)
+"""The first cell of a part whose symbols have no level."""
+
+_CELLS = _FLAT + len(DIRECTIONS)
 
 
 class Line(NamedTuple):
@@ -92,7 +95,7 @@ class Motif(NamedTuple):
     @property
     def pattern(self) -> str:
         """As one types it into a search."""
-        steps = (f"{DIRECTIONS[cell // 3]} {LEVELS[cell % 3]}" for cell in self.cells)
+        steps = (_said(cell) for cell in self.cells)
         return f"{self.part} {' -> '.join(steps)}"
 
 
@@ -119,11 +122,24 @@ class _Stand(NamedTuple):
     row: Numbers
 
 
+def _said(cell: int) -> str:
+    if cell >= _FLAT:
+        return DIRECTIONS[cell - _FLAT]
+    return f"{DIRECTIONS[cell // len(LEVELS)]} {LEVELS[cell % len(LEVELS)]}"
+
+
+def _cells(direction: NDArray[np.int8], level: NDArray[np.int8]) -> Numbers:
+    """Return direction and level as one number; -1 where a symbol lacks what others have."""
+    wide = direction.astype(np.int64)
+    if (level < 0).all():
+        return np.where(wide >= 0, _FLAT + wide, -1)
+    return np.where((wide >= 0) & (level >= 0), wide * len(LEVELS) + level, -1)
+
+
 def line_of(tracks: list[NDArray[Any]], captures: list[int]) -> Line:
     """Return the rows of one part, those of each capture, side by side."""
     rows = np.concatenate(tracks)
-    told = (rows["direction"] >= 0) & (rows["level"] >= 0)
-    cells = np.where(told, rows["direction"].astype(np.int64) * len(LEVELS) + rows["level"], -1)
+    cells = _cells(rows["direction"], rows["level"])
     owners = np.repeat(np.array(captures, np.int64), [len(track) for track in tracks])
     starts, stops = rows["start"].astype(np.int64), rows["stop"].astype(np.int64)
     return Line(cells, starts, stops, rows["passing"].copy(), owners)
@@ -131,9 +147,7 @@ def line_of(tracks: list[NDArray[Any]], captures: list[int]) -> Line:
 
 def line_in(columns: Columns, captures: NDArray[np.int64]) -> Line:
     """Return the rows of columns side by side; of each capture its number is told, (C,)."""
-    direction, level = codes_of(columns.cell)
-    told = (direction >= 0) & (level >= 0)
-    cells = np.where(told, direction.astype(np.int64) * len(LEVELS) + level, -1)
+    cells = _cells(*codes_of(columns.cell))
     owners = np.repeat(captures, np.diff(columns.bounds))
     starts, stops = columns.start.astype(np.int64), columns.stop.astype(np.int64)
     return Line(cells, starts, stops, (columns.cell & PASSING) > 0, owners)
