@@ -64,10 +64,10 @@ Source: ``encode/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 2.
 JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 
 
-FEET = ("spring", "hop", "leap", "assemble", "sissonne")
+FEET = ("spring", "hop", "leap", "assemble", "sissonne", "unseen")
 """Which feet a jump leaves and lands on, by its amount.
 
-Both and both, one and the same, one and the other, one and both, both and one.
+Both and both, one and the same, one and the other, one and both, both and one; or not seen.
 """
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lanindex.alphabet import DIRECTION_CODES, KINDS, PARTS, kind_of
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
-from lanindex.model.steps import FEET, steps
+from lanindex.model.steps import with_steps
 from lanindex.model.symbol import blank
 
 METERS = st.builds(
@@ -63,9 +63,7 @@ def scores(draw: st.DrawFn, known: Sequence[str] = (*PARTS, "tail")) -> Score:
     parts = draw(st.lists(st.sampled_from(known), max_size=3, unique=True))
     frames = units * meter.division
     found = {part: draw(tracks(part, frames)) for part in parts}
-    if feet := [found[part] for part in FEET if part in found]:
-        found["step"] = steps(feet)
-    return Score(meter.tick_rate, frames, meter, found)
+    return Score(meter.tick_rate, frames, meter, with_steps(found))
 
 
 def seconds(score: Score) -> dict[str, list[tuple[int, int, int, Fraction, Fraction]]]:

@@ -6,29 +6,41 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lanindex.alphabet import FEET
 from lanindex.model.score import Track
 from lanindex.model.span import Span
 
-FEET = ("r_support", "l_support")
+SUPPORTS = ("r_support", "l_support")
 """The tracks that steps are made of."""
 
 STEP = "step"
 """What the track of both is called."""
 
+_NO_STEPS = [code for code, name in enumerate(FEET) if name in ("spring", "hop", "assemble")]
 
-def steps(feet: Sequence[Track]) -> Track:
+
+def with_steps(tracks: dict[str, Track]) -> dict[str, Track]:
+    """Return tracks with that of the steps, where any foot has one."""
+    if not (feet := [tracks[part] for part in SUPPORTS if part in tracks]):
+        return tracks
+    return {**tracks, STEP: steps(feet, tracks.get("jump"))}
+
+
+def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
     """Return the track of all steps, whichever foot takes them.
 
     Parameters
     ----------
     feet : sequence of Track
         Of one foot or of two.
+    jump : Track, optional
+        Landings on both feet, or on the foot that took off, are no steps: there no weight goes
+        from one foot to the other.
 
     Returns
     -------
     Track
-        In order of time, known where either foot is. Each known stretch has one starting
-        position, of those that its feet have there the first.
+        In order of time, without starting positions; known where either foot is.
 
     Examples
     --------
@@ -47,11 +59,12 @@ def steps(feet: Sequence[Track]) -> Track:
     if len({foot.known for foot in feet}) == 1:
         known = feet[0].known
     rows = np.concatenate([foot.symbols for foot in feet], dtype=feet[0].symbols.dtype)
-    rows = rows[np.lexsort((rows["stop"], rows["start"]))]
-    starting = rows["start"] == rows["stop"]
-    begins = starting & np.isin(rows["start"], [span.start for span in known])
-    begins[1:] &= (rows["start"][1:] != rows["start"][:-1]) | ~begins[:-1]
-    return Track(STEP, rows[begins | ~starting], known)
+    rows = rows[rows["start"] < rows["stop"]]
+    if jump is not None:
+        for flight in jump.symbols[np.isin(jump.symbols["amount"], _NO_STEPS)]:
+            lands = (rows["start"] < flight["stop"]) & (flight["stop"] <= rows["stop"])
+            rows = rows[~lands]
+    return Track(STEP, rows[np.lexsort((rows["stop"], rows["start"]))], known)
 
 
 def _together(spans: list[Span]) -> tuple[Span, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS
 from lanindex.model import Score, Span, Track
-from lanindex.model.steps import FEET, STEP, steps
+from lanindex.model.steps import STEP, with_steps
 from lanindex.notation.page import UNIT
 
 Rows = NDArray[Any]
@@ -68,8 +68,7 @@ def excerpt(score: Score, span: Span) -> Score:
     based = {
         cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, scale)) for cut in tracks
     }
-    if STEP in based and (feet := [based[part] for part in FEET if part in based]):
-        based[STEP] = steps(feet)
+    based = with_steps(based) if STEP in based else based
     return Score(
         score.rate,
         len(span),

@@ -25,7 +25,7 @@ from lanindex.alphabet import (
 )
 from lanindex.errors import NotationError, shown
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.steps import FEET, STEP, steps
+from lanindex.model.steps import with_steps
 from lanindex.model.symbol import blank
 from lanindex.notation.exact import DECIMAL, fraction
 
@@ -261,8 +261,7 @@ class Page:
         last = max((symbol.stop for symbols in parts.values() for symbol in symbols), default=0)
         frames = max(self.total, -(-last // meter.division), 1) * meter.division
         tracks = {part: _track(part, _joined(parts[part]), frames) for part in parts}
-        if feet := [tracks[part] for part in FEET if part in tracks]:
-            tracks[STEP] = steps(feet)
+        tracks = with_steps(tracks)
         tracks = {part: tracks[part] for part in sorted(tracks, key=rank)}
         return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
 

@@ -70,7 +70,6 @@ def test_what_is_over_does_not_stand_at_the_beginning_of_an_excerpt() -> None:
     cut = excerpt(score, Span(16, 32))
     assert [str(symbol) for symbol in cut.symbols()] == [
         "r_support forward low [0, 0)",
-        "step forward low [0, 0)",
         "body_travel back [0, 16)",
     ]
 

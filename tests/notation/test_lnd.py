@@ -59,7 +59,6 @@ def test_the_whole_body() -> None:
         part: kind_of(part) for part in BODY
     }
     assert [str(symbol) for part in BODY[2:] for symbol in score.symbols(part)] == [
-        "step place mid [0, 0)",
         "step forward mid [0, 8)",
         "step forward low [10, 16)",
         "jump r_forward leap [8, 10)",
@@ -99,7 +98,10 @@ def test_the_papers_example() -> None:
 @settings(deadline=None)
 def test_what_is_written_is_read(score: Score) -> None:
     again = lnd.read(lnd.write(score))
-    assert seconds(again) == {part: rows for part, rows in seconds(score).items() if rows}
+    written, kept = (
+        {part: rows for part, rows in seconds(one).items() if rows} for one in (score, again)
+    )
+    assert kept == written
     assert replace(again.meter, division=1) == replace(score.meter, division=1)
     assert again.frames / again.rate == score.frames / score.rate
     for part, track in again.tracks.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lanindex.alphabet import kind_of
+from lanindex.alphabet import is_limb, kind_of
 from lanindex.search.explain.clauses import endings, time
 from lanindex.search.language.query import (
     ONCE,
@@ -49,6 +49,7 @@ _VALUES = {
     "leap": "from one foot to the other",
     "assemble": "from one foot to both",
     "sissonne": "from both feet to one",
+    "unseen": "from or to feet that were not seen",
 }
 _PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
 _MANNERS = {
@@ -142,6 +143,7 @@ def _may_be_there(item: Item) -> bool:
     step = item.unit
     return (
         isinstance(step, Step)
+        and is_limb(step.mover.members[0])
         and (step.manner, item.length, item.repeat) == ("move", None, ONCE)
         and not any(word.kind == "change" and not word.negated for word in step.words)
     )
