@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
     """Return the entry that a whole query names: ``walk``, ``@walk``, ``a person walks``.
 
-    Where the words have a meaning in the language as well, they are left to it.
+    Where the words have a meaning in the language as well, they are left to it, but for words of
+    one's own.
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
         Where that file is no dictionary.
     """
     name, known = spelled(text), load(words)
+    if _is_part(text) and known.get(name) == load().get(name):
+        return None
     if name in known:
         return known[name]
     from lanindex.search.language.natural import reading
@@ -64,6 +67,12 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
             yield f'"{word}" is in the dictionary of movement: @{entry.name}'
         elif why := absent(word):
             yield f'no word "{word}" in the dictionary of movement: {why}'
+
+
+def _is_part(text: str) -> bool:
+    from lanindex.search.language.words import Vocabulary
+
+    return Vocabulary().mover(text.strip().lower()) is not None
 
 
 def _is_pattern(text: str) -> bool:

@@ -11,7 +11,7 @@ from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.model.steps import steps
 from lanindex.pipeline import open_library
-from lanindex.pipeline.words import hints
+from lanindex.pipeline.words import hints, meant
 from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence
 from lanindex.search.explain.nearness import away
@@ -190,3 +190,13 @@ def test_what_the_body_does_recurs(library) -> None:
         "body_turn left -> right",
     }
     assert all(len(library.search(pattern)) == 3 for pattern in found)
+
+
+def test_a_bare_name_is_the_track(tmp_path, monkeypatch) -> None:
+    own = tmp_path / "own.toml"
+    own.write_text('[jump]\npattern = "r_arm high"\nsentence = "Up."\n')
+    assert meant("jump") is meant("turn") is None
+    assert meant("jump", own).pattern == meant("@jump", own).pattern == "r_arm high"
+    monkeypatch.setattr("lanindex.pipeline.words.load", lambda words=None: load(own))
+    assert meant("jump") is None
+    assert meant("@jump").pattern == "r_arm high"
