@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from random import Random
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, Kind, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, Kind, is_limb, kind_of
 from lanindex.model import Capture, Meter, Span, Track
 from lanindex.model.symbol import blank
 
@@ -40,7 +40,7 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
     times = [row for span in known for row in _times(random, span.start, span.stop, most)]
     if random.random() < 0.05:
         times = times[: random.randint(0, 1)]
-    if "level" not in kind.fields and random.random() < 0.7:  # what just happens starts nowhere
+    if not is_limb(part) and random.random() < 0.7:  # what just happens starts nowhere
         times = [row for row in times if row[0] < row[1] or row[2]]
     rows = blank(len(times))
     for row, (start, stop, passing) in zip(rows, times, strict=True):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import KINDS, kind_of
+from lanindex.alphabet import KINDS, is_limb, kind_of
 from lanindex.model.arrays import frozen
 from lanindex.model.capture import Capture
 from lanindex.model.score import Track
@@ -39,6 +39,47 @@ _MAYBE = ("swings", "amount")
 def has_amount(part: str) -> bool:
     """Return whether the symbols of a part have an amount."""
     return "amount" in KINDS[kind_of(part)].fields
+
+
+def parted(capture: NDArray[Any], start: NDArray[Any], gaps: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which rows lie in another known stretch than the row before, (S,).
+
+    Limbs begin a stretch with a starting position; what just happens has none.
+
+    Parameters
+    ----------
+    capture, start : ndarray
+        (S,) of each row.
+    gaps : ndarray
+        (G, 3) as in `Columns`, of the same captures.
+    """
+    stretches = gaps[:, 0].astype(np.int64) << 32 | gaps[:, 1]
+    own = np.searchsorted(stretches, capture.astype(np.int64) << 32 | start, side="right")
+    apart: NDArray[np.bool_] = np.diff(own, prepend=own[:1]) != 0
+    return apart
+
+
+def begins_of(
+    part: str,
+    cell: NDArray[np.uint8],
+    bounds: NDArray[np.int64],
+    start: NDArray[np.int32],
+    gaps: NDArray[np.int32],
+) -> NDArray[np.bool_]:
+    """Tell of rows as `Columns` have them which begin a stretch.
+
+    Returns
+    -------
+    ndarray
+        (S + 1,) bool; the one behind the last does.
+    """
+    begins = np.zeros(len(cell) + 1, np.bool_)
+    np.greater_equal(cell, STARTING, out=begins[:-1])
+    begins[bounds] = True
+    if len(gaps) and not is_limb(part):
+        capture = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
+        begins[:-1] |= parted(capture, start, gaps)
+    return begins
 
 
 def cell_of(direction: int, level: int) -> int:

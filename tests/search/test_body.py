@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fast_search import find_fast
 from query_cases import recordings_of, track
 from sample import ENCODING
 
@@ -16,6 +17,7 @@ from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence
 from lanindex.search.explain.nearness import away
 from lanindex.search.language import parse
+from lanindex.search.plain import find
 
 TEXT = (
     "fps 10 frames 60; step: place mid 0 0, forward mid 5 10, left low 10 20; "
@@ -200,3 +202,25 @@ def test_a_bare_name_is_the_track(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr("lanindex.pipeline.words.load", lambda words=None: load(own))
     assert meant("jump") is None
     assert meant("@jump").pattern == "r_arm high"
+
+
+@pytest.mark.parametrize("search", [find, find_fast])
+def test_no_arrow_and_no_rest_crosses_a_gap_of_what_just_happens(search) -> None:
+    (recording,) = recordings_of("fps 10 frames 60; jump: place hop 2 5")
+    known = (Span(0, 20), Span(30, 55))
+    turns = track("body_turn", "left 90 5 10, right 45 12 18, left 90 32 40", 60, known)
+    ways = track("body_travel", "left 0 20, left 30 50", 60, known)
+    tracks = {**recording.tracks, "body_turn": turns, "body_travel": ways}
+
+    def spans(text: str) -> list[tuple[int, int]]:
+        hits = search(parse(text), [(recording.capture, tracks)], overlaps="all")
+        return [(hit.span.start, hit.span.stop) for hit in hits]
+
+    assert spans("turn left -> right") == [(5, 18)]
+    assert spans("turn right ... left") == spans("travel left x2") == []
+    assert spans("turn right -> left 90deg") == []
+    assert spans("turn hold") == [(10, 12), (18, 20), (40, 55)]
+    assert spans("start -> turn left") == [(5, 10)]
+    assert spans("turn -> end") == []
+    assert spans("jump ... turn") == [(2, 10)]
+    assert spans("travel with travel") == []

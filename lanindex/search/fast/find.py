@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from lanindex.alphabet import is_limb
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
@@ -151,7 +152,8 @@ class Finder:
 
     def _linked(self, watch: Watch | None) -> list[Answers] | None:
         """Return all answers where all lines are linked movements of one part, else None."""
-        chains = None if self._asked else covered(self._programs)
+        broken = any(len(it.gaps) and not is_limb(it.part) for it in self._columns.values())
+        chains = None if self._asked or broken else covered(self._programs)
         if chains is None:
             return None
         linked = Linked(self._roster, self._columns, self._programs, self._tolerance)

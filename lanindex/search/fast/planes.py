@@ -13,7 +13,7 @@ from functools import cached_property, reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns
+from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns, begins_of
 from lanindex.search.fast.ragged import Mask, Numbers, Whole
 from lanindex.search.language.words import WORD_KINDS
 
@@ -113,6 +113,7 @@ class Part:
     def __init__(self, columns: Columns) -> None:
         self.cell, self.bounds = columns.cell, columns.bounds
         self.margin, self.start, self.stop = columns.margin, columns.start, columns.stop
+        self.part, self.gaps = columns.part, columns.gaps
         self._spans: list[Plane] = []
         self._known: set[int] = set()
 
@@ -123,10 +124,7 @@ class Part:
     @cached_property
     def begins(self) -> Mask:
         """Which rows begin a stretch, (S + 1,); the one behind the last does."""
-        begins = np.zeros(len(self) + 1, bool)
-        np.greater_equal(self.cell, STARTING, out=begins[:-1])
-        begins[self.bounds] = True
-        return begins
+        return begins_of(self.part, self.cell, self.bounds, self.start, self.gaps)
 
     @cached_property
     def stretches(self) -> Counted:

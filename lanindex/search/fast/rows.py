@@ -10,7 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns, ranges
+from lanindex.alphabet import is_limb
+from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns, parted, ranges
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
 from lanindex.search.language.words import WORD_KINDS
 
@@ -63,6 +64,8 @@ class Rows:
         self.starting: Mask = (self.cell & STARTING) > 0
         begins = self.starting.copy()
         begins[self.bounds[:-1][self.bounds[:-1] < self.bounds[1:]]] = True
+        if not is_limb(columns.part) and len(columns.gaps):
+            begins |= parted(places[self.capture], self.start, columns.gaps)
         self.stretch = np.cumsum(begins, dtype=np.int32) - 1
         self.stretch_rows = np.append(np.flatnonzero(begins), len(self.cell))
         self._known(columns.gaps, places)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS, MID, PLACE
-from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns
+from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns, begins_of
 from lanindex.search.automaton import State
 from lanindex.search.fast.planes import packed
 from lanindex.search.language.words import WORD_KINDS
@@ -138,9 +138,9 @@ class Kinds:
         self.bucket = known % (BUCKETS + 1)
         cell = known // (BUCKETS + 1) // (CELL + 1)
         self.passing: NDArray[np.bool_] = cell & PASSING != 0
-        self.begins = np.zeros(len(columns) + 1, np.bool_)
-        np.greater_equal(columns.cell, STARTING, out=self.begins[:-1])
-        self.begins[columns.bounds] = True
+        self.begins = begins_of(
+            columns.part, columns.cell, columns.bounds, columns.start, columns.gaps
+        )
         self._cell = cell & CELL
         self._turns = _turns(self._cell, known // (BUCKETS + 1) % (CELL + 1), self.bucket)
         self._asked = 0

@@ -14,6 +14,7 @@ from functools import cached_property
 from itertools import accumulate
 from typing import NamedTuple
 
+from lanindex.alphabet import is_limb
 from lanindex.model import Track
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.search import nearly
@@ -121,6 +122,10 @@ class Timeline:
         self.shown = [row for row, passing in enumerate(self.passing) if not passing]
         self.rank = [0, *accumulate(int(not passing) for passing in self.passing)]
         begins = [int(starting and row > 0) for row, starting in enumerate(self.starting)]
+        if not is_limb(self.part):  # what just happens has no starting position
+            own = [sum(span.start <= start for span in track.known) for start in self.start]
+            parted = [one != two for one, two in zip(own, own[:1] + own, strict=False)]
+            begins = [int(begin or apart) for begin, apart in zip(begins, parted, strict=True)]
         self.stretch = list(accumulate(begins))
         self._known(track)
         self._follow()
