@@ -42,7 +42,7 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     Returns
     -------
     Score
-        A track for every part whose ends the capture has.
+        A track for every part whose ends the capture has, and those of the whole body.
 
     Raises
     ------
@@ -54,14 +54,14 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     Notes
     -----
     The method is that of Matsumoto and Hachimura (2001), section 4, made exact:
-    ``encode/METHOD.md``.
+    ``encode/METHOD.md``. What the whole body does is told in ``encode/BODY.md``.
 
     Examples
     --------
     >>> import lanindex
     >>> score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
     >>> score
-    <Score 18 parts, 438 symbols, 360 frames at 30 Hz>
+    <Score 24 parts, 490 symbols, 360 frames at 30 Hz>
     >>> for symbol in score.symbols("r_arm")[:4]:  # the * says: only passed on the way
     ...     print(symbol)
     r_arm place low [0, 0)
@@ -74,7 +74,9 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     from lanindex.encode import limbs
     from lanindex.encode.timing import quantise
     from lanindex.encode.track import written
+    from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
+    from lanindex.model.steps import with_steps
     from lanindex.notation.excerpt import HEADING_RATE
 
     chosen = _profile(profile)
@@ -89,6 +91,9 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
         raise EncodeError(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
+    of_all, doubts = whole(motion, turn, chosen)
+    for one in of_all:
+        found.setdefault(one.part, []).append(one)
     ordered = sorted(
         found, key=lambda part: (found[part][0].known.start, found[part][0].known.stop)
     )
@@ -99,8 +104,9 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     }
     if chosen.rate != HEADING_RATE:
         turn = limbs.heading(motion, Fraction(HEADING_RATE))
-    heading = np.round(np.degrees(turn), 1) + 0.0  # in tenths; -0 would be another number
-    return Score(motion.rate, len(motion), meter, tracks, heading=heading.astype(np.float32))
+    heading = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
+    held = with_steps(tracks)
+    return Score(motion.rate, len(motion), meter, held, heading=heading, warnings=doubts)
 
 
 class _Callable(ModuleType):

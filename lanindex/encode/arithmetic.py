@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,3 +71,9 @@ def median(values: Floats) -> float:
     """
     ordered = np.sort(values)
     return float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+
+
+def runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
+    """Return start and stop of each stretch of True, of (N,) truths."""
+    edges = (np.flatnonzero(mask[1:] != mask[:-1]) + 1).tolist()
+    return [(a, b) for a, b in pairwise([0, *edges, len(mask)]) if a < b and mask[a]]

@@ -10,14 +10,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS, PARTS
 from lanindex.body.made import GAP, MADE, weighted
-from lanindex.encode.arithmetic import blocks, median
+from lanindex.encode.arithmetic import blocks, median, runs
 from lanindex.encode.profile import Profile
 from lanindex.encode.resample import Resampling, resample
 from lanindex.model import Motion, Span
@@ -141,7 +140,7 @@ def _seen(motion: Motion, names: Sequence[str]) -> Floats:
 def _fill(points: Floats, longest: int) -> None:
     """Fill gaps of at most `longest` frames of (T, 3) points in place, by straight lines."""
     unknown = _unknown(points)
-    for start, stop in _runs(unknown):
+    for start, stop in runs(unknown):
         if start > 0 and stop < len(points) and stop - start <= longest:
             share = np.arange(1, stop - start + 1)[:, None] / (stop - start + 1)
             points[start:stop] = points[start - 1] * (1 - share) + points[stop] * share
@@ -151,12 +150,6 @@ def _unknown(points: Floats) -> NDArray[np.bool_]:
     """Return which points (..., 2 or 3) lack a coordinate."""
     mask: NDArray[np.bool_] = np.isnan(points.sum(axis=-1))
     return mask
-
-
-def _runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
-    """Return start and stop of each stretch of True."""
-    edges = (np.flatnonzero(mask[1:] != mask[:-1]) + 1).tolist()
-    return [(a, b) for a, b in pairwise([0, *edges, len(mask)]) if a < b and mask[a]]
 
 
 def heading(motion: Motion, target: Fraction) -> Floats:
@@ -187,7 +180,7 @@ def heading(motion: Motion, target: Fraction) -> Floats:
     axis = _axis(motion)
     count = math.floor((len(axis) - 1) * target / motion.rate) + 1
     across = np.full((2, count), np.nan).T
-    for start, stop in _runs(~_unknown(axis)):
+    for start, stop in runs(~_unknown(axis)):
         begin, values = resample(axis[start:stop], start, motion.rate, target)
         across[begin : begin + len(values)] = values
     turn: Floats = np.arctan2(across[:, 0], across[:, 1])
@@ -345,7 +338,7 @@ def _known(motion: Motion, turn: Floats, profile: Profile, parts: Sequence[str])
     stretches: dict[tuple[int, int], list[str]] = {}
     for name in parts:
         if size[name] > 0:
-            for stretch in _runs(~(unknown[PARTS[name].parent] | unknown[PARTS[name].child])):
+            for stretch in runs(~(unknown[PARTS[name].parent] | unknown[PARTS[name].child])):
                 stretches.setdefault(stretch, []).append(name)
     found = []
     for stretch, names in sorted(stretches.items()):

@@ -63,7 +63,7 @@ class Profile:
     name : str
         As the folder says.
     digest : str
-        sha256 of the folder's files: equal digests encode equally.
+        sha256 of the method's number and the folder's files: equal digests encode equally.
     rate : Fraction
         Frames a second that captures are resampled to.
     smoothing : float
@@ -278,8 +278,12 @@ def load(name: str | Path = "default") -> Profile:
     )
 
 
+METHOD = b"2"
+"""Which method encodes: another one makes other symbols with the same numbers."""
+
+
 def _digest(paths: set[Path]) -> str:
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(METHOD)
     for path in sorted(paths, key=lambda path: path.name):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()

@@ -97,6 +97,8 @@ class Score:
         (N,) float32, degrees: where the body faces, at 60 frames a second; may be empty.
     other : tuple of str
         Lines of an LND file that were not understood, kept for the way back.
+    warnings : tuple of str
+        What was doubtful when a capture was written down.
 
     Examples
     --------
@@ -116,6 +118,7 @@ class Score:
     tracks: Mapping[str, Track]
     heading: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     other: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze the array."""

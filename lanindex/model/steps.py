@@ -61,9 +61,9 @@ def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
     rows = np.concatenate([foot.symbols for foot in feet], dtype=feet[0].symbols.dtype)
     rows = rows[rows["start"] < rows["stop"]]
     if jump is not None:
-        for flight in jump.symbols[np.isin(jump.symbols["amount"], _NO_STEPS)]:
-            lands = (rows["start"] < flight["stop"]) & (flight["stop"] <= rows["stop"])
-            rows = rows[~lands]
+        landed = np.sort(jump.symbols["stop"][np.isin(jump.symbols["amount"], _NO_STEPS)])
+        before, until = (np.searchsorted(landed, rows[end], "right") for end in ("start", "stop"))
+        rows = rows[before == until]
     return Track(STEP, rows[np.lexsort((rows["stop"], rows["start"]))], known)
 
 

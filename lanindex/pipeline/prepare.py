@@ -222,4 +222,5 @@ def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str
     from lanindex.encode import encode
 
     motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True, total=task.total))
-    return encode(motion, task.profile), motion.source.format, motion.warnings
+    score = encode(motion, task.profile)
+    return score, motion.source.format, (*motion.warnings, *score.warnings)

@@ -74,7 +74,7 @@ class TestLimbs:
         body[:, JOINT_CODES["RHand"]] = body[:, JOINT_CODES["RWrist"]]
         score = encode(motion_of(body, RATE))
         assert "r_hand" not in score.tracks
-        assert len(score.tracks) == len(PARTS) - 1
+        assert len(PARTS.keys() & score.tracks) == len(PARTS) - 1
 
     def test_nothing_but_limbs_of_no_length_is_refused(self) -> None:
         with pytest.raises(EncodeError, match="no part of the body is known"):
@@ -86,8 +86,7 @@ class TestLimbs:
 
     def test_one_frame_has_starting_positions(self) -> None:
         score = encode(motion_of(swung(3, 1, RATE, 0.0), RATE))
-        assert {len(track) for track in score.tracks.values()} == {1}
-        assert len(score.tracks) == len(PARTS)
+        assert {len(score.tracks[part]) for part in PARTS} == {1}
 
     def test_a_part_that_nobody_knows_is_refused(self) -> None:
         with pytest.raises(EncodeError, match='no part "r_tail" is known'):

@@ -1,0 +1,216 @@
+"""Steps and jumps: the weight goes from foot to foot, or into the air.
+
+Source: ``encode/BODY.md``, "Steps" and "Jumps".
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import HIGH, LOW, MID, PLACE
+from lanindex.encode.arithmetic import runs
+from lanindex.encode.ground import FLICKER, SIDES, STIRS, Ground
+
+Floats = NDArray[np.float64]
+
+STAYS = 0.15
+"""Lengths of a leg: a step that takes the pelvis no farther is in place."""
+
+SLID, RAISED = 0.1, 0.05
+"""Lengths of a leg: a foot that moves and rises less between two stands has not stepped."""
+
+BENT = 40.0
+"""Degrees from straight: a knee that is bent farther under the weight makes a step low."""
+
+TOES = 0.07
+"""Lengths of a leg that the ankle stands higher above the toe than in this capture's stands: a
+step on the toes, high."""
+
+WEIGHT = 0.15
+"""Seconds after a foot stands in which knee and ankle tell the level."""
+
+SECTOR = 22.5
+"""Degrees from the middle of a direction to its border."""
+
+BOTH_BOTH, HOP, LEAP, ONE_BOTH, BOTH_ONE, UNSEEN = range(6)
+"""Take-off and landing: from both feet to both, from one to the same, to the other, from one to
+both, from both to one; or one of them not seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A foot that stands anew, or a flight; frames as in `Ground`, half-open.
+
+    Attributes
+    ----------
+    start, stop : int
+        From when the weight goes there until all of it is there; of a flight, its frames.
+    direction, level : int
+        Codes of the alphabet; -1: none.
+    margin : float
+        As of a symbol.
+    foot : int
+        0 right, 1 left; of a flight 0.
+    amount : int
+        Of a flight, which feet; else -1.
+    """
+
+    start: int
+    stop: int
+    direction: int
+    level: int
+    margin: float
+    foot: int = 0
+    amount: int = -1
+
+
+def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float]:
+    """Return in which direction the pelvis goes between two frames, and how clear that is.
+
+    Parameters
+    ----------
+    ground : Ground
+        The body.
+    turn : ndarray
+        (N,) radians, its heading, as `lanindex.encode.limbs.heading` returns it.
+    start, stop : int
+        Frames; the front is that of the last.
+    """
+    last = min(stop, len(turn) - 1)
+    forward, right = faced(ground.pelvis[last] - ground.pelvis[min(start, last)], turn[last])
+    return sector(forward / ground.leg, right / ground.leg, STAYS)
+
+
+def faced(moved: Floats, turn: float) -> tuple[float, float]:
+    """Return how far a way over the ground goes forward and to the right of a heading."""
+    sine, cosine = math.sin(turn), math.cos(turn)
+    return moved[0] * cosine - moved[2] * sine, moved[0] * sine + moved[2] * cosine
+
+
+def sector(forward: float, right: float, least: float) -> tuple[int, float]:
+    """Return the direction of a way, place if it is shorter than `least`, and its margin."""
+    size = math.hypot(forward, right)
+    if size < least:
+        return PLACE, (least - size) / least
+    azimuth = math.degrees(math.atan2(forward, right)) % 360
+    code = round(azimuth / 45) % 8
+    off = abs((azimuth - 45 * code + 180) % 360 - 180)
+    return code, min(1 - off / SECTOR, (size - least) / least, 1.0)
+
+
+def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
+    """Return the feet that stand anew, and the flights, each in order of time.
+
+    Parameters
+    ----------
+    ground : Ground
+        Which foot carries.
+    turn : ndarray
+        (N,) radians, the heading over the same frames.
+    """
+    brief = round(FLICKER * ground.rate)
+    found, full = list[Event](), 0  # when the last foot stood
+    for release, stop, foot in _together(ground, _landings(ground), brief):
+        flight = _flown(ground, stop, brief)
+        both = ground.carries[1 - foot][flight[1] : stop + brief].any() if flight else False
+        if flight and both:
+            begun = flight[0]
+        else:
+            begun = full if release - full <= stop - release else _left(ground, foot, release)
+        direction, margin = way(ground, turn, begun, stop)
+        found.append(Event(begun, stop, direction, _level(ground, foot, stop), margin, foot))
+        full = stop
+    return found, [_flight(ground, turn, start, stop, brief) for start, stop in ground.air]
+
+
+def stood(ground: Ground, foot: int) -> int | None:
+    """Return the level at which a foot carries in the first frame; None where it does not."""
+    return _level(ground, foot, 0) if ground.carries[foot][0] else None
+
+
+def _together(
+    ground: Ground, landings: list[tuple[int, int, int]], brief: int
+) -> list[tuple[int, int, int]]:
+    """Let both feet that land from one flight stand at one time, that of the later one."""
+    found = list(landings)
+    for number, (one, two) in enumerate(pairwise(landings)):
+        flight = _flown(ground, one[1], brief)
+        if flight and two[1] <= flight[1] + brief and one[2] != two[2]:
+            found[number] = (one[0], two[1], one[2])
+    return found
+
+
+def _flown(ground: Ground, stop: int, brief: int) -> tuple[int, int] | None:
+    """Return the flight that a foot lands from that stands at a frame; None: from none."""
+    number = bisect_right(ground.air, stop, key=lambda one: one[1]) - 1
+    flight = ground.air[number] if number >= 0 else None
+    return flight if flight and stop - flight[1] <= brief else None
+
+
+def _left(ground: Ground, foot: int, release: int) -> int:
+    """Return when a foot that has rested begins to leave."""
+    while release > 0 and ground.speed[foot][release - 1] >= STIRS:
+        release -= 1
+    return release
+
+
+def _landings(ground: Ground) -> list[tuple[int, int, int]]:
+    """Return of each foot that stands anew when it left, when it stands, and which it is."""
+    found = []
+    for foot, side in enumerate(SIDES):
+        ankle = ground.places[side + "Ankle"] / ground.leg
+        for release, stop in runs(~ground.carries[foot]):
+            if not 0 < stop < len(ankle):
+                continue
+            way = ankle[release : stop + 1]
+            slid = math.hypot(*(way[-1] - way[0])[[0, 2]])
+            raised = float(way[:, 1].max() - min(way[0, 1], way[-1, 1]))
+            if slid >= SLID or raised >= RAISED or release == 0:
+                found.append((release, stop, foot))
+    return sorted(found, key=lambda one: (one[1], one[2]))
+
+
+def _level(ground: Ground, foot: int, frame: int) -> int:
+    """Return the level of a step: how the leg takes the weight."""
+    side, places = SIDES[foot], ground.places
+    some = slice(frame, frame + max(round(WEIGHT * ground.rate), 1))
+    carried = np.flatnonzero(ground.carries[foot][some])
+    hip, knee, ankle, toe = (
+        places[side + it][some][carried] if side + it in places else None
+        for it in ("Hip", "Knee", "Ankle", "Toe")
+    )
+    if knee is not None and hip is not None and ankle is not None and len(carried):
+        upper, lower = hip - knee, ankle - knee
+        cosine = (upper * lower).sum(axis=1)
+        cosine /= np.linalg.norm(upper, axis=1) * np.linalg.norm(lower, axis=1) + 1e-9
+        if 180 - np.degrees(np.arccos(np.clip(cosine, -1, 1))).min() > BENT:
+            return LOW
+    usual = ground.flat[foot]
+    if toe is None or ankle is None or usual is None or not len(carried):
+        return MID
+    lifted = float(np.median(ankle[:, 1] - toe[:, 1])) - usual
+    return HIGH if lifted > TOES * ground.leg else MID
+
+
+def _flight(ground: Ground, turn: Floats, start: int, stop: int, brief: int) -> Event:
+    """Return a flight with its feet."""
+    direction, margin = way(ground, turn, start, stop)
+    feet = [
+        {foot for foot in range(2) if ground.carries[foot][max(first, 0) : last].any()}
+        for first, last in ((start - brief, start), (stop, stop + brief))
+    ]
+    return Event(start, stop, direction, -1, margin, amount=_feet(*feet))
+
+
+def _feet(before: set[int], after: set[int]) -> int:
+    if not before or not after:
+        return UNSEEN  # the capture begins or ends in the air
+    if len(before) == len(after) == 1:
+        return HOP if before == after else LEAP
+    return {(2, 2): BOTH_BOTH, (1, 2): ONE_BOTH, (2, 1): BOTH_ONE}[len(before), len(after)]

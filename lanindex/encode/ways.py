@@ -1,0 +1,159 @@
+"""Where the body goes and how it turns.
+
+Source: ``encode/BODY.md``, "Travel" and "Turns".
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import DIRECTION_CODES, PLACE
+from lanindex.encode.arithmetic import runs
+from lanindex.encode.ground import held
+from lanindex.encode.limbs import smooth, window
+from lanindex.encode.profile import Profile
+from lanindex.encode.steps import SECTOR, Event
+
+Floats = NDArray[np.float64]
+
+STRIDE = 1.0
+"""Seconds that path and heading are averaged over: the sway of a stride is gone then."""
+
+GOES, RESTS = 0.35, 0.2
+"""Lengths of a leg a second: faster is travel; slower is none any more."""
+
+BRIEF = 0.4
+"""Seconds: what lasts shorter is part of what was before."""
+
+TURNS = 30.0
+"""Degrees: less is no turn."""
+
+PAUSE = 10.0
+"""Degrees a second: slower, for as long as `BRIEF`, parts two turns."""
+
+
+def travel(pelvis: Floats, turn: Floats, leg: float, profile: Profile) -> list[Event]:
+    """Return the stretches in which the body goes one way, or stays.
+
+    Parameters
+    ----------
+    pelvis : ndarray
+        (N, 3) float64, mm.
+    turn : ndarray
+        (N,) radians, the heading.
+    leg : float
+        Its length, mm.
+    profile : Profile
+        For the rate.
+
+    Returns
+    -------
+    list of Event
+        They fill the stretch.
+    """
+    rate = float(profile.rate)
+    if len(pelvis) < 2:
+        return [Event(0, len(pelvis), PLACE, -1, 1.0)]
+    width = window(STRIDE, profile.rate)
+    path = smooth((pelvis / leg)[None], width)[0]
+    front = smooth(np.unwrap(turn)[None, :, None], width)[0, :, 0]
+    east, _, south = (np.gradient(path, axis=0) * rate).T
+    forward = east * np.cos(front) - south * np.sin(front)
+    right = east * np.sin(front) + south * np.cos(front)
+    pace = np.hypot(forward, right)
+    azimuth = np.degrees(np.arctan2(forward, right)) % 360
+    codes = np.where(held(pace > GOES, pace > RESTS), np.round(azimuth / 45) % 8, PLACE).astype(int)
+    found = []
+    for start, stop in _long(codes, round(BRIEF * rate)):
+        code = int(codes[start])
+        ahead, aside = float(forward[start:stop].mean()), float(right[start:stop].mean())
+        off = (math.degrees(math.atan2(ahead, aside)) - 45 * code + 180) % 360 - 180
+        margin = 1 - abs(off) / SECTOR if code != PLACE else 1 - math.hypot(ahead, aside) / GOES
+        found.append(Event(start, stop, code, -1, min(max(margin, 0.0), 1.0)))
+    return found
+
+
+def _long(codes: NDArray[np.int64], least: int) -> list[tuple[int, int]]:
+    """Make of codes runs of some length, in place; return their frames.
+
+    A run that is too short joins what was before it; at the beginning, what comes first that is
+    long enough, or else the longest.
+    """
+    edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
+    pieces = [(a, b, int(codes[a])) for a, b in pairwise(edges)]
+    long = [piece for piece in pieces if piece[1] - piece[0] >= least]
+    last = (long or [max(pieces, key=lambda piece: piece[1] - piece[0])])[0][2]
+    for start, stop, code in pieces:
+        last = code if stop - start >= least else last
+        codes[start:stop] = last
+    edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
+    return list(pairwise(edges))
+
+
+def turns(turn: Floats, profile: Profile) -> list[Event]:
+    """Return the turns about the vertical.
+
+    Parameters
+    ----------
+    turn : ndarray
+        (N,) radians, the heading.
+    profile : Profile
+        For the rate.
+    """
+    rate = float(profile.rate)
+    heading = np.degrees(np.unwrap(turn))
+    if len(heading) < 2:
+        return []
+    calm = smooth(heading[None, :, None], window(STRIDE, profile.rate))[0, :, 0]
+    light = smooth(heading[None, :, None], window(profile.smoothing, profile.rate))[0, :, 0]
+    pace = np.abs(np.gradient(calm)) * rate
+    found = []
+    for first, last in _swings(calm):
+        for start, stop in _parts(pace[first : last + 1], round(BRIEF * rate)):
+            done = calm[first + stop - 1] - calm[first + start]
+            if abs(done) >= TURNS:
+                found.append(_turn(light, first + start, first + stop, rate))
+    return [one for one in found if one.amount >= TURNS]
+
+
+def _swings(heading: Floats) -> list[tuple[int, int]]:
+    """Return from where to where the heading goes one way, less than `TURNS` back not counted."""
+    found, anchor, best = list[tuple[int, int]](), 0, 0
+    step = np.sign(np.diff(heading))
+    bends = (np.flatnonzero(step[1:] != step[:-1]) + 1).tolist()
+    for frame in (*bends, len(heading) - 1):
+        way = heading[best] - heading[anchor]
+        now = heading[frame] - heading[anchor]
+        if now * way >= 0 and abs(now) >= abs(way):
+            best = frame
+        elif abs(heading[frame] - heading[best]) >= TURNS:
+            if best > anchor:
+                found.append((anchor, best))
+            anchor, best = best, frame
+    return [*found, (anchor, best)] if best > anchor else found
+
+
+def _parts(pace: Floats, least: int) -> list[tuple[int, int]]:
+    """Part a turn where it rests."""
+    rests = [(a, b) for a, b in runs(pace < PAUSE) if b - a >= least]
+    edges = [0, *(edge for rest in rests for edge in rest), len(pace)]
+    return [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b > a]
+
+
+def _turn(heading: Floats, start: int, stop: int, rate: float) -> Event:
+    """Return a turn, from when it is seen to begin until it is seen to end."""
+    some = heading[start:stop]
+    left = some[-1] > some[0]
+    pace = np.gradient(some) * (rate if left else -rate)
+    quick, slow = np.flatnonzero(pace >= pace.max() / 4), np.flatnonzero(pace <= PAUSE)
+    before, behind = slow[slow < quick[0]], slow[slow > quick[-1]]
+    first = int(before[-1]) + 1 if len(before) else 0
+    last = int(behind[0]) if len(behind) else len(some) - 1
+    amount = round(abs(float(some[last] - some[first])))
+    code = DIRECTION_CODES["left" if left else "right"]
+    margin = min(amount / TURNS - 1, 1.0)
+    return Event(start + first, start + last, code, -1, margin, amount=amount)

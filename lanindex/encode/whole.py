@@ -1,0 +1,93 @@
+"""The tracks of the whole body: where its weight is, where it goes, how it turns.
+
+Source: ``encode/BODY.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import PLACE
+from lanindex.encode.ground import Ground, grounds, leg_of, middle, stretches
+from lanindex.encode.profile import Profile
+from lanindex.encode.steps import Event, events, stood
+from lanindex.encode.timing import to_source
+from lanindex.encode.track import Written
+from lanindex.encode.ways import travel, turns
+from lanindex.model import Motion, Span
+from lanindex.model.symbol import blank
+
+Floats = NDArray[np.float64]
+
+
+def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written], tuple[str, ...]]:
+    """Write down what the whole body does.
+
+    Parameters
+    ----------
+    motion : Motion
+        The capture.
+    turn : ndarray
+        (N,) radians, as from `lanindex.encode.limbs.heading`.
+    profile : Profile
+        Rate and smoothing.
+
+    Returns
+    -------
+    tuple of list of Written and tuple of str
+        Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
+    """
+    found, doubts = list[Written](), dict[str, None]()
+    leg = leg_of(motion)
+    for ground in grounds(motion, profile, leg) if leg else ():
+        doubts |= dict.fromkeys(ground.doubts)
+        found += _weight(ground, turn, motion, profile)
+    hips = ("RHip", "LHip")
+    for known, begin, places in stretches(motion, profile, hips):
+        pelvis = middle(places)
+        front = turn[begin : begin + len(pelvis)]
+        for part, those in (
+            ("body_travel", travel(pelvis, front, leg, profile) if leg else []),
+            ("body_turn", turns(front, profile)),
+        ):
+            found.append(_written(part, known, begin, those, motion, profile))
+    return found, tuple(doubts)
+
+
+def _weight(ground: Ground, turn: Floats, motion: Motion, profile: Profile) -> Iterator[Written]:
+    front = turn[ground.begin : ground.begin + ground.carries.shape[1]]
+    landed, flights = events(ground, front)
+    for foot, side in enumerate("rl"):
+        own = [one for one in landed if one.foot == foot]
+        yield _written(
+            f"{side}_support", ground.known, ground.begin, own, motion, profile, stood(ground, foot)
+        )
+    yield _written("jump", ground.known, ground.begin, flights, motion, profile)
+
+
+def _written(
+    part: str,
+    known: Span,
+    begin: int,
+    those: Sequence[Event],
+    motion: Motion,
+    profile: Profile,
+    level: int | None = None,
+) -> Written:
+    """Return the rows of a track; with the level of the starting position, if it has one."""
+    rows = blank(len(those) + 1)
+    if level is not None:
+        rows["direction"][0], rows["level"][0], rows["margin"][0] = PLACE, level, 1
+    free = 0
+    for row, one in zip(rows[1:], those, strict=True):
+        row["start"] = begin + max(one.start, free)
+        row["stop"] = begin + max(one.stop, one.start + 1)
+        free = one.stop
+        row["direction"], row["level"], row["amount"] = one.direction, one.level, one.amount
+        row["margin"] = max(one.margin, 0.0)
+    rows["start"][0] = rows["stop"][0] = begin
+    told = to_source(rows, known, motion.rate, profile.rate)
+    return Written(part, known, told if level is not None else told[1:])

@@ -1,0 +1,207 @@
+"""What the whole body does: bodies that step, jump and turn as told are written down so."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from lanindex import encode
+from lanindex.alphabet import DIRECTIONS
+from lanindex.encode.ground import grounds
+from lanindex.encode.profile import load
+from lanindex.encode.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
+from lanindex.model import Motion, Score
+from tests.walkers import LEG, Do, walk
+
+STEPS = ["r", "l", "r", "l"]
+
+
+def said(score: Score, part: str) -> list[str]:
+    """Return what the rows of a part say, starting positions left out."""
+    return [symbol.words for symbol in score.symbols(part) if symbol.start < symbol.stop]
+
+
+def times(score: Score, part: str) -> list[tuple[int, int]]:
+    return [(it.start, it.stop) for it in score.symbols(part) if it.start < it.stop]
+
+
+def going(way: str, size: float = 0.5, **how) -> Motion:
+    steps = [Do(foot, way, size, **how) for foot in STEPS]
+    return walk([Do("stand", bent=how.get("bent", 0.0)), *steps, Do("stand", **how)])
+
+
+def close(found: list[int], wanted: list[int], most: int) -> bool:
+    return len(found) == len(wanted) and np.abs(np.subtract(found, wanted)).max(initial=0) <= most
+
+
+@pytest.mark.parametrize("way", DIRECTIONS)
+def test_steps_in_every_direction(way):
+    score = encode(going(way, 0.0 if way == "place" else 0.5))
+    assert said(score, "step") == [f"{way} mid"] * 4
+    assert said(score, "r_support") == said(score, "l_support") == [f"{way} mid"] * 2
+    assert close([stop for _, stop in times(score, "step")], [61, 91, 121, 151], 3)
+    assert score.tracks["step"].kind == "step"
+
+
+def test_steps_follow_one_another_without_a_hole():
+    found = times(encode(going("forward")), "step")
+    assert all(one[1] == two[0] for one, two in pairwise(found))
+
+
+def test_a_step_after_a_rest_begins_as_the_foot_leaves():
+    score = encode(walk([Do("r", "forward", 0.5), Do("stand", seconds=2), Do("l", "forward", 0.5),
+                         Do("stand")]))  # fmt: skip
+    (_, first), (second, _) = times(score, "step")
+    assert first <= 32
+    assert 148 <= second <= 160
+
+
+@pytest.mark.parametrize(
+    ("how", "level"), [({"bent": 0.3}, "low"), ({}, "mid"), ({"toes": True}, "high")]
+)
+def test_the_level_of_a_step_is_how_the_leg_takes_the_weight(how, level):
+    assert said(encode(going("forward", **how)), "step") == [f"forward {level}"] * 4
+
+
+@pytest.mark.parametrize(
+    ("feet", "amount"),
+    [("rl>rl", BOTH_BOTH), ("r>r", HOP), ("r>l", LEAP), ("r>rl", ONE_BOTH), ("rl>l", BOTH_ONE)],
+)
+def test_the_five_kinds_of_jumps(feet, amount):
+    before = [] if feet.startswith("rl") else [Do("jump", feet="rl>r", seconds=0.3)]
+    still = [Do("stand", seconds=0.4)] if before else []
+    jump = Do("jump", "forward", 0.6, 0.35, feet=feet)
+    score = encode(walk([Do("stand"), *before, *still, jump, Do("stand", seconds=0.7)]))
+    symbol = score.symbols("jump")[-1]
+    assert (symbol.direction, symbol.amount) == ("forward", amount)
+    start = 31 + 18 * bool(before) + 24 * bool(still)
+    assert close([symbol.start, symbol.stop], [start, start + 21], 3)
+    steps = {"leap": 1, "both": 1}.get("leap" if amount == LEAP else "", 0)
+    assert len(said(score, "step")) == steps + bool(before) + (amount == BOTH_ONE)
+
+
+def test_a_body_that_stands_or_waves_a_leg_does_not_jump():
+    score = encode(walk([Do("stand", seconds=3)]))
+    assert said(score, "jump") == said(score, "step") == said(score, "r_support") == []
+    assert said(score, "body_travel") == ["place"]
+    assert [symbol.words for symbol in score.symbols("r_support")] == ["place mid"]
+
+
+def test_what_hangs_in_the_air_for_long_does_not_jump():
+    motion = walk([Do("stand"), Do("jump", seconds=0.5), Do("stand")])
+    places = motion.positions.copy()
+    up = places[:, :, 1] - places[0, :, 1]
+    places[:, :, 1] -= 0.9 * up  # as if it were a tenth as heavy
+    hung = Motion(motion.skeleton, motion.rate, places, motion.source)
+    assert len(said(encode(motion), "jump")) == 1
+    assert said(encode(hung), "jump") == []
+
+
+@pytest.mark.parametrize("degrees", [45, 90, -90, 135, -180, 360, -720])
+def test_turns_by_steps(degrees):
+    count = max(abs(degrees) // 45, 1)
+    steps = [Do("rl"[it % 2], turn=degrees / count) for it in range(count)]
+    score = encode(walk([Do("stand", seconds=1), *steps, Do("stand", seconds=1)]))
+    (turn,) = score.symbols("body_turn")
+    assert turn.direction == ("left" if degrees > 0 else "right")
+    assert abs(turn.amount - abs(degrees)) <= 2
+    assert close([turn.start, turn.stop], [61, 61 + 30 * count], 15)
+
+
+def test_two_turns_with_a_rest_between_are_two():
+    turn, rest = [Do("r", turn=45), Do("l", turn=45)], Do("stand", seconds=1.5)
+    score = encode(walk([rest, *turn, rest, *turn, rest]))
+    assert said(score, "body_turn") == ["left 90deg", "left 90deg"]
+
+
+def test_the_sway_of_a_walk_is_no_turn():
+    sway = [Do("rl"[it % 2], "forward", 0.6, turn=12 * (-1) ** it) for it in range(12)]
+    score = encode(walk(sway))
+    assert said(score, "body_turn") == []
+    assert said(score, "body_travel") == ["forward"]
+
+
+@pytest.mark.parametrize("way", DIRECTIONS[:8])
+def test_travel(way):
+    score = encode(walk([Do("stand", seconds=2), *[Do(foot, way, 0.6) for foot in 3 * STEPS],
+                         Do("stand", seconds=2)]))  # fmt: skip
+    assert said(score, "body_travel") == ["place", way, "place"]
+    (_, first), (_, second), (_, last) = times(score, "body_travel")
+    assert close([first, second, last], [121, 481, score.frames], 25)
+
+
+def test_stairs_are_climbed_with_a_word():
+    motion = going("forward")
+    places = motion.positions.copy()
+    climbed = np.maximum.accumulate(places[:, 0, 0]) * 0.5
+    places[:, :, 1] += climbed[:, None].astype(np.float32)
+    (found,) = grounds(
+        Motion(motion.skeleton, motion.rate, places, motion.source), load("default"), LEG
+    )
+    assert found.doubts
+
+
+@pytest.mark.parametrize("missing", ["RAnkle", "RHip"])
+def test_without_a_foot_or_a_hip_there_is_no_support(missing):
+    from lanindex.alphabet import JOINT_CODES
+
+    motion = going("forward")
+    places = motion.positions.copy()
+    places[:, JOINT_CODES[missing]] = np.nan
+    score = encode(Motion(motion.skeleton, motion.rate, places, motion.source))
+    assert not {"step", "jump", "r_support", "l_support"} & score.tracks.keys()
+
+
+def test_a_gap_parts_the_tracks():
+    from lanindex.alphabet import JOINT_CODES
+
+    motion = going("forward")
+    places = motion.positions.copy()
+    places[70:90, JOINT_CODES["LAnkle"]] = np.nan
+    score = encode(Motion(motion.skeleton, motion.rate, places, motion.source))
+    assert [(it.start, it.stop) for it in score.tracks["step"].known] == [(0, 70), (90, 181)]
+    assert [(it.start, it.stop) for it in score.tracks["body_turn"].known] == [(0, 181)]
+
+
+@pytest.mark.parametrize("rate", [24, 30, 120])
+def test_the_rate_changes_nothing(rate):
+    does = [Do("stand"), *[Do(foot, "forward", 0.6) for foot in STEPS],
+            Do("jump", seconds=0.4), Do("stand", seconds=1), Do("r", turn=90)]  # fmt: skip
+    ours, other = encode(walk(does)), encode(walk(does, rate))
+    for part in ("step", "jump", "body_turn", "body_travel", "r_support", "l_support"):
+        assert said(ours, part)[:1] == said(other, part)[:1]
+        assert len(said(ours, part)) == len(said(other, part)), part
+        seconds = [
+            [border / float(score.rate) for pair in times(score, part) for border in pair]
+            for score in (ours, other)
+        ]
+        assert np.abs(np.subtract(*seconds)).max(initial=0) < 0.08, part
+
+
+def test_noise_changes_little():
+    does = [Do("stand"), *[Do(foot, "forward", 0.6) for foot in 2 * STEPS],
+            Do("jump", seconds=0.4), Do("stand", seconds=1)]  # fmt: skip
+    motion = walk(does)
+    noise = np.random.default_rng(1).normal(0, 2, motion.positions.shape).astype(np.float32)
+    shaken = Motion(motion.skeleton, motion.rate, motion.positions + noise, motion.source)
+    for part in ("step", "jump", "body_turn", "body_travel"):
+        assert said(encode(motion), part) == said(encode(shaken), part)
+
+
+def test_the_length_of_the_leg_is_what_things_are_measured_in():
+    small = walk([Do("stand"), *[Do(foot, "forward", 0.6) for foot in STEPS], Do("jump")])
+    grown = Motion(small.skeleton, small.rate, small.positions * 2, small.source)
+    for part in ("step", "jump", "body_travel", "r_support"):
+        assert said(encode(small), part) == said(encode(grown), part)
+        assert times(encode(small), part) == times(encode(grown), part)
+    assert LEG > 0
+
+
+def test_one_frame_and_none_to_stand_on():
+    motion = walk([Do("stand")])
+    for frames in (1, 2, 3):
+        cut = Motion(motion.skeleton, Fraction(60), motion.positions[:frames], motion.source)
+        score = encode(cut)
+        assert said(score, "step") == said(score, "jump") == said(score, "body_turn") == []
+        assert said(score, "body_travel") == ["place"]
