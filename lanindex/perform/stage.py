@@ -13,9 +13,13 @@ from lanindex.alphabet import HIGH, LOW, PARTS, PLACE
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Motion, Score, Source
 from lanindex.perform.figure import Body, Limb, standard
+from lanindex.perform.going import WEIGHT, Going, going
 from lanindex.perform.reach import FOLDED, UP, Cell, Reach, direction, great_circle, reaches
 
 Floats = NDArray[np.float64]
+
+CARRIED = (*WEIGHT, "step", "body_travel")
+"""Tracks of the whole body: what others of them tell is not carried out twice."""
 
 REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
 """Where a part is without a symbol; the others hang."""
@@ -45,7 +49,9 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
         )
     times = np.arange(frames) / float(rate)
     body = standard()
-    joints = _joints(body, _bones(score, times, body))
+    gone = going(score, times, body)
+    bones = _bones(score, times, body)
+    joints = _joints(body, bones if gone is None else bones | gone.legs, gone)
     if noise:
         joints += _tremor(body, noise, seed, frames)
     source = Source("", "score", "mm", 1.0, "y")
@@ -56,7 +62,11 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
 
 def _left_out(score: Score, body: Body) -> tuple[str, ...]:
     """Say what the standard body cannot do."""
-    strange = [f"the standard body has no {part}" for part in score.tracks if part not in PARTS]
+    strange = [
+        f"the standard body has no {part}"
+        for part in score.tracks
+        if part not in PARTS and part not in CARRIED
+    ]
     stiff = [
         f"{part} is one bone and cannot come to place mid: it stays where it is"
         for part in score.tracks
@@ -176,8 +186,11 @@ def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
     return turned
 
 
-def _joints(body: Body, bones: dict[str, Floats]) -> Floats:
-    """Return positions (T, J, 3), mm, facing +z, y up, left +x; the lower foot on the floor."""
+def _joints(body: Body, bones: dict[str, Floats], gone: Going | None) -> Floats:
+    """Return positions (T, J, 3), mm, y up; facing +z, left +x at first.
+
+    A body that goes nowhere has the lower foot on the floor.
+    """
     skeleton = body.skeleton
     offsets = skeleton.offsets.astype(np.float64)
     frames = len(bones["torso"])
@@ -189,9 +202,21 @@ def _joints(body: Body, bones: dict[str, Floats]) -> Floats:
         elif bone:
             offset = np.linalg.norm(offsets[joint]) * _seen(bones[bone])
         joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
+    if gone is not None:
+        return _gone(joints, gone)
     feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_shank", "_foot"))]
     joints[..., 1] += body.sole - joints[:, feet, 1].min(axis=1, keepdims=True)
     return joints
+
+
+def _gone(joints: Floats, gone: Going) -> Floats:
+    """Turn a body about its root, and bring it to its place."""
+    own = joints - joints[:, :1]
+    sine, cosine = np.sin(gone.front)[:, None], np.cos(gone.front)[:, None]
+    x, z = own[..., 0].copy(), own[..., 2].copy()
+    own[..., 0], own[..., 2] = x * cosine + z * sine, z * cosine - x * sine
+    found: Floats = own + _seen(gone.hips)[:, None]
+    return found
 
 
 def _seen(vectors: Floats) -> Floats:

@@ -1,0 +1,47 @@
+"""Steps, jumps and turns drawn at random, carried out, and written down again."""
+
+import numpy as np
+import pytest
+
+from lanindex import encode, read_lnd, write_lnd
+from lanindex.perform import perform
+from tests.goings import RATE, Tally, compared, drawn
+
+SEEDS = range(6)
+
+
+@pytest.mark.parametrize(("noise", "least"), [(0.0, 0.99), (2.0, 0.97)])
+def test_what_is_carried_out_comes_back(noise, least):
+    tally: dict[str, Tally] = {}
+    for seed in SEEDS:
+        score = drawn(seed)
+        compared(score, encode(perform(score, rate=RATE, noise=noise, seed=seed)), tally)
+    assert sum(it.wanted for it in tally.values()) > 200
+    for part, counts in tally.items():
+        assert counts.exact >= least * counts.wanted, part
+        assert counts.added == 0, part
+        most = 16 if part == "body_turn" else 6
+        assert np.percentile(counts.starts, 95) <= most, part
+        assert np.percentile(counts.stops, 95) <= most, part
+
+
+def test_the_body_goes_where_the_steps_lead():
+    text = "#unit1\nsupport r_support forward mid 0 1\nsupport l_support forward mid 1 2\n"
+    there = perform(read_lnd(text), rate=30)
+    back = perform(read_lnd(text.replace("forward", "back")), rate=30)
+    ways = [motion.positions[-1, 0] - motion.positions[0, 0] for motion in (there, back)]
+    np.testing.assert_allclose(ways[0], [0, 0, 2 * 0.45 * 820], atol=1)
+    np.testing.assert_allclose(ways[1], -ways[0], atol=1)
+
+
+def test_a_score_without_weight_is_carried_out_on_the_spot():
+    motion = perform(read_lnd("#unit1\ndirection r_arm right mid 0 1\n"), rate=30)
+    assert np.ptp(motion.positions[:, 0], axis=0).max() == 0
+
+
+def test_what_goes_through_lnd_is_carried_out_the_same():
+    score = drawn(1)
+    ours, theirs = (perform(one, rate=RATE) for one in (score, read_lnd(write_lnd(score))))
+    frames = min(len(ours), len(theirs))
+    apart = np.abs(ours.positions[:frames] - theirs.positions[:frames]).max(axis=(1, 2))
+    assert np.percentile(apart, 95) < 150  # ticks are an eighth of a second
