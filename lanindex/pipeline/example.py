@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import is_limb
+from lanindex.alphabet import kind_of
 from lanindex.errors import CaptureError, LibraryError, NotationError, UsageError, shown
 from lanindex.library.find import is_number
 from lanindex.library.store import Store
@@ -64,7 +64,7 @@ class Example:
         UsageError
             Where nothing moves in it.
         """
-        held = {part: track for part, track in self.tracks.items() if is_limb(part)}
+        held = {part: track for part, track in self.tracks.items() if kind_of(part) == "gesture"}
         rows = {part: track.symbols for part, track in held.items() if len(track)}
         clip = clips_of([rows], [self.rate], list(rows)) if rows else None
         clip = clip and clip.cut(0, self.span.start, self.span.stop)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from lanindex.alphabet import is_limb
+from lanindex.alphabet import kind_of
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture
@@ -85,7 +85,8 @@ def similar(
         raise UsageError(f"{least}", place="--alike", wanted="more than 0, 1 at the most")
     if wanted is not None and wanted < 1:
         raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
-    roster, clips = laid_out(library, chosen, filter(is_limb, library.parts(checked=False)))
+    limbs = [part for part in library.parts(checked=False) if kind_of(part) == "gesture"]
+    roster, clips = laid_out(library, chosen, limbs)
     found = Grouped([], 0, True)
     if clips is not None:
         watch = patience or Patience(silent, None)
