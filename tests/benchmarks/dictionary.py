@@ -57,9 +57,9 @@ def main() -> int:
     clips = [clip for clip in read if clip.capture.label]
     print(f"{len(clips)} labelled captures\nword           prec   recall right wrong missed")
     words = entries(load())
-    wanted = (
+    wanted = [
         Expectation(it.name, it.pattern, parse(it.pattern), frozenset(it.labels)) for it in words
-    )
+    ]
     stale, told = [], []
     for entry, result in zip(words, evaluate(clips, wanted), strict=True):
         open_labels = [*unjudged["everywhere"], *unjudged.get(entry.name, ())]
