@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,11 @@ _BONES = np.array([["thigh", "shank"], ["upper arm", "forearm"]])  # of `_CHAINS
 _UNEVEN = 1.5  # how many times as long a bone may be on one side as on the other
 _UPRIGHT = 0.7
 _CALIBRATION_SPEED = 25_000.0  # mm/s
+
+BEGINNING = 40
+"""Frames, the first ones, that are looked at for a calibration pose."""
+
+_FALLING, _FALL = 0.1, Fraction(1, 10)  # of that speed, and seconds at most
 
 
 def told_unit(unit: str) -> str:
@@ -278,14 +284,22 @@ def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
 
 
 def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> int:
-    """Return the first frame that is movement: 1 behind a calibration pose, else 0.
+    """Return the first frame that is movement: behind a calibration pose and the fall from it.
+
+    A file begins with such a pose where no arm could be so fast. Some converters smear it over the
+    next frames: as long as a wrist keeps a tenth of that speed, for a tenth of a second at most.
 
     Parameters
     ----------
     wrists : sequence
-        (2, W, 3) mm: the wrists that are there, in the first two frames.
+        (N, W, 3) mm: the wrists that are there, in the first frames.
     rate : Fraction
         Hz.
+
+    Returns
+    -------
+    int
+        0: there is no such pose.
 
     Examples
     --------
@@ -293,8 +307,11 @@ def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> 
     >>> from lanindex.body.calibration import first_frame
     >>> first_frame([[(0, 0, 0)], [(500, 0, 0)]], Fraction(120))  # 60 m/s
     1
+    >>> first_frame([[(0, 0, 0)], [(500, 0, 0)], [(600, 0, 0)], [(601, 0, 0)]], Fraction(120))
+    2
     """
-    if len(wrists) < 2:
+    steps = [max(map(math.dist, *pair), default=0.0) for pair in pairwise(wrists)]
+    if not (steps and steps[0] * float(rate) > _CALIBRATION_SPEED):
         return 0
-    fastest = max(map(math.dist, *wrists), default=0.0) * float(rate)
-    return int(fastest > _CALIBRATION_SPEED)
+    most = min(len(steps), 1 + int(_FALL * rate))
+    return next((frame for frame in range(1, most) if not steps[frame] > _FALLING * steps[0]), most)

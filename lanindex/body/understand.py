@@ -52,7 +52,7 @@ class Understanding:
     up : str
         The file's vertical axis.
     first : int
-        The first frame that is movement: 1 behind a calibration pose, else 0.
+        The first frame that is movement: behind a calibration pose, if there is one.
     doubts : tuple of str
         What a person should look at.
     """
@@ -155,7 +155,7 @@ def understand(
     poses : ndarray
         (S, J, 3) float64, units and axes of the file: some frames, as `sampled` chooses them.
     beginning : ndarray
-        (2, J, 3) float64: the first two frames (or fewer), which tell a calibration pose.
+        (N, J, 3) float64: the first frames, `BEGINNING` or fewer, which tell a calibration pose.
     rate : Fraction
         Frames a second.
     told : Reading
@@ -186,7 +186,7 @@ def understand(
     >>> places = motion.positions.astype(float) / 1000  # as a file in metres would have them
     >>> names, parents = motion.skeleton.names, motion.skeleton.parents.tolist()
     >>> poses = places[sampled(len(places))]
-    >>> found = understand(names, parents, poses, places[:2], motion.rate, Reading())
+    >>> found = understand(names, parents, poses, places[:40], motion.rate, Reading())
     >>> found.unit, found.scale, found.up, names[found.body[0]]
     ('m (detected)', 1000.0, 'y', 'Hips')
     """
@@ -208,9 +208,17 @@ def understand(
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
     ways = found.oriented(beginning[:, [index for index in wrists if index >= 0]])
     first = calibration.first_frame(ways.tolist(), rate)
-    posed = ("frame 0 is a calibration pose: frame 1 stands in for it",) if first else ()
+    posed = (_posed(first),) if first else ()
     doubts = (*doubts, *unit_doubts, *up_doubts, *shape_doubts, *posed)
     return Understanding(body, unit, scale, up, first, doubts)
+
+
+def _posed(first: int) -> str:
+    """Say which frames are none of the movement."""
+    if first == 1:
+        return "frame 0 is a calibration pose: frame 1 stands in for it"
+    before = f"frames 0 to {first - 1} are a calibration pose and the fall from it"
+    return f"{before}: frame {first} stands in for them"
 
 
 def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:

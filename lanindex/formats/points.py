@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import Stated, Understanding, body_of, understand
-from lanindex.body.calibration import UNITS, unit_of
+from lanindex.body.calibration import BEGINNING, UNITS, unit_of
 from lanindex.body.clusters import Clusters
 from lanindex.body.made import GAP
 from lanindex.body.markers import Making, making_of
@@ -254,7 +254,7 @@ def _understood(
         tuple(names[index] for index in there.tolist()),
         _parents_among(points.parents, there),
         places.at(chosen, there)[0].astype(np.float64),
-        places.at(slice(2), there)[0].astype(np.float64),
+        places.at(slice(BEGINNING), there)[0].astype(np.float64),
         points.rate,
         told,
         path,

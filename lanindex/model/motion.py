@@ -142,7 +142,7 @@ class Motion:
     source : Source
         The file.
     first : int
-        The first frame that is movement: 1 where frame 0 is a calibration pose, else 0.
+        The first frame that is movement: behind a calibration pose, if there is one, else 0.
     warnings : tuple of str
         What the reader found doubtful.
     rotations : ndarray or None

@@ -1,5 +1,6 @@
 """Unit, vertical axis, calibration pose and rate, stated or told from the body."""
 
+import math
 from fractions import Fraction
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.calibration import AXES, UNITS, uneven_doubt
+from lanindex.body.calibration import AXES, UNITS, first_frame, uneven_doubt
 from lanindex.errors import CaptureError, UsageError
 from lanindex.formats.rates import nearest_rate
 
@@ -233,3 +234,18 @@ def test_no_frame_time():
     with pytest.raises(CaptureError, match="no Frame Time: line, wanted seconds a frame"):
         formats.read("x.bvh", data=data)
     assert formats.read("x.bvh", data=data, rate=30).rate == 30
+
+
+def test_the_fall_from_a_calibration_pose_is_no_movement():
+    speeds = [6.0, 3.0, 1.5, 0.7, 0.5, 3.0]  # a tenth of the first: 0.6
+    places = np.cumsum([0.0, *speeds])
+    assert first_frame([[(x, 0, 0)] for x in 1000 * places], Fraction(60)) == 4
+    assert (
+        first_frame([[(x, 0, 0)] for x in 1000 * places], Fraction(24)) == 3
+    )  # a tenth of a second
+    assert first_frame([[(x, 0, 0)] for x in 100 * places], Fraction(24)) == 0
+
+
+def test_wrists_that_are_not_seen_tell_no_calibration_pose():
+    assert first_frame([[(math.nan, 0, 0)], [(500, 0, 0)], [(0, 0, 0)]], Fraction(120)) == 0
+    assert first_frame([[(0, 0, 0)], [(500, 0, 0)], [(math.nan, 0, 0)]], Fraction(120)) == 1

@@ -85,7 +85,7 @@ def test_what_is_seen(captures, family):
         absent = set(JOINTS) - motion.skeleton.played().keys()
         assert absent == missing or (family == "bandai1" and not absent), path
         assert motion.rate == RATES.get(family, motion.rate)
-        assert motion.first == (family in BEHIND_A_CALIBRATION_POSE), path
+        assert bool(motion.first) == (family in BEHIND_A_CALIBRATION_POSE), path
         doubts = [w for w in motion.warnings if "calibration" not in w]
         doubtful = family == "optical_meta" or path.stem in BADLY_SEEN
         assert bool(doubts) == doubtful, (path, motion.warnings)

@@ -83,7 +83,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
         **({"marker set": motion.source.set} if motion.source.set else {}),
-        "calibration": "frame 0 is a pose, frame 1 stands in" if motion.first else "none",
+        "calibration": _calibration(motion.first),
         "joints": list(motion.source.joints),
         "body": {joint: played.get(joint) for joint in JOINTS},
         "warnings": list(motion.warnings),
@@ -104,3 +104,9 @@ def _height(motion: Motion) -> float:
             np.maximum(highest, level, out=highest)
             np.minimum(lowest, level, out=lowest)
     return float(np.nanmedian(highest - lowest))
+
+
+def _calibration(first: int) -> str:
+    """Say which frames come before the movement."""
+    frames = "frame 0 is" if first == 1 else f"frames 0 to {first - 1} are"
+    return f"{frames} a pose, frame {first} stands in" if first else "none"

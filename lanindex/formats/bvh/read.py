@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import body_of, sampled, understand
+from lanindex.body.calibration import BEGINNING
 from lanindex.body.kinematics import Plan, plan
 from lanindex.body.names import exporter_of
 from lanindex.errors import CaptureError
@@ -95,12 +96,12 @@ class _Frames:
     kept: Floats | None = None
 
     def looked_at(self) -> tuple[Floats, Floats]:
-        """Return the poses that tell the body, (S, J, 3), and the first two frames."""
+        """Return the poses that tell the body, (S, J, 3), and the first frames."""
         count = len(self.layout.frames)
         if count <= BLOCK:
             self.kept = self._places(0, count)
-            return self.kept[sampled(count)], self.kept[:2]
-        chosen = np.unique(np.append(sampled(count), [0, 1]))
+            return self.kept[sampled(count)], self.kept[:BEGINNING]
+        chosen = np.unique(np.append(sampled(count), np.arange(BEGINNING)))
         lines = self.layout.frames[chosen]
         values, bad = self._numbers(
             b"".join(self.file.content[first:stop] for first, stop in lines.tolist()),
@@ -110,7 +111,7 @@ class _Frames:
             for _ in self.blocks():  # says which frame is the first that is damaged
                 pass
         places = self.paths.positions(self.work, values)
-        return places[np.searchsorted(chosen, sampled(count))], places[:2]
+        return places[np.searchsorted(chosen, sampled(count))], places[:BEGINNING]
 
     def blocks(self) -> Iterator[tuple[int, Floats]]:
         """Yield the first frame of each block and its places, (T, J, 3) in units of the file."""
