@@ -106,6 +106,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
         turn = limbs.heading(motion, Fraction(HEADING_RATE))
     heading = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
     held = with_steps(tracks)
+    lost = limbs.unmeasured(motion, [part for part in PARTS if part not in tracks])
+    doubts += tuple(f"{part} is left out: how long it is was never seen" for part in lost)
     return Score(motion.rate, len(motion), meter, held, heading=heading, warnings=doubts)
 
 

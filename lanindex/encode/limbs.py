@@ -290,6 +290,28 @@ def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
     return np.array(result)
 
 
+def unmeasured(motion: Motion, parts: Sequence[str]) -> list[str]:
+    """Return the parts whose ends are seen together, but whose length is not to be told.
+
+    The joint between is there, yet never in a frame with both of its neighbours.
+
+    Parameters
+    ----------
+    motion : Motion
+        The capture.
+    parts : sequence of str
+        Those that have no track.
+    """
+    found = []
+    for name in parts:
+        chain = PARTS[name].chain
+        joints = body(motion, chain)
+        seen = ~(_unknown(joints[chain[0]]) | _unknown(joints[chain[-1]]))
+        if seen.any() and math.isnan(lengths(joints, (name,))[0]):
+            found.append(name)
+    return found
+
+
 def limbs(
     motion: Motion, turn: Floats, profile: Profile, parts: Iterable[str] = PARTS
 ) -> Iterator[Limbs]:

@@ -76,6 +76,16 @@ class TestLimbs:
         assert "r_hand" not in score.tracks
         assert len(PARTS.keys() & score.tracks) == len(PARTS) - 1
 
+    def test_a_limb_whose_length_was_never_seen_is_told(self) -> None:
+        body = swung(2, 90, RATE, 0.0)
+        body[:45, JOINT_CODES["RElbow"]] = np.nan
+        body[45:, JOINT_CODES["RWrist"]] = np.nan
+        score = encode(motion_of(body, RATE))
+        assert "r_arm" not in score.tracks
+        told = "r_arm is left out: how long it is was never seen"
+        assert told in score.warnings
+        assert not any("l_arm" in warning for warning in score.warnings)
+
     def test_nothing_but_limbs_of_no_length_is_refused(self) -> None:
         with pytest.raises(EncodeError, match="no part of the body is known"):
             encode(motion_of(np.ones((9, 20, 3)), RATE))
