@@ -147,7 +147,7 @@ def unit_of(
     if usual:
         return f"{name} (detected)", UNITS[name], ()
     warning = f"in no known unit the body has a usual size: in {name} its {part} is {size:.0f} mm"
-    return f"{name} (detected)", UNITS[name], (f"{warning}. If that is wrong, give --unit",)
+    return f"{name} (guessed)", UNITS[name], (f"{warning}. If that is wrong, give --unit",)
 
 
 def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:

@@ -46,7 +46,8 @@ class Understanding:
     body : ndarray
         (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent.
     unit : str
-        Name of the unit, with ``(detected)`` where the file does not state it.
+        Name of the unit, with ``(detected)`` where the file does not state it, ``(guessed)``
+        where no unit gives the body a usual size.
     scale : float
         Millimetres in one unit of the file.
     up : str

@@ -64,7 +64,8 @@ class Source:
     format : str
         ``bvh``, ...
     unit : str
-        Name of the unit, with ``(detected)`` where the file does not state it.
+        Name of the unit, with ``(detected)`` where the file does not state it, ``(guessed)``
+        where no unit gives the body a usual size.
     scale : float
         Millimetres in one unit of the file.
     up : str

@@ -80,7 +80,8 @@ def test_what_is_seen(captures, family):
     assert len(files(captures, family)) == count
     for path in files(captures, family):
         motion = formats.read(path)
-        assert motion.source.unit == f"{unit} (detected)", path
+        how = "guessed" if family == "optical_meta" else "detected"
+        assert motion.source.unit == f"{unit} ({how})", path
         assert motion.source.up == up, path
         absent = set(JOINTS) - motion.skeleton.played().keys()
         assert absent == missing or (family == "bandai1" and not absent), path

@@ -13,6 +13,8 @@ from lanindex.app.output import Output
 if TYPE_CHECKING:
     from lanindex.model import Motion
 
+_GUESSED = " (by a unit that is a guess)"
+
 
 def run(
     file: Annotated[Path, typer.Argument(metavar="FILE", readable=False, help="A capture.")],
@@ -79,7 +81,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "unit": f"{motion.source.unit}: {motion.source.scale:g} mm",
         "up": motion.source.up,
         "compose": motion.source.compose or "the format leaves no choice",
-        "height": f"{_height(motion):.0f} mm",
+        "height": f"{_height(motion):.0f} mm{_GUESSED * ('guessed' in motion.source.unit)}",
         "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
         **({"marker set": motion.source.set} if motion.source.set else {}),
