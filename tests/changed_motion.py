@@ -39,9 +39,9 @@ def mirrored(motion: Motion) -> Motion:
 
 
 def thinned(motion: Motion, step: int) -> Motion:
-    """Return every `step`-th frame of the movement; its first takes a calibration pose's place."""
+    """Return every `step`-th frame; the first of the movement stands in for those before it."""
     kept = motion.positions[::step].copy()
-    kept[0] = motion.positions[motion.first]
+    kept[: -(-motion.first // step)] = motion.positions[motion.first]
     return replace(motion, rate=motion.rate / step, positions=kept, first=0)
 
 

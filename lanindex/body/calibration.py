@@ -62,7 +62,7 @@ _CALIBRATION_SPEED = 25_000.0  # mm/s
 BEGINNING = 40
 """Frames, the first ones, that are looked at for a calibration pose."""
 
-_FALLING, _FALL = 0.1, Fraction(1, 10)  # of that speed, and seconds at most
+_FALLING, _FALL = 2_000.0, Fraction(1, 10)  # mm/s, and seconds at most
 
 
 def told_unit(unit: str) -> str:
@@ -287,7 +287,8 @@ def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> 
     """Return the first frame that is movement: behind a calibration pose and the fall from it.
 
     A file begins with such a pose where no arm could be so fast. Some converters smear it over the
-    next frames: as long as a wrist keeps a tenth of that speed, for a tenth of a second at most.
+    next frames: as long as the wrists slow down, but are faster than 2 m/s, for a tenth of a second
+    at most.
 
     Parameters
     ----------
@@ -314,4 +315,8 @@ def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> 
     if not (steps and steps[0] * float(rate) > _CALIBRATION_SPEED):
         return 0
     most = min(len(steps), 1 + int(_FALL * rate))
-    return next((frame for frame in range(1, most) if not steps[frame] > _FALLING * steps[0]), most)
+    slow = _FALLING / float(rate)
+    for frame in range(1, most):
+        if not slow < steps[frame] < steps[frame - 1]:
+            return frame
+    return most

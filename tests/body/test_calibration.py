@@ -237,13 +237,16 @@ def test_no_frame_time():
 
 
 def test_the_fall_from_a_calibration_pose_is_no_movement():
-    speeds = [6.0, 3.0, 1.5, 0.7, 0.5, 3.0]  # a tenth of the first: 0.6
-    places = np.cumsum([0.0, *speeds])
-    assert first_frame([[(x, 0, 0)] for x in 1000 * places], Fraction(60)) == 4
-    assert (
-        first_frame([[(x, 0, 0)] for x in 1000 * places], Fraction(24)) == 3
-    )  # a tenth of a second
-    assert first_frame([[(x, 0, 0)] for x in 100 * places], Fraction(24)) == 0
+    speeds = np.array([60.0, 22.0, 13.0, 5.0, 0.7, 3.0])  # m/s
+
+    def first(speeds: np.ndarray, rate: int) -> int:
+        places = np.cumsum([0.0, *1000 * speeds / rate])
+        return first_frame([[(x, 0, 0)] for x in places], Fraction(rate))
+
+    assert first(speeds, 120) == 4
+    assert first(speeds, 24) == 3  # a tenth of a second
+    assert first(speeds / 10, 24) == 0
+    assert first(np.array([60.0, 3.0, 3.1, 3.0, 2.9]), 120) == 2  # an arm that swings already
 
 
 def test_wrists_that_are_not_seen_tell_no_calibration_pose():
