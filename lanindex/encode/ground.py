@@ -5,18 +5,18 @@ Source: ``encode/BODY.md``, "Which foot carries".
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
-from lanindex.encode.arithmetic import runs
-from lanindex.encode.limbs import body, lengths, smooth, window
+from lanindex.encode.arithmetic import blocks, runs
+from lanindex.encode.limbs import body, lengths
+from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
-from lanindex.encode.resample import resample
 from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]
@@ -46,18 +46,43 @@ LOST = 0.2
 FALL = 5.5
 """Lengths of a leg a second squared: a body in the air is drawn down so much at least."""
 
-SIDES = "RL"
-
 STEEP = 0.15
 """How far a floor may rise, as a part of the way: steeper are stairs."""
 
 _STANDS, _SPREAD = 4, 1.0  # stands, and lengths of a leg between them, that tell how a floor slopes
 _FLAT = 0.1  # of stands in a row, how far they stray from it: less tells no slope across
+
+SIDES = "RL"
 LEGS = ("r_leg", "l_leg")
-FOOT = ("Ankle", "Toe")
+LEG, FOOT = ("Hip", "Knee", "Ankle"), ("Ankle", "Toe")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
+class Feet:
+    """What feet do over one stretch; all but the speed counted in lengths of a leg, or degrees.
+
+    Attributes
+    ----------
+    pelvis : ndarray
+        (N, 3) float64, mm: the middle of the hips.
+    points : ndarray
+        (2, K, N, 3) float32: ankle, and toe where both are known, of the right and the left foot.
+    speed : ndarray
+        (2, N) float64, lengths of a leg a second: of each foot the slower of ankle and toe.
+    slow : ndarray
+        (2, K, N) bool: which joints are slower than `STANDS`.
+    bent : ndarray
+        (2, N) float32, degrees from straight, of the knees; NaN where none is known.
+    """
+
+    pelvis: Floats
+    points: NDArray[np.float32]
+    speed: Floats
+    slow: Flags
+    bent: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Ground:
     """A body over the ground, over one stretch in which hips and ankles are known.
 
@@ -74,14 +99,14 @@ class Ground:
         Resampled frames a second.
     leg : float
         Its length, mm.
-    places : dict of str to ndarray
-        (N, 3) float64, mm, by joint: hips, ankles, and knees and toes where they are known.
+    feet : Feet
+        Where they are.
     carries : ndarray
         (2, N) bool: the right foot, the left foot.
-    speed : ndarray
-        (2, N) float64, lengths of a leg a second: of each foot the slower of ankle and toe.
     air : list of tuple of int and int
         Flights: the first frame in which no foot carries, and the one behind the last.
+    usual : tuple of float or None
+        How much higher the ankle stands than the toe, usually, of each foot; lengths of a leg.
     doubts : tuple of str
         What was doubtful.
     """
@@ -90,66 +115,11 @@ class Ground:
     begin: int
     rate: float
     leg: float
-    places: dict[str, Floats]
+    feet: Feet
     carries: Flags
-    speed: Floats
     air: list[tuple[int, int]]
+    usual: tuple[float | None, ...]
     doubts: tuple[str, ...] = ()
-
-    @cached_property
-    def pelvis(self) -> Floats:
-        """The middle of the hips, (N, 3), mm."""
-        return middle(self.places)
-
-    @cached_property
-    def flat(self) -> tuple[float | None, float | None]:
-        """How much higher the ankle stands than the toe, usually, of each foot; mm."""
-        usual = []
-        for side, carries in zip(SIDES, self.carries, strict=True):
-            known = side + "Toe" in self.places and carries.any()
-            ankle, toe = (self.places[side + it][carries, 1] if known else None for it in FOOT)
-            usual.append(None if ankle is None or toe is None else fifth(ankle - toe))
-        return usual[0], usual[1]
-
-
-def middle(places: dict[str, Floats]) -> Floats:
-    """Return the middle of the hips, (N, 3)."""
-    found: Floats = (places["RHip"] + places["LHip"]) / 2
-    return found
-
-
-def stretches(
-    motion: Motion, profile: Profile, needed: Sequence[str], wished: Sequence[str] = ()
-) -> Iterator[tuple[Span, int, dict[str, Floats]]]:
-    """Yield the stretches in which joints are known, resampled and smoothed.
-
-    Parameters
-    ----------
-    motion : Motion
-        The capture.
-    profile : Profile
-        Rate and smoothing.
-    needed : sequence of str
-        Joints without which there is no stretch.
-    wished : sequence of str
-        Joints that are there if they are known over the whole of it.
-
-    Yields
-    ------
-    tuple of Span, int and dict
-        Frames of the source, the first resampled frame, and (N, 3) float64 places, mm.
-    """
-    joints = body(motion, [*needed, *wished])
-    seen = {name: ~np.isnan(joints[name].sum(axis=1)) for name in joints.names}
-    width = window(profile.smoothing, profile.rate)
-    for start, stop in runs(np.logical_and.reduce([seen[name] for name in needed])):
-        places, begin = dict[str, Floats](), 0
-        for name in (*needed, *(it for it in wished if seen[it][start:stop].all())):
-            points = joints[name][start:stop]
-            begin, points = resample(points, start, motion.rate, profile.rate)
-            places[name] = smooth(points[None], width)[0]
-        if len(places[needed[0]]):
-            yield Span(start, stop), begin, places
 
 
 def grounds(motion: Motion, profile: Profile, leg: float) -> Iterator[Ground]:
@@ -176,32 +146,77 @@ def grounds(motion: Motion, profile: Profile, leg: float) -> Iterator[Ground]:
     needed = [side + name for side in SIDES for name in ("Hip", "Ankle")]
     wished = [side + name for side in SIDES for name in ("Knee", "Toe")]
     rate = float(profile.rate)
-    for known, begin, places in stretches(motion, profile, needed, wished):
-        carries, speed, doubts = _carries(places, leg, rate)
-        air = _flights(carries, middle(places)[:, 1] / leg, rate)
+    for one in stretches(motion, profile, needed, wished):
+        feet = _feet(one, leg, rate)
+        carries, doubts = _carries(feet, rate)
+        air = _flights(carries, feet.pelvis[:, 1] / leg, rate)
         lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
-        yield Ground(known, begin, rate, leg, places, carries, speed, air, doubts)
+        usual = tuple(map(_flat, feet.points, carries))
+        yield Ground(one.known, one.frames.start, rate, leg, feet, carries, air, usual, doubts)
 
 
 def leg_of(motion: Motion) -> float | None:
     """Return the length of the legs in mm, the mean of both; None where neither is known."""
-    chains = {joint for part in LEGS for joint in PARTS[part].chain}
-    found = [size for size in lengths(body(motion, chains), LEGS).tolist() if size > 0]
-    return sum(found) / len(found) if found else None
+    found = [lengths(body(motion, PARTS[part].chain), (part,)).item() for part in LEGS]
+    known = [size for size in found if size > 0]
+    return sum(known) / len(known) if known else None
 
 
-def _carries(
-    places: dict[str, Floats], leg: float, rate: float
-) -> tuple[Flags, Floats, tuple[str, ...]]:
-    """Return which feet carry, (2, N), how fast they are, and what was doubtful."""
-    kinds = [it for it in FOOT if all(side + it in places for side in SIDES)]
-    points = np.array([[places[side + it] for it in kinds] for side in SIDES]) / leg  # (2, K, N, 3)
-    speeds = np.linalg.norm(_slope(points, rate), axis=-1)
-    slow = speeds < STANDS
-    speed = speeds.min(axis=1)
-    heights = _above(points, slow, [runs(foot < STANDS) for foot in speed], STANCE * rate)
+def _feet(one: Stretch, leg: float, rate: float) -> Feet:
+    """Return what the feet do over a stretch, worked out block by block."""
+    count = len(one.frames)
+    kinds = [it for it in FOOT if all(side + it in one.names for side in SIDES)]
+    found = Feet(
+        np.empty((count, 3)),
+        np.empty((2, len(kinds), count, 3), np.float32),
+        np.empty((2, count)),
+        np.empty((2, len(kinds), count), bool),
+        np.full((2, count), np.nan, np.float32),
+    )
+    for block, places in one.blocks(1):
+        points = np.array([[places[side + it] for it in kinds] for side in SIDES]) / leg
+        speeds = np.linalg.norm(slope(points, rate), axis=-1)[..., block.within]
+        found.points[..., block.inner, :] = points[..., block.within, :]
+        found.speed[:, block.inner] = speeds.min(axis=1)
+        found.slow[..., block.inner] = speeds < STANDS
+        found.pelvis[block.inner] = ((places["RHip"] + places["LHip"]) / 2)[block.within]
+        for side, bent in zip(SIDES, found.bent, strict=True):
+            if side + "Knee" in places:
+                hip, knee, ankle = (places[side + it][block.within] for it in LEG)
+                bent[block.inner] = bend(hip - knee, ankle - knee)
+    return found
+
+
+def slope(points: Floats, rate: float) -> Floats:
+    """Return velocities of (..., N, 3) points."""
+    if points.shape[-2] < 2:
+        return np.zeros_like(points)
+    found: Floats = np.gradient(points, axis=-2) * rate
+    return found
+
+
+def bend(upper: Floats, lower: Floats) -> Floats:
+    """Return by how many degrees a joint is bent from straight, of (N, 3) bones away from it."""
+    cosine = (upper * lower).sum(axis=1)
+    cosine /= np.linalg.norm(upper, axis=1) * np.linalg.norm(lower, axis=1) + 1e-9
+    found: Floats = 180 - np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return found
+
+
+def _flat(points: NDArray[np.float32], carries: Flags) -> float | None:
+    """Return how much higher an ankle stands than its toe, usually, while the foot carries."""
+    if len(points) < len(FOOT) or not carries.any():
+        return None
+    ankle, toe = points[:, carries, 1]
+    return fifth(ankle - toe)
+
+
+def _carries(feet: Feet, rate: float) -> tuple[Flags, tuple[str, ...]]:
+    """Return which feet carry, (2, N), and what was doubtful."""
+    speed = feet.speed
+    heights = _above(feet, [runs(foot < STANDS) for foot in speed], STANCE * rate)
     height = heights.min(axis=1)
     doubts: tuple[str, ...] = ()
     if _uneven(height, speed, rate):
@@ -211,30 +226,19 @@ def _carries(
     carries = np.array([held(*foot) for foot in zip(begins, stays, strict=True)])
     brief = round(FLICKER * rate)
     for foot in carries:
-        for start, stop in runs(~foot):
-            if start > 0 and stop < len(foot) and stop - start <= brief:
-                foot[start:stop] = True
-        for start, stop in runs(foot):
-            if start > 0 and stop < len(foot) and stop - start < brief:
-                foot[start:stop] = False
-    return carries, speed, doubts
+        for there, most in ((False, brief), (True, brief - 1)):
+            for start, stop in runs(foot == there):
+                if start > 0 and stop < len(foot) and stop - start <= most:
+                    foot[start:stop] = not there
+    return carries, doubts
 
 
-def _slope(points: Floats, rate: float) -> Floats:
-    """Return velocities of (..., N, 3) points."""
-    if points.shape[-2] < 2:
-        return np.zeros_like(points)
-    slope: Floats = np.gradient(points, axis=-2) * rate
-    return slope
-
-
-def _above(
-    points: Floats, slow: Flags, stands: list[list[tuple[int, int]]], least: float
-) -> Floats:
+def _above(feet: Feet, stands: list[list[tuple[int, int]]], least: float) -> NDArray[np.float32]:
     """Return how high joints of the feet are above where they stand, (2, K, N).
 
     The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
     """
+    points = feet.points
     heights = points[..., 1].copy()
     lower = heights[:, -1] <= heights[::-1, -1] + NEAR
     found = [
@@ -250,21 +254,22 @@ def _above(
         table = np.array(found) - np.mean(found, axis=0)
         tilt = np.linalg.lstsq(table[:, :2], table[:, 2], rcond=_FLAT)[0]
         if np.ptp(table[:, :2], axis=0).max() > _SPREAD and np.hypot(*tilt) < STEEP:
-            heights -= points[..., ::2] @ tilt
+            for part in blocks(heights.shape[2]):
+                heights[..., part.inner] -= points[..., part.inner, ::2] @ tilt
     for kind in range(heights.shape[1]):
-        some = (heights[side, kind][slow[side, kind]] for side in range(2))
+        some = (heights[side, kind][feet.slow[side, kind]] for side in range(2))
         rests = [fifth(one) for one in some if len(one)] or [fifth(heights[:, kind].ravel())]
         heights[:, kind] -= min(rests)
     return heights
 
 
-def fifth(values: Floats) -> float:
+def fifth(values: NDArray[Any]) -> float:
     """Return the value of which a fifth of all are smaller: of heights, that of the floor."""
     place = (len(values) - 1) // 5
     return float(np.partition(values, place)[place])
 
 
-def _uneven(height: Floats, speed: Floats, rate: float) -> bool:
+def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
     """Tell whether the lower of the feet stands at heights that no floor explains."""
     lower = np.minimum(*height)
     stands = [

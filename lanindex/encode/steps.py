@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encode.arithmetic import runs
-from lanindex.encode.ground import FLICKER, SIDES, STIRS, Ground
+from lanindex.encode.ground import FLICKER, STIRS, Ground
 
 Floats = NDArray[np.float64]
 
@@ -83,7 +83,8 @@ def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float
         Frames; the front is that of the last.
     """
     last = min(stop, len(turn) - 1)
-    forward, right = faced(ground.pelvis[last] - ground.pelvis[min(start, last)], turn[last])
+    pelvis = ground.feet.pelvis
+    forward, right = faced(pelvis[last] - pelvis[min(start, last)], turn[last])
     return sector(forward / ground.leg, right / ground.leg, STAYS)
 
 
@@ -122,7 +123,7 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
         if flight and both:
             begun = flight[0]
         else:
-            begun = full if release - full <= stop - release else _left(ground, foot, release)
+            begun = full if release - full <= stop - release else _left(ground, foot, release, full)
         direction, margin = way(ground, turn, begun, stop)
         found.append(Event(begun, stop, direction, _level(ground, foot, stop), margin, foot))
         full = stop
@@ -153,9 +154,9 @@ def _flown(ground: Ground, stop: int, brief: int) -> tuple[int, int] | None:
     return flight if flight and stop - flight[1] <= brief else None
 
 
-def _left(ground: Ground, foot: int, release: int) -> int:
-    """Return when a foot that has rested begins to leave."""
-    while release > 0 and ground.speed[foot][release - 1] >= STIRS:
+def _left(ground: Ground, foot: int, release: int, first: int) -> int:
+    """Return when a foot that has rested begins to leave, not before some frame."""
+    while release > first and ground.feet.speed[foot][release - 1] >= STIRS:
         release -= 1
     return release
 
@@ -163,8 +164,7 @@ def _left(ground: Ground, foot: int, release: int) -> int:
 def _landings(ground: Ground) -> list[tuple[int, int, int]]:
     """Return of each foot that stands anew when it left, when it stands, and which it is."""
     found = []
-    for foot, side in enumerate(SIDES):
-        ankle = ground.places[side + "Ankle"] / ground.leg
+    for foot, (ankle, *_) in enumerate(ground.feet.points):
         for release, stop in runs(~ground.carries[foot]):
             if not 0 < stop < len(ankle):
                 continue
@@ -178,24 +178,17 @@ def _landings(ground: Ground) -> list[tuple[int, int, int]]:
 
 def _level(ground: Ground, foot: int, frame: int) -> int:
     """Return the level of a step: how the leg takes the weight."""
-    side, places = SIDES[foot], ground.places
     some = slice(frame, frame + max(round(WEIGHT * ground.rate), 1))
-    carried = np.flatnonzero(ground.carries[foot][some])
-    hip, knee, ankle, toe = (
-        places[side + it][some][carried] if side + it in places else None
-        for it in ("Hip", "Knee", "Ankle", "Toe")
-    )
-    if knee is not None and hip is not None and ankle is not None and len(carried):
-        upper, lower = hip - knee, ankle - knee
-        cosine = (upper * lower).sum(axis=1)
-        cosine /= np.linalg.norm(upper, axis=1) * np.linalg.norm(lower, axis=1) + 1e-9
-        if 180 - np.degrees(np.arccos(np.clip(cosine, -1, 1))).min() > BENT:
-            return LOW
-    usual = ground.flat[foot]
-    if toe is None or ankle is None or usual is None or not len(carried):
+    carried = ground.carries[foot][some]
+    if not carried.any():
         return MID
-    lifted = float(np.median(ankle[:, 1] - toe[:, 1])) - usual
-    return HIGH if lifted > TOES * ground.leg else MID
+    if ground.feet.bent[foot][some][carried].min() > BENT:  # where it is not known it is not more
+        return LOW
+    usual = ground.usual[foot]
+    if usual is None:
+        return MID
+    ankle, toe = ground.feet.points[foot, :, some, 1][:, carried]
+    return HIGH if float(np.median(ankle - toe)) - usual > TOES else MID
 
 
 def _flight(ground: Ground, turn: Floats, start: int, stop: int, brief: int) -> Event:

@@ -36,13 +36,13 @@ PAUSE = 10.0
 """Degrees a second: slower, for as long as `BRIEF`, parts two turns."""
 
 
-def travel(pelvis: Floats, turn: Floats, leg: float, profile: Profile) -> list[Event]:
+def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Event]:
     """Return the stretches in which the body goes one way, or stays.
 
     Parameters
     ----------
-    pelvis : ndarray
-        (N, 3) float64, mm.
+    way : ndarray
+        (N, 2) float64, mm: where the middle of the hips is over the ground.
     turn : ndarray
         (N,) radians, the heading.
     leg : float
@@ -56,12 +56,12 @@ def travel(pelvis: Floats, turn: Floats, leg: float, profile: Profile) -> list[E
         They fill the stretch.
     """
     rate = float(profile.rate)
-    if len(pelvis) < 2:
-        return [Event(0, len(pelvis), PLACE, -1, 1.0)]
+    if len(way) < 2:
+        return [Event(0, len(way), PLACE, -1, 1.0)]
     width = window(STRIDE, profile.rate)
-    path = smooth((pelvis / leg)[None], width)[0]
+    path = smooth((way / leg)[None], width)[0]
     front = smooth(np.unwrap(turn)[None, :, None], width)[0, :, 0]
-    east, _, south = (np.gradient(path, axis=0) * rate).T
+    east, south = (np.gradient(path, axis=0) * rate).T
     forward = east * np.cos(front) - south * np.sin(front)
     right = east * np.sin(front) + south * np.cos(front)
     pace = np.hypot(forward, right)

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
-from lanindex.encode.ground import Ground, grounds, leg_of, middle, stretches
+from lanindex.encode.ground import Ground, grounds, leg_of
+from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event, events, stood
 from lanindex.encode.timing import to_source
@@ -45,16 +46,22 @@ def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written]
     for ground in grounds(motion, profile, leg) if leg else ():
         doubts |= dict.fromkeys(ground.doubts)
         found += _weight(ground, turn, motion, profile)
-    hips = ("RHip", "LHip")
-    for known, begin, places in stretches(motion, profile, hips):
-        pelvis = middle(places)
-        front = turn[begin : begin + len(pelvis)]
+    for hips in stretches(motion, profile, ("RHip", "LHip")):
+        begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
         for part, those in (
-            ("body_travel", travel(pelvis, front, leg, profile) if leg else []),
+            ("body_travel", travel(_way(hips), front, leg, profile) if leg else []),
             ("body_turn", turns(front, profile)),
         ):
-            found.append(_written(part, known, begin, those, motion, profile))
+            found.append(_written(part, hips.known, begin, those, motion, profile))
     return found, tuple(doubts)
+
+
+def _way(hips: Stretch) -> Floats:
+    """Return where the middle of the hips is over the ground, (N, 2), mm."""
+    found = np.empty((len(hips.frames), 2))
+    for block, places in hips.blocks():
+        found[block.inner] = (places["RHip"] + places["LHip"])[:, ::2] / 2
+    return found
 
 
 def _weight(ground: Ground, turn: Floats, motion: Motion, profile: Profile) -> Iterator[Written]:

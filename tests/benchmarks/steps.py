@@ -50,7 +50,7 @@ def swings(values: np.ndarray) -> int:
 
 def apart(ground: Ground, turn: np.ndarray) -> np.ndarray:
     """Return how far the right ankle is before the left one, in lengths of a leg."""
-    way = (ground.places["RAnkle"] - ground.places["LAnkle"]) / ground.leg
+    way = ground.feet.points[0, 0] - ground.feet.points[1, 0]
     return np.array([faced(one, angle)[0] for one, angle in zip(way, turn.tolist(), strict=True)])
 
 
@@ -67,7 +67,7 @@ def main() -> int:
         turn = heading(motion, profile.rate)
         steps, rule, alternate, air, frames = 0, 0, True, 0, 0
         for ground in grounds(motion, profile, leg_of(motion)):
-            front = turn[ground.begin : ground.begin + len(ground.pelvis)]
+            front = turn[ground.begin : ground.begin + len(ground.feet.pelvis)]
             found, flights = events(ground, front)
             steps, rule = steps + len(found), rule + swings(apart(ground, front))
             feet = [one.foot for one in found]

@@ -1,5 +1,7 @@
 """What the whole body does: bodies that step, jump and turn as told are written down so."""
 
+import tracemalloc
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -9,8 +11,10 @@ import pytest
 from lanindex import encode
 from lanindex.alphabet import DIRECTIONS
 from lanindex.encode.ground import grounds
+from lanindex.encode.limbs import heading
 from lanindex.encode.profile import load
 from lanindex.encode.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
+from lanindex.encode.whole import whole
 from lanindex.model import Motion, Score
 from tests.walkers import LEG, Do, walk
 
@@ -205,3 +209,17 @@ def test_one_frame_and_none_to_stand_on():
         score = encode(cut)
         assert said(score, "step") == said(score, "jump") == said(score, "body_turn") == []
         assert said(score, "body_travel") == ["place"]
+
+
+def test_memory_grows_by_little_a_frame():
+    motion = going("forward")
+    turns, frames = heading(motion, motion.rate), 60_000
+    times = frames // len(motion)
+    long = replace(motion, positions=np.tile(motion.positions, (times, 1, 1)))
+    tracemalloc.start()
+    try:
+        whole(long, np.tile(turns, times), load("default"))
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 450 * len(long)

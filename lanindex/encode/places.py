@@ -1,0 +1,124 @@
+"""Where joints are, over the stretches in which they are known, a few frames at a time.
+
+Source: ``encode/METHOD.md``, stage 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body.made import GAP
+from lanindex.encode.arithmetic import Block, blocks, runs
+from lanindex.encode.limbs import body, smooth, window
+from lanindex.encode.profile import Profile
+from lanindex.encode.resample import Resampling
+from lanindex.model import Motion, Span
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """Joints over frames in which all of them are known; nothing is worked out before it is asked.
+
+    Attributes
+    ----------
+    motion : Motion
+        The capture.
+    profile : Profile
+        Rate and smoothing.
+    known : Span
+        The frames of the source.
+    names : tuple of str
+        The joints.
+    """
+
+    motion: Motion
+    profile: Profile
+    known: Span
+    names: tuple[str, ...]
+
+    @property
+    def frames(self) -> range:
+        """Numbers of the resampled frames."""
+        return self._work.frames
+
+    @property
+    def _work(self) -> Resampling:
+        return Resampling(self.known.start, len(self.known), self.motion.rate / self.profile.rate)
+
+    def blocks(self, neighbours: int = 0) -> Iterator[tuple[Block, dict[str, Floats]]]:
+        """Yield where the joints are, resampled and smoothed, block by block.
+
+        Parameters
+        ----------
+        neighbours : int
+            Frames on both sides of a block that are wanted, too.
+
+        Yields
+        ------
+        tuple of Block and dict of str to ndarray
+            Frames counted from the stretch's first; by joint (outer, 3) float64, mm, y up.
+        """
+        work, width = self._work, window(self.profile.smoothing, self.profile.rate)
+        for wide, block in zip(
+            blocks(len(work.frames), neighbours + width // 2),
+            blocks(len(work.frames), neighbours),
+            strict=True,
+        ):
+            some = work.frames[wide.outer]
+            near = work.sources(some)
+            first = self.known.start + near.start
+            points = at(self.motion, self.names, slice(first, self.known.start + near.stop))
+            calm = smooth(work.values(points, some).transpose(1, 0, 2), width)
+            first = block.outer.start - wide.outer.start
+            calm = calm[:, first : first + block.outer.stop - block.outer.start]
+            yield block, dict(zip(self.names, calm, strict=True))
+
+
+def at(motion: Motion, names: Sequence[str], frames: slice) -> Floats:
+    """Return where joints are in some frames of the source, gaps filled: (n, K, 3) float64, mm."""
+    reach = math.floor(GAP * motion.rate) + 1  # a gap that is filled ends within
+    first, last = max(frames.start - reach, 0), max(frames.stop + reach, motion.first + 1)
+    some = replace(
+        motion,
+        positions=motion.positions[first:last],
+        first=max(motion.first - first, 0),
+        rotations=None,
+    )
+    joints = body(some, names)
+    order = [joints.names.index(name) for name in names]
+    return joints.places[frames.start - first : frames.stop - first].take(order, axis=1)
+
+
+def stretches(
+    motion: Motion, profile: Profile, needed: Sequence[str], wished: Sequence[str] = ()
+) -> Iterator[Stretch]:
+    """Yield the stretches in which joints are known.
+
+    Parameters
+    ----------
+    motion : Motion
+        The capture.
+    profile : Profile
+        Rate and smoothing.
+    needed : sequence of str
+        Joints without which there is no stretch.
+    wished : sequence of str
+        Joints that are there if they are known over the whole of it.
+    """
+    names = (*needed, *wished)
+    seen = np.empty((len(names), len(motion)), bool)
+    for part in blocks(len(motion)):
+        seen[:, part.inner] = ~np.isnan(at(motion, names, part.inner).sum(axis=2)).T
+    for start, stop in runs(np.logical_and.reduce(seen[: len(needed)])):
+        there = zip(names, seen[:, start:stop], strict=True)
+        known = tuple(name for name, known in there if known.all())
+        found = Stretch(motion, profile, Span(start, stop), known)
+        if found.frames:
+            yield found
