@@ -25,6 +25,9 @@ Flags = NDArray[np.bool_]
 STANDS, SLIDES = 0.3, 0.9
 """Lengths of a leg a second: a foot that is slower begins to carry; a faster one ends."""
 
+SHARE = 0.1
+"""Of the speed of the pelvis: a foot that is slower begins to carry, too."""
+
 STIRS = 0.1
 """Lengths of a leg a second: a foot that is slower does not leave the floor yet."""
 
@@ -43,8 +46,12 @@ STANCE = 0.25
 LOST = 0.2
 """Part of a stretch in which the feet neither carry nor fly: more is doubtful."""
 
-FALL = 5.5
-"""Lengths of a leg a second squared: a body in the air is drawn down so much at least."""
+FALL, ONWARD = 5.5, 4.0
+"""Lengths of a leg a second squared: a body in the air is drawn down so much at least; one that
+goes somewhere so much."""
+
+FARES = 1.0
+"""Lengths of a leg a second: a body that is faster in the air goes somewhere."""
 
 STEEP = 0.15
 """How far a floor may rise, as a part of the way: steeper are stairs."""
@@ -65,6 +72,8 @@ class Feet:
     ----------
     pelvis : ndarray
         (N, 3) float64, mm: the middle of the hips.
+    pace : ndarray
+        (N,) float32, lengths of a leg a second: how fast it goes over the ground.
     points : ndarray
         (2, K, N, 3) float32: ankle, and toe where both are known, of the right and the left foot.
     speed : ndarray
@@ -76,6 +85,7 @@ class Feet:
     """
 
     pelvis: Floats
+    pace: NDArray[np.float32]
     points: NDArray[np.float32]
     speed: Floats
     slow: Flags
@@ -149,7 +159,7 @@ def grounds(motion: Motion, profile: Profile, leg: float) -> Iterator[Ground]:
     for one in stretches(motion, profile, needed, wished):
         feet = _feet(one, leg, rate)
         carries, doubts = _carries(feet, rate)
-        air = _flights(carries, feet.pelvis[:, 1] / leg, rate)
+        air = _flights(carries, feet.pelvis[:, 1] / leg, feet.pace, rate)
         lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
@@ -170,6 +180,7 @@ def _feet(one: Stretch, leg: float, rate: float) -> Feet:
     kinds = [it for it in FOOT if all(side + it in one.names for side in SIDES)]
     found = Feet(
         np.empty((count, 3)),
+        np.empty(count, np.float32),
         np.empty((2, len(kinds), count, 3), np.float32),
         np.empty((2, count)),
         np.empty((2, len(kinds), count), bool),
@@ -181,7 +192,12 @@ def _feet(one: Stretch, leg: float, rate: float) -> Feet:
         found.points[..., block.inner, :] = points[..., block.within, :]
         found.speed[:, block.inner] = speeds.min(axis=1)
         found.slow[..., block.inner] = speeds < STANDS
-        found.pelvis[block.inner] = ((places["RHip"] + places["LHip"]) / 2)[block.within]
+        pelvis = (places["RHip"] + places["LHip"]) / 2
+        pace = np.hypot(*slope(pelvis, rate).T[::2]) / leg
+        found.pelvis[block.inner], found.pace[block.inner] = (
+            pelvis[block.within],
+            pace[block.within],
+        )
         for side, bent in zip(SIDES, found.bent, strict=True):
             if side + "Knee" in places:
                 hip, knee, ankle = (places[side + it][block.within] for it in LEG)
@@ -222,7 +238,8 @@ def _carries(feet: Feet, rate: float) -> tuple[Flags, tuple[str, ...]]:
     if _uneven(height, speed, rate):
         height = np.zeros_like(height)
         doubts = ("the feet stand at different heights: which of them carries is told by speed",)
-    begins, stays = (speed < STANDS) & (height < NEAR), (speed < SLIDES) & (height < LIFTED)
+    begins = (speed < np.maximum(STANDS, SHARE * feet.pace)) & (height < NEAR)
+    stays = (speed < SLIDES) & (height < LIFTED)
     carries = np.array([held(*foot) for foot in zip(begins, stays, strict=True)])
     brief = round(FLICKER * rate)
     for foot in carries:
@@ -280,13 +297,16 @@ def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
     return len(stands) > 1 and max(stands) - min(stands) > UNEVEN
 
 
-def _flights(carries: Flags, height: Floats, rate: float) -> list[tuple[int, int]]:
-    """Return when the body is in the air; the pelvis's height in lengths of a leg."""
+def _flights(
+    carries: Flags, height: Floats, pace: NDArray[np.float32], rate: float
+) -> list[tuple[int, int]]:
+    """Return when the body is in the air; the pelvis's height and pace in lengths of a leg."""
     found = []
     for start, stop in runs(~np.any(carries, axis=0)):
         if stop - start > round(FLICKER * rate):
             seconds = np.arange(stop - start) / rate
-            if -2 * np.polyfit(seconds, height[start:stop], 2)[0] >= FALL:
+            least = ONWARD if pace[start:stop].mean() > FARES else FALL
+            if -2 * np.polyfit(seconds, height[start:stop], 2)[0] >= least:
                 found.append((start, stop))
     return found
 

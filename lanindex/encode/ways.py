@@ -59,9 +59,10 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     if len(way) < 2:
         return [Event(0, len(way), PLACE, -1, 1.0)]
     width = window(STRIDE, profile.rate)
-    path = smooth((way / leg)[None], width)[0]
     front = smooth(np.unwrap(turn)[None, :, None], width)[0, :, 0]
-    east, south = (np.gradient(path, axis=0) * rate).T
+    frames = np.arange(len(way))
+    first, last = np.maximum(frames - width // 2, 0), np.minimum(frames + width // 2, frames[-1])
+    east, south = (way[last] - way[first]).T / ((last - first) * leg / rate)
     forward = east * np.cos(front) - south * np.sin(front)
     right = east * np.sin(front) + south * np.cos(front)
     pace = np.hypot(forward, right)

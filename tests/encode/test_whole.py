@@ -223,3 +223,19 @@ def test_memory_grows_by_little_a_frame():
     finally:
         tracemalloc.stop()
     assert most < 450 * len(long)
+
+
+@pytest.mark.parametrize(("way", "flies"), [("place", False), ("forward", True)])
+def test_who_goes_somewhere_in_the_air_may_sink_slower(way, flies):
+    motion = walk([Do("stand"), Do("jump", way, 1.0, seconds=0.4), Do("stand")])
+    places = motion.positions.copy()
+    up = places[:, :, 1] - places[0, :, 1]
+    places[:, :, 1] -= (1 - 5 / 12) * up  # as if it fell with 5 legs a second squared
+    assert bool(said(encode(replace(motion, positions=places)), "jump")) == flies
+
+
+def test_a_short_run_goes_as_fast_as_it_does():
+    motion = going("forward")
+    some = slice(64, 88)  # of a step
+    score = encode(replace(motion, positions=motion.positions[some]))
+    assert said(score, "body_travel") == ["forward"]
