@@ -168,6 +168,14 @@ class TestLengthening:
         assert self.begin(gap=0, share=0.51) == 10
         assert self.begin(gap=0, share=0.49) == 21
 
+    def test_it_has_to_head_for_the_middle_of_the_cell_not_for_where_it_ends(self) -> None:
+        cell = DIRECTION_CODES["forward"] * 3 + LEVEL_CODES["mid"]
+        curve = np.array([(500.0, 0, -300), (500.0, 0, 0), (500.0, 0, 0), (900.0, 0, 300)])
+        writer = Writer(curve, 0, space(PROFILE.ranges["r_arm"], 1000.0), 1e9, lengthen=True)
+        writer.add(Segment(0, 1, 10, 20), [Run(0, 0, 2, 1, 0.0, 0.0, "in force")])
+        writer.add(Segment(2, 3, 21, 40), [Run(cell, 2, 4, 3, 0.0, 0.0, "symbol")])
+        assert writer.rows[1].start == 21
+
     def test_by_exactly_half_is_enough(self) -> None:
         class Half(Writer):
             def _gain(self, move: Segment, cell: int) -> float:

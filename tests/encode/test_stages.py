@@ -162,6 +162,11 @@ class TestSegment:
     def test_the_first_frame_may_be_a_minimum(self) -> None:
         assert candidates(np.array([1.0, 9, 9, 1]), 6.0, 0.5, 0.0).tolist() == [0, 3]
 
+    def test_an_end_that_is_lower_outbids_a_stop_before_it(self) -> None:
+        speed = np.array([9.0, 4, 4.5, 3.5])
+        assert candidates(speed, 6.0, 1.0, 0.0).tolist() == [0, 3]
+        assert candidates(speed[:3], 6.0, 1.0, 0.0).tolist() == [0, 1, 2]
+
     def test_near_candidates_are_one_hold(self) -> None:
         curve = np.array([[0.0, 0, 0], [10, 0, 0], [90, 0, 0], [95, 0, 0]])
         found = holds(curve, np.array([0, 1, 2, 3]), 50.0, 0.0)
