@@ -49,19 +49,12 @@ def _limb(rig: Rig, found: Candidates, side: str, limb: _Limb, body: dict[str, i
             if last is None or rig.beyond(index, last) > 0.0:
                 body[side + joint] = last = index
                 break
-    outer = body.get(side + limb[-1])
+    inner, outer = (body.get(side + joint) for joint in limb[1:])
     if outer is not None:
-        tip = _tip(rig, found["tips", side, _TIPS[limb[-1]]], outer)
+        named = found["tips", side, _TIPS[limb[-1]]]
+        tip = rig.tip(outer, named, inner if limb[-1] == "Ankle" else None)
         if tip is not None:
             body[side + _TIPS[limb[-1]]] = tip
-
-
-def _tip(rig: Rig, named: tuple[int, ...], outer: int) -> int | None:
-    """Return the joint that tells where a hand, a foot or a head points."""
-    for index in named:
-        if rig.beyond(index, outer) > rig.nothing:
-            return index
-    return rig.longest_branch(outer)
 
 
 def _pelvis(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
@@ -71,7 +64,8 @@ def _pelvis(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
             body["Pelvis"] = named[0]
         return
     meeting = rig.meeting(body["RHip"], body["LHip"])
-    for index in (*named, *([meeting] if meeting is not None else [])):
+    chest = next(iter(found["middle", "", "Chest"]), None)  # what names call so lies low in some
+    for index in (*named, *([meeting] if meeting not in (None, chest) else [])):
         if near_hips(rig, index, body):
             body["Pelvis"] = index
             return
@@ -82,9 +76,9 @@ def _neck_head(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
     neck, head = (next(iter(found["middle", "", joint]), None) for joint in ("Neck", "Head"))
     tips = found["tips", "", "Head"]
     if head is None:
-        head = _tip(rig, tips, neck) if neck is not None else None
+        head = rig.tip(neck, tips) if neck is not None else None
     elif neck is None or rig.distance(neck, head) <= rig.nothing:
-        tip = _tip(rig, tips, head)
+        tip = rig.tip(head, tips)
         neck, head = (head, tip) if tip is not None else (neck, head if neck is None else None)
     body |= {joint: index for joint, index in (("Neck", neck), ("Head", head)) if index is not None}
 

@@ -147,7 +147,8 @@ def _inside(rig: Rig, pair: _Pair) -> set[int]:
 def _limbs(rig: Rig, pair: _Pair, names: tuple[str, str, str, str], body: dict[str, int]) -> None:
     for side, limb in zip("RL", pair, strict=True):
         body |= {side + name: joint for name, joint in zip(names, limb.joints, strict=False)}
-        tip = rig.longest_branch(limb.joints[-1])
+        inner = limb.joints[-2] if names[-1] == "Toe" else None
+        tip = rig.tip(limb.joints[-1], inner=inner)
         if tip is not None:
             body[side + names[-1]] = tip
 

@@ -11,7 +11,7 @@ Source: ``encode/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import calibration
 from lanindex.body.by_name import LIMBS, by_name
-from lanindex.body.names import keys, tables
+from lanindex.body.names import candidates, keys, tables
 from lanindex.body.rig import Rig
 from lanindex.body.told import told_body
 from lanindex.errors import BodyError
@@ -313,7 +313,8 @@ def find_body(
 
         shaped, doubts = by_shape(rig)
         if all(shaped.get(joint, index) == index for joint, index in body.items()):
-            found = [joint for joint in JOINTS if joint in shaped and joint not in body]
+            taken = set(body.values())
+            found = [j for j in JOINTS if j in shaped and j not in body and shaped[j] not in taken]
             body |= {joint: shaped[joint] for joint in found}
             if found:
                 warnings = (f"recognised by shape, not by name: {', '.join(found)}", *doubts)
@@ -325,7 +326,16 @@ def find_body(
     result = np.full(len(JOINTS), -1, np.int16)
     for joint, index in body.items():
         result[JOINT_CODES[joint]] = index
-    return result, warnings
+    return result, (*warnings, *_toeless(rig, body))
+
+
+def _toeless(rig: Rig, body: Mapping[str, int]) -> Iterator[str]:
+    """Say of each foot without a toe what might have been one."""
+    for side in "RL":
+        if side + "Ankle" in body and side + "Toe" not in body:
+            tip = rig.tip(body[side + "Ankle"], candidates(rig.names)["tips", side, "Toe"])
+            if tip is not None:
+                yield f'no {side}Toe: "{rig.names[tip]}" lies straight under the ankle'
 
 
 def is_human(body: dict[str, int]) -> bool:

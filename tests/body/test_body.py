@@ -8,10 +8,12 @@ from bodies import SCHEMES, SIMPLE, hierarchy, named, person, played, still
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import lanindex
 from lanindex import formats
 from lanindex.alphabet import JOINTS
 from lanindex.body.names import keys
 from lanindex.errors import BodyError
+from lanindex.model import Motion
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -57,6 +59,49 @@ def test_tips_are_end_sites_where_there_is_nothing_else():
     assert found["LHand"] == "LWrist End"
     assert found["RToe"] == "RAnkle End"
     assert found["Head"] == "Neck End"
+
+
+def forefeet(before: str) -> Motion:
+    """Return a person whose forefeet lie straight under the ankles, their End Sites elsewhere."""
+    names = SIMPLE | {"LToe": "LForeFoot", "RToe": "RForeFoot"}
+    text = hierarchy(names).replace("OFFSET 0.000000 -6.000000 13.000000", "OFFSET 0 -8 0")
+    text = text.replace("OFFSET 0.000000 0.000000 6.000000", before)
+    return formats.read("x.bvh", data=still(text).encode())
+
+
+def test_what_lies_straight_under_the_ankle_is_no_toe():
+    motion = forefeet("OFFSET 0 -1 15")
+    found = motion.skeleton.played()
+    assert (found["LToe"], found["RToe"]) == ("LForeFoot End", "RForeFoot End")
+    assert motion.warnings == ()
+    assert lanindex.encode(motion).symbols("r_foot")[0].words == "forward low"
+
+
+def test_a_foot_that_has_nothing_else_has_no_toe_and_says_so():
+    motion = forefeet("OFFSET 0 0 0")
+    assert not {"LToe", "RToe"} & motion.skeleton.played().keys()
+    assert motion.warnings == tuple(
+        f'no {side}Toe: "{side}ForeFoot" lies straight under the ankle' for side in "RL"
+    )
+
+
+def test_by_shape_too_a_toe_lies_before_the_ankle():
+    names = {role: f"J{number}" for number, role in enumerate(SIMPLE)}
+    text = hierarchy(names).replace("OFFSET 0.000000 -6.000000 13.000000", "OFFSET 0 -8 0")
+    text = text.replace("OFFSET 0.000000 0.000000 6.000000", "OFFSET 0 -1 15")
+    found = formats.read("x.bvh", data=still(text).encode()).skeleton.played()
+    assert (found["LToe"], found["RToe"]) == (f"{names['LToe']} End", f"{names['RToe']} End")
+
+
+@pytest.mark.parametrize("above", [10, 16])
+@pytest.mark.parametrize("called", ["{role}", "M{number}"])
+def test_what_is_called_the_torso_is_the_chest_however_low_it_lies(above: int, called: str):
+    names = {role: called.format(role=role, number=n) for n, role in enumerate(SIMPLE)}
+    del names["Chest"]
+    names |= {"Pelvis": "TORSO#"}
+    text = hierarchy(names).replace("000 -4.000000 0.0", f"000 -{above}.000000 0.0")
+    found = formats.read("x.bvh", data=still(text).encode()).skeleton.played()
+    assert (found["Chest"], found.get("Pelvis")) == ("TORSO#", None)
 
 
 def test_a_head_without_a_neck_is_the_neck_and_its_tip_the_head():
