@@ -76,8 +76,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     from lanindex.encode.track import written
     from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
+    from lanindex.model.score import HEADING_RATE
     from lanindex.model.steps import with_steps
-    from lanindex.notation.excerpt import HEADING_RATE
 
     chosen = _profile(profile)
     if not len(motion):

@@ -16,6 +16,9 @@ from lanindex.model.arrays import frozen
 from lanindex.model.span import Span
 from lanindex.model.symbol import SYMBOL, Symbol, listed
 
+HEADING_RATE = 60
+"""Values a second of a score's heading, whatever the rates of source and profile are."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from itertools import takewhile
-from math import ceil
+from math import floor
 from typing import Any
 
 import numpy as np
@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS
 from lanindex.model import Score, Span, Track
+from lanindex.model.score import HEADING_RATE
 from lanindex.model.steps import STEP, with_steps
 from lanindex.notation.page import UNIT
 
 Rows = NDArray[Any]
-
-HEADING_RATE = 60
-"""Values a second of a score's heading."""
 
 
 def excerpt(score: Score, span: Span) -> Score:
@@ -27,8 +25,9 @@ def excerpt(score: Score, span: Span) -> Score:
 
     Its starting positions are the directions in force at its first frame: what each part
     arrived at last. Symbols across an edge are cut there, passing ones left out. Frames and
-    ticks count from the stretch's beginning, which begins unit 1. Of the lines that were not
-    understood the header's stay. All of a score is the score itself.
+    ticks count from the stretch's beginning, which begins unit 1; so do the values of its heading,
+    each the nearest there is. Of the lines that were not understood the header's stay. All of a
+    score is the score itself.
 
     Parameters
     ----------
@@ -64,7 +63,9 @@ def excerpt(score: Score, span: Span) -> Score:
         meter = replace(meter, division=meter.division * 2)
     factor = meter.division // score.meter.division
     scale = meter.tick_rate / score.rate
-    begin, end = (ceil(frame * HEADING_RATE / score.rate) for frame in (span.start, span.stop))
+    step = HEADING_RATE / score.rate
+    begin = floor(span.start * step + Fraction(1, 2))
+    end = begin + floor((len(span) - 1) * step) + 1 if len(span) else begin
     based = {
         cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, scale)) for cut in tracks
     }

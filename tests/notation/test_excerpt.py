@@ -1,6 +1,8 @@
 from fractions import Fraction
+from math import floor
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scores import scores
@@ -128,6 +130,20 @@ def test_ticks_stay_where_they_were(score: Score, data: st.DataObject) -> None:
     last, mine = score.tracks["r_arm"].symbols[-1], cut.tracks["r_arm"].symbols[-1]
     assert abs(int(last["tick"]) - start * 8 / 60 - int(mine["tick"])) <= 1.5
     assert abs(int(last["ticks"]) - int(mine["ticks"])) <= 1
+
+
+@pytest.mark.parametrize("rate", [25, 30, 60, 100, Fraction(30000, 1001)])
+def test_the_heading_is_that_of_a_capture_of_its_length(rate: Fraction) -> None:
+    """Each value tells its own time here, in seconds from the beginning of the whole."""
+    frames = 200
+    heading = np.arange(floor((frames - 1) * 60 / Fraction(rate)) + 1, dtype=np.float32) / 60
+    score = Score(Fraction(rate), frames, Meter(), {}, heading)
+    for start, stop in ((0, 1), (1, 2), (7, 40), (33, 180), (50, 50)):
+        cut = excerpt(score, Span(start, stop)).heading
+        alone = floor((stop - start - 1) * 60 / Fraction(rate)) + 1 if stop > start else 0
+        assert len(cut) == alone
+        wanted = start / float(rate) + np.arange(alone) / 60
+        assert cut == pytest.approx(wanted, abs=0.5 / 60 + 1e-6)
 
 
 RAISE = """\
