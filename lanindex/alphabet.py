@@ -72,7 +72,7 @@ Both and both, one and the same, one and the other, one and both, both and one; 
 
 
 MOST_AMOUNT = (1 << 15) - 2
-"""The largest amount of a symbol: that many degrees are 91 turns."""
+"""The largest amount of a symbol: that many degrees are 91 turns, and so are more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +124,7 @@ KINDS = {
         Kind("support", (*_CELL, "change"), _CELL, "support"),
         Kind("step", (*_CELL, "change"), _CELL),
         Kind("jump", ("direction", "feet"), ("direction", "amount"), "jump", amounts=FEET),
-        Kind("travel", ("direction",), ("direction",), "travel"),
+        Kind("travel", ("direction", "degrees"), ("direction", "amount"), "travel"),
         Kind(
             *("turn", ("direction", "degrees"), ("direction", "amount"), "rotation"),
             ("right", "left"),

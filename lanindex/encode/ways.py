@@ -57,7 +57,7 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     """
     rate = float(profile.rate)
     if len(way) < 2:
-        return [Event(0, len(way), PLACE, -1, 1.0)]
+        return [Event(0, len(way), PLACE, -1, 1.0, amount=0)]
     width = window(STRIDE, profile.rate)
     front = smooth(np.unwrap(turn)[None, :, None], width)[0, :, 0]
     frames = np.arange(len(way))
@@ -67,6 +67,7 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     right = east * np.sin(front) + south * np.cos(front)
     pace = np.hypot(forward, right)
     azimuth = np.degrees(np.arctan2(forward, right)) % 360
+    path = np.degrees(np.unwrap(np.arctan2(south, east)))
     codes = np.where(held(pace > GOES, pace > RESTS), np.round(azimuth / 45) % 8, PLACE).astype(int)
     found = []
     for start, stop in _long(codes, round(BRIEF * rate)):
@@ -74,7 +75,8 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
         ahead, aside = float(forward[start:stop].mean()), float(right[start:stop].mean())
         off = (math.degrees(math.atan2(ahead, aside)) - 45 * code + 180) % 360 - 180
         margin = 1 - abs(off) / SECTOR if code != PLACE else 1 - math.hypot(ahead, aside) / GOES
-        found.append(Event(start, stop, code, -1, min(max(margin, 0.0), 1.0)))
+        curved = round(float(np.ptp(path[start:stop]))) if code != PLACE else 0
+        found.append(Event(start, stop, code, -1, min(max(margin, 0.0), 1.0), amount=curved))
     return found
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import PLACE
+from lanindex.alphabet import MOST_AMOUNT, PLACE
 from lanindex.encode.ground import Ground, grounds, leg_of
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
@@ -93,7 +93,8 @@ def _written(
         row["start"] = begin + max(one.start, free)
         row["stop"] = begin + max(one.stop, one.start + 1)
         free = one.stop
-        row["direction"], row["level"], row["amount"] = one.direction, one.level, one.amount
+        row["direction"], row["level"] = one.direction, one.level
+        row["amount"] = min(one.amount, MOST_AMOUNT)
         row["margin"] = max(one.margin, 0.0)
     rows["start"][0] = rows["stop"][0] = begin
     told = to_source(rows, known, motion.rate, profile.rate)

@@ -147,7 +147,9 @@ class Symbol:
     @property
     def words(self) -> str:
         """What it says, without the part: ``right mid``, ``left 90deg``."""
-        amount = None if self.amount is None else KINDS[kind_of(self.part)].amount(self.amount)
+        kind, amount = KINDS[kind_of(self.part)], None
+        if self.amount is not None and (kind.amounts or self.amount):
+            amount = kind.amount(self.amount)
         return " ".join(word for word in (self.direction, self.level, amount) if word is not None)
 
     def __str__(self) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lanindex import encode
-from lanindex.alphabet import DIRECTIONS
+from lanindex.alphabet import DIRECTIONS, MOST_AMOUNT
 from lanindex.encode.ground import grounds
 from lanindex.encode.limbs import heading
 from lanindex.encode.profile import load
@@ -123,7 +123,22 @@ def test_the_sway_of_a_walk_is_no_turn():
     sway = [Do("rl"[it % 2], "forward", 0.6, turn=12 * (-1) ** it) for it in range(12)]
     score = encode(walk(sway))
     assert said(score, "body_turn") == []
-    assert said(score, "body_travel") == ["forward"]
+    (way,) = score.symbols("body_travel")
+    assert way.direction == "forward"
+    assert way.amount < 15
+
+
+@pytest.mark.parametrize(("turn", "least", "most"), [(0, 0, 3), (15, 130, 200)])
+def test_a_way_is_straight_or_circles(turn, least, most):
+    circle = [Do("rl"[it % 2], "forward", 0.6, turn=turn) for it in range(12)]
+    (way,) = encode(walk(circle)).symbols("body_travel")
+    assert way.direction == "forward"
+    assert least <= way.amount <= most
+
+
+def test_who_turns_a_hundred_times_turns_as_often_as_can_be_told():
+    turns = encode(walk([Do("r", turn=40_000, seconds=200), Do("stand")])).symbols("body_turn")
+    assert [it.amount for it in turns] == [MOST_AMOUNT]
 
 
 @pytest.mark.parametrize("way", DIRECTIONS[:8])
@@ -189,8 +204,11 @@ def test_noise_changes_little():
     motion = walk(does)
     noise = np.random.default_rng(1).normal(0, 2, motion.positions.shape).astype(np.float32)
     shaken = Motion(motion.skeleton, motion.rate, motion.positions + noise, motion.source)
-    for part in ("step", "jump", "body_turn", "body_travel"):
+    for part in ("step", "jump", "body_turn"):
         assert said(encode(motion), part) == said(encode(shaken), part)
+    (way, place), (again, _) = (said(encode(it), "body_travel") for it in (motion, shaken))
+    assert (way, place) == ("forward", "place")
+    assert again in ("forward", *(f"forward {degrees}deg" for degrees in range(15)))
 
 
 def test_the_length_of_the_leg_is_what_things_are_measured_in():

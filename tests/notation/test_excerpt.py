@@ -66,13 +66,13 @@ def test_an_excerpt_of_lnd_is_lnd(score: Score, data: st.DataObject) -> None:
 def test_what_is_over_does_not_stand_at_the_beginning_of_an_excerpt() -> None:
     score = lnd.read(
         "#unit1\nsupport r_support forward low 0 1\njump jump place hop 1 2\n"
-        "rotation body_turn left 90 0 1\ntravel body_travel left 0 2\n"
-        "travel body_travel back 2 4\n"
+        "rotation body_turn left 90 0 1\ntravel body_travel left 0 0 2\n"
+        "travel body_travel back 50 2 4\n"
     )
     cut = excerpt(score, Span(16, 32))
     assert [str(symbol) for symbol in cut.symbols()] == [
         "r_support forward low [0, 0)",
-        "body_travel back [0, 16)",
+        "body_travel back 50deg [0, 16)",
     ]
 
 

@@ -41,12 +41,12 @@ support r_support place mid 0 0
 support l_support place mid 0 0
 #unit1
 support r_support forward mid 0 1
-travel body_travel forward 0 6
+travel body_travel forward 20 0 6
 jump jump r_forward leap 1 1.25
 support l_support forward low 1.25 2
 rotation body_turn left 90 2 4
 #unit2
-travel body_travel place 2 8
+travel body_travel place 0 2 8
 jump jump place spring 3 3.5
 """
 
@@ -63,7 +63,7 @@ def test_the_whole_body() -> None:
         "step forward low [10, 16)",
         "jump r_forward leap [8, 10)",
         "jump place spring [56, 60)",
-        "body_travel forward [0, 48)",
+        "body_travel forward 20deg [0, 48)",
         "body_travel place [48, 96)",
         "body_turn left 90deg [16, 32)",
     ]
@@ -271,7 +271,7 @@ HEAD = "#speed=60\n#unit1\n"
         (HEAD + "direction r_arm rihgt mid 0 1", 3, 'Did you mean "right"?'),
         (HEAD + "direction r_arm right midd 0 1", 3, 'Did you mean "mid"?'),
         (HEAD + "rotation body_turn left 0 1", 3, "4 words behind rotation, wanted five: part "),
-        (HEAD + "travel body_travel left mid 0 1", 3, "5 words behind travel, wanted four: part "),
+        (HEAD + "travel body_travel left mid 0 1", 3, 'the degrees "mid", wanted a whole number'),
         (HEAD + "rotation body_turn forward 90 0 1", 3, 'the direction "forward", wanted right'),
         (HEAD + "rotation body_turn left -90 0 1", 3, 'the degrees "-90", wanted a whole number'),
         (HEAD + "rotation body_turn left 32767 0 1", 3, "a turn by 32767 degrees, wanted at most"),
@@ -282,7 +282,7 @@ HEAD = "#speed=60\n#unit1\n"
         (HEAD + "direction step forward mid 0 1", 3, "of step, wanted the supports that it is"),
         (HEAD + "suport r_support forward mid 0 1", 3, '"suport", wanted "support"'),
         (HEAD + "rotaton body_turn left 90 0 1", 3, '"rotaton", wanted "rotation"'),
-        (HEAD + "travels body_travel left 0 1", 3, '"travels", wanted "travel"'),
+        (HEAD + "travels body_travel left 0 0 1", 3, '"travels", wanted "travel"'),
         (HEAD + "direction r_arm right 0 1", 3, "4 words behind direction, wanted five"),
         (HEAD + "direction r_arm right mid 0 x", 3, 'the end "x", wanted a number like 1.5'),
         (HEAD + "direction r_arm right mid -1 1", 3, 'the start "-1"'),

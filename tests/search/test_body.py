@@ -22,7 +22,7 @@ from lanindex.search.plain import find
 TEXT = (
     "fps 10 frames 60; step: place mid 0 0, forward mid 5 10, left low 10 20; "
     "jump: place spring 20 25, forward leap 30 33; "
-    "body_travel: forward 0 25, place 25 60; body_turn: left 90 40 50, right 180 50 60"
+    "body_travel: forward 10 0 25, place 0 25 60; body_turn: left 90 40 50, right 180 50 60"
 )
 
 SENTENCES = {
@@ -35,6 +35,9 @@ SENTENCES = {
         "for less than 0.3 s."
     ),
     "jump": "The body jumps.",
+    "travel forward circling": (
+        "The body travels forward, on a way that curves by 45 degrees or more."
+    ),
     "travel via side": "The body travels, if only in passing, to either side.",
     "step place low -> at left": ("A foot steps in place, low, then is to the left."),
 }
@@ -75,11 +78,11 @@ def test_a_pasted_score_of_the_whole_body() -> None:
         "support l_support forward low 1 2",
         "jump jump place spring 2 2.5",
         "rotation body_turn left 90 3 5",
-        "travel body_travel forward 0 2",
+        "travel body_travel forward 50 0 2",
     )
     assert str(parse("\n".join(lines))) == (
         "r_support forward mid with l_support forward low with jump place spring "
-        "with body_turn left 90deg with body_travel forward"
+        "with body_turn left 90deg with body_travel forward 50deg"
     )
     with pytest.raises(PatternError, match="has five words behind rotation: part direction degr"):
         parse("rotation body_turn left 90 3")
@@ -209,7 +212,7 @@ def test_no_arrow_and_no_rest_crosses_a_gap_of_what_just_happens(search) -> None
     (recording,) = recordings_of("fps 10 frames 60; jump: place hop 2 5")
     known = (Span(0, 20), Span(30, 55))
     turns = track("body_turn", "left 90 5 10, right 45 12 18, left 90 32 40", 60, known)
-    ways = track("body_travel", "left 0 20, left 30 50", 60, known)
+    ways = track("body_travel", "left 0 0 20, left 0 30 50", 60, known)
     tracks = {**recording.tracks, "body_turn": turns, "body_travel": ways}
 
     def spans(text: str) -> list[tuple[int, int]]:

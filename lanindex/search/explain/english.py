@@ -208,17 +208,26 @@ def _step(step: Step) -> str:
 
 
 def _where(step: Step) -> str:
-    words, points = step.words, kind_of(step.mover.members[0]) == "gesture"
-    said = {word.kind: word for word in words if not word.negated and len(word.values) == 1}
-    direction, level = said.get("direction"), said.get("level")
-    if points and direction and level and direction.values == ("place",) and len(words) == 2:
+    words, kind = step.words, kind_of(step.mover.members[0])
+    told = {word.kind: word for word in words if not word.negated and len(word.values) == 1}
+    direction, level = told.get("direction"), told.get("level")
+    if (
+        kind == "gesture"
+        and direction
+        and level
+        and direction.values == ("place",)
+        and len(words) == 2
+    ):
         return _PLACES[level.values[0]]
-    return ", ".join(map(_word, words))
+    curves = "on a way that curves " if kind == "travel" else ""
+    return ", ".join(_word(word, curves) for word in words)
 
 
-def _word(word: Word) -> str:
+def _word(word: Word, curves: str = "") -> str:
     angles = word.kind == "degrees"
-    joined = " or ".join(_angle(it) if angles else _VALUES.get(it, it) for it in word.values)
+    joined = " or ".join(
+        curves + _angle(it) if angles else _VALUES.get(it, it) for it in word.values
+    )
     return f"not {joined}" if word.negated else joined
 
 

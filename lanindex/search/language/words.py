@@ -61,6 +61,7 @@ VALUES: dict[str, tuple[str, str]] = {
     **{name: ("level", name) for name in LEVELS},
     **{name: ("change", name) for name in CHANGES},
     **{name: ("feet", name) for name in FEET},
+    "circling": ("degrees", ">=45deg"),
     **{spelling: ("direction", name) for spelling, name in _OTHER_DIRECTIONS.items()},
     **{spelling: ("level", name) for spelling, name in _OTHER_LEVELS.items()},
 }
