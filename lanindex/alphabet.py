@@ -95,6 +95,8 @@ class Kind:
         Those that it can have.
     amounts : tuple of str
         What its amounts are called, by number; empty: they are degrees.
+    measures : tuple of str
+        Which of `MEASURES` can be known of it.
     """
 
     name: str
@@ -103,6 +105,7 @@ class Kind:
     keyword: str = ""
     directions: tuple[str, ...] = DIRECTIONS
     amounts: tuple[str, ...] = ()
+    measures: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -117,10 +120,16 @@ class Kind:
 
 _CELL = ("direction", "level")
 
+MEASURES = ("speed", "size", "straightness")
+"""What is measured of a movement and no notation writes: how fast, how far, how straight."""
+
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind("gesture", (*_CELL, "change"), _CELL, "direction"),
+        Kind(
+            *("gesture", (*_CELL, "change", "pace", "extent"), _CELL, "direction"),
+            measures=MEASURES,
+        ),
         Kind("support", (*_CELL, "change"), _CELL, "support"),
         Kind("step", (*_CELL, "change"), _CELL),
         Kind("jump", ("direction", "feet"), ("direction", "amount"), "jump", amounts=FEET),

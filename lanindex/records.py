@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from lanindex.alphabet import MEASURES
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.symbol import FIELDS
 
@@ -19,7 +20,7 @@ HIT = (
 """The keys of a hit, in order."""
 
 _BRIEF = ("direction", "level", "start", "stop")
-_MORE = ("passing", "swings", "margin")
+_MORE = ("passing", "swings", "margin", *MEASURES)
 
 
 def seconds(capture: Capture, frame: int) -> float:
@@ -87,6 +88,7 @@ def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
         "end": seconds(capture, stop),
         "swings": last.swings,
         "margin": round(last.margin, 3),
+        **_said(last, MEASURES),
     }
 
 

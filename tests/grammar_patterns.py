@@ -43,6 +43,7 @@ CONSTRUCTS: dict[str, float] = {
     "/": 0.15,
     "any": 0.1,
     "changes": 0.1,
+    "measures": 0.12,
     "relative": 0.12,
     "either": 0.2,
     "both": 0.12,
@@ -84,12 +85,14 @@ RELATIONS = (
 RELATIVE = ("side", "side_forward", "side_back", "across", "across_forward", "across_back")
 LEVELS = ("low", "mid", "high")
 AMOUNTS = {
+    "pace": ("fast", "slow"),
+    "extent": ("large", "small"),
     "feet": ("spring", "hop", "leap"),
     "degrees": ("90deg", "<=90deg", ">45deg", "100deg..400deg", "112deg+", "68deg"),
 }
 FIELDS = {
     "time": ("start", "end", "length"),
-    "number": ("swings", "margin"),
+    "number": ("swings", "margin", "speed", "size", "straightness"),
     "part": ("part",),
     "direction": ("direction",),
     "level": ("level",),
@@ -225,7 +228,7 @@ class Grammar:
         )
         values = {
             "time": ("0.3s", "5f", "1b"),
-            "number": ("0.5", "1", "0"),
+            "number": ("0.5", "1", "0", "1.57", "33"),
             "part": tuple(self.parts),
             "direction": self.directions,
             "level": LEVELS,
@@ -350,7 +353,9 @@ class Grammar:
         if "change" in kind.words and manner not in ("at", "hold") and self.takes("changes"):
             said.append(self.word(("rising", "sinking")))
         for name, known in AMOUNTS.items():
-            if name in kind.words and self.random.random() < 0.5:
+            measured = name in ("pace", "extent")
+            chance = 0 if manner in ("at", "hold") else self.chances["measures"]
+            if name in kind.words and self.random.random() < (chance if measured else 0.5):
                 said.append(self.word(known))
         self.random.shuffle(said)
         return " ".join(said)

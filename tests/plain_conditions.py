@@ -19,10 +19,16 @@ def symbols_of(tracks, thing):
                 "level": LEVELS[symbol["level"]] if symbol["level"] >= 0 else None,
                 "swings": Fraction(int(symbol["swings"])),
                 **amounts(part, int(symbol["amount"])),
+                **{name: measure(symbol, name) for name in ("speed", "size", "straightness")},
                 "margin": Fraction(round(1000 * float(symbol["margin"])), 1000),
                 "start": int(symbol["start"]) if own else thing.start,
                 "end": int(symbol["stop"]) if own else thing.end,
             }
+
+
+def measure(symbol, name):
+    hundredths = round(100 * float(symbol[name]))
+    return None if hundredths < 0 else Fraction(hundredths, 100)
 
 
 def names_of(condition):

@@ -5,8 +5,21 @@ from fractions import Fraction
 from itertools import product
 
 from lanindex.alphabet import DIRECTIONS, FEET, LEVELS
+from lanindex.model.measures import LIMITS
 from lanindex.search.language.query import meaning
 from lanindex.search.language.times import Clock
+
+MEASURED = {"pace": ("speed", "slow", "fast"), "extent": ("size", "small", "large")}
+
+
+def grade(part, name, value, below, above):
+    """Return what a movement of a limb is called; nothing, where it was not measured."""
+    group = part.removeprefix("r_").removeprefix("l_")
+    if value < 0 or group not in LIMITS:
+        return ""
+    low, high = LIMITS[group][name]
+    value = round(value, 2)
+    return below if value < low else above if value > high else "usual"
 
 
 @dataclass(frozen=True)
@@ -89,6 +102,10 @@ class Things:
         for kind, said in ("feet", FEET[amount : amount + 1]), ("degrees", (str(amount),)):
             if any(word.kind == kind for word in step.words):
                 told = said[0] if amount >= 0 else ""
+                fits = fits and told in meaning(step.words, kind, part)
+        for kind, (name, below, above) in MEASURED.items():
+            if any(word.kind == kind for word in step.words):
+                told = grade(part, name, float(rows[row][name]), below, above)
                 fits = fits and told in meaning(step.words, kind, part)
         if rows[row]["passing"] and step.manner == "via":
             return fits and "neither" in meaning(step.words, "change", part)

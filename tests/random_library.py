@@ -50,6 +50,10 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
         if "amount" in kind.fields:
             row["amount"] = random.choice((0, 1, 2) if kind.amounts else (45, 90, 112, 400))
         row["margin"] = random.randint(0, 20) / 20
+        if kind.measures and random.random() < 0.8:
+            row["speed"] = random.choice((0, 0.5, 1, 1.57, 3, 3.01, 12.5, 40.94))
+            row["size"] = random.choice((0, 5, 20, 33, 60, 90, 180))
+            row["straightness"] = random.choice((0, 0.5, 0.75, 1))
         if random.random() < 0.8:
             row["runner_direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
             row["runner_level"] = random.randrange(3) if "level" in kind.fields else -1

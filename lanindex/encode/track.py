@@ -17,6 +17,7 @@ from lanindex.encode import rules
 from lanindex.encode.achieve import Run, achieve, runs
 from lanindex.encode.direction import Course, Space, course, space
 from lanindex.encode.limbs import Limbs
+from lanindex.encode.measures import measure
 from lanindex.encode.profile import Profile
 from lanindex.encode.rows import Writer, tables
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
@@ -141,6 +142,7 @@ def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Itera
         for part, cells, (*_, moves) in zip(parts, passed, moved, strict=True)
     ]
     listed = tables([writer for _, writer in followed], limbs.begin)
+    measure(listed, limbs, profile)
     for part, stops, cells, (found, _), table in zip(
         parts, moved, passed, followed, listed, strict=True
     ):

@@ -120,7 +120,7 @@ def _expression(name: str, how: Field) -> str:
     if how.words:
         text = _words(text, how.words, -how.least)
     elif how.least:  # the code 0 stands for nothing
-        text = f"NULLIF({text}, 0) - {-how.least}"
+        text = f"(NULLIF({text}, 0) - {-how.least})"
     if how.scale != 1:
         text = f"{text} / {how.scale}.0"
     if how.since:

@@ -6,7 +6,7 @@ stamp stays, it is given again. Captures that no segment holds yet are taken fro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from lanindex.library import derive, segments, state
 from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
-from lanindex.model.columns import Columns, Roster, columns_of, enrolled, has_amount
+from lanindex.model.columns import (
+    EXTRA,
+    Columns,
+    Roster,
+    columns_of,
+    enrolled,
+    extras_of,
+    has_amount,
+)
 
 
 @dataclass(slots=True)
@@ -47,7 +55,7 @@ class Whole:
         found = [part for one in self.segments for part in one.parts]
         return list(dict.fromkeys([*found, *self.extra[1]]))
 
-    def columns(self, connection: Link, part: str, *, swings: bool = False) -> Columns:
+    def columns(self, connection: Link, part: str, more: Collection[str] = ()) -> Columns:
         """Load the columns of a part.
 
         Raises
@@ -55,7 +63,7 @@ class Whole:
         Distrust
             If they are not what was stored.
         """
-        found = stored(connection, self.segments, self.extra, part, swings=swings)
+        found = stored(connection, self.segments, self.extra, part, more)
         return found if self.order is None else found.taken(self.order)
 
 
@@ -129,10 +137,7 @@ def read_roster(connection: Link, segment: Segment) -> Roster:
     if {len(one) for one in found} != {segment.captures}:
         raise Distrust(f"damaged: the captures of segment {segment.id}")
     return Roster(
-        *(
-            one.astype(segments.TYPES[name])
-            for one, name in zip(found, segments.CAPTURES, strict=True)
-        )
+        *(one.astype(type) for one, type in zip(found, segments.CAPTURES.values(), strict=True))
     )
 
 
@@ -148,9 +153,7 @@ def alive(
     """
     roster, nothing = read_roster(connection, segment), (enrolled([]), dict[str, Columns]())
     order = order_of(Spine([segment], spine.dead, []), roster.number)
-    held = {
-        part: stored(connection, [segment], nothing, part, swings=True) for part in segment.parts
-    }
+    held = {part: stored(connection, [segment], nothing, part, EXTRA) for part in segment.parts}
     return np.arange(len(roster)) if order is None else order, roster, held
 
 
@@ -176,10 +179,11 @@ def stored(
     held: Sequence[Segment],
     extra: derive.Derived,
     part: str,
-    *,
-    swings: bool = False,
+    more: Collection[str] = (),
 ) -> Columns:
     """Return the columns of a part in all captures of segments, dead ones too, then in `extra`.
+
+    `more` tells what of `lanindex.model.columns.EXTRA` is wanted, too.
 
     Raises
     ------
@@ -214,8 +218,8 @@ def stored(
         start,
         stop,
         np.concatenate(gaps).astype(np.int32),
-        column("swings", _own(added, "swings")) if swings else None,
-        column("amount", _own(added, "amount")) if has_amount(part) else None,
+        amount=column("amount", _own(added, "amount")) if has_amount(part) else None,
+        **{name: column(name, _own(added, name)) for name in extras_of(part) if name in more},
     )
     if {len(getattr(found, name)) for name in found.rows} != {found.bounds[-1]}:
         raise Distrust(f"damaged: the columns of {part} are not of one length")
@@ -256,24 +260,25 @@ class Held:
         self._roster = enrolled([])
         self._columns: dict[str, Columns] = {}
 
-    def has(self, connection: Link, parts: Sequence[str], *, swings: bool = False) -> bool:
+    def has(self, connection: Link, parts: Sequence[str], more: Collection[str] = ()) -> bool:
         """Return whether the library is as it was, and these parts are loaded."""
         same = state.read_state(connection).stamp == self._stamp
-        return same and not self._missing(parts, swings)
+        return same and not self._missing(parts, more)
 
-    def _missing(self, parts: Sequence[str], swings: bool) -> list[str]:
+    def _missing(self, parts: Sequence[str], more: Collection[str]) -> list[str]:
         return [
             part
             for part in parts
-            if part not in self._columns or (swings and self._columns[part].swings is None)
+            if part not in self._columns
+            or not {*more}.intersection(extras_of(part)) <= {*self._columns[part].rows}
         ]
 
     def find(
         self,
         connection: Link,
         parts: Sequence[str],
+        more: Collection[str] = (),
         *,
-        swings: bool = False,
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return all captures and the columns of some parts.
@@ -284,8 +289,8 @@ class Held:
             In a transaction.
         parts : sequence of str
             Whose.
-        swings : bool
-            Whether with their swings.
+        more : collection of str
+            What of `lanindex.model.columns.EXTRA` is wanted, too.
         trusted : bool
             Read the segments; else the rows.
 
@@ -300,7 +305,7 @@ class Held:
         if stamp != self._stamp:
             self._columns = {}
             self._stamp = None
-        missing = self._missing(parts, swings)
+        missing = self._missing(parts, more)
         if missing or self._stamp is None:
             if trusted:
                 spine = segments.read_spine(connection)
@@ -308,7 +313,8 @@ class Held:
                 spine = Spine([], {}, state.capture_numbers(connection))
             whole = read_whole(connection, spine, missing)
             for part in missing:
-                self._columns[part] = whole.columns(connection, part, swings=swings)
+                held = self._columns[part].rows if part in self._columns else ()
+                self._columns[part] = whole.columns(connection, part, {*more, *held})
             self._roster, self._stamp = whole.roster, stamp
         return self._roster, {part: self._columns[part] for part in parts}
 

@@ -21,6 +21,7 @@ from lanindex.model.columns import (
     joined,
     roster_of,
 )
+from lanindex.model.measures import measures_of
 from lanindex.model.symbol import FIELDS
 
 BATCH = 256
@@ -134,4 +135,9 @@ def _columns(
         gaps,
         (notes >> _SWINGS & _MOST_SWINGS).astype(np.int32),
         ((notes >> _AMOUNT & _MOST_AMOUNT) - 1).astype(np.int16) if has_amount(part) else None,
+        **{name: _measured(name, sign) for name in measures_of(part)},
     )
+
+
+def _measured(name: str, sign: NDArray[np.int64]) -> NDArray[np.uint16]:
+    return (sign >> FIELDS[name].shift & (1 << FIELDS[name].bits) - 1).astype(np.uint16)

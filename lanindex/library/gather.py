@@ -14,7 +14,7 @@ from lanindex.library import called, derive, segments
 from lanindex.library.columns import check_pending, order_of, read_roster, read_rosters, stored
 from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
-from lanindex.model.columns import Columns, enrolled
+from lanindex.model.columns import EXTRA, Columns, enrolled
 
 CHUNK = 1 << 20
 """About the symbols of the largest segment that is made of rows at once."""
@@ -50,7 +50,7 @@ def verify(connection: Link) -> None:
     for segment in spine.segments:
         called.read_texts(connection, segment)
         for part in segment.parts:
-            stored(connection, [segment], nothing, part, swings=True)
+            stored(connection, [segment], nothing, part, EXTRA)
 
 
 def purge(connection: Link) -> bool:
@@ -141,7 +141,7 @@ def _moved(
     """Yield the columns of segments part by part, each gone from there: its room is used again."""
     nothing = derive.derived(connection, [])
     for part in parts:
-        found = stored(connection, old, nothing, part, swings=True)
+        found = stored(connection, old, nothing, part, EXTRA)
         segments.drop_part(connection, old, part)
         if len(found := found if order is None else found.taken(order)) or len(found.gaps):
             yield found

@@ -5,7 +5,7 @@ Nothing here changes what the library says, so the change stamp stays.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import closing
 from functools import partial
 from typing import Any
@@ -80,9 +80,9 @@ class Keeper(Session):
         with self._writing() as connection:
             return step(connection)
 
-    def _found(self, parts: Sequence[str], *, swings: bool = False) -> Found:
+    def _found(self, parts: Sequence[str], more: Collection[str] = ()) -> Found:
         """Return all captures and the columns of some parts, from wherever they can be trusted."""
-        found, fault = self._tried(parts, swings, MOST_PENDING)
+        found, fault = self._tried(parts, more, MOST_PENDING)
         fault, self._doubt = fault or self._doubt, ""
         if found is None or fault:
             with self._reading() as connection:
@@ -93,21 +93,21 @@ class Keeper(Session):
                     self.tell(f"the library's columns lack {pending} of its captures: {_ANEW}")
                 self._mend(fault)
                 self._mended_at = stamp
-            found, _ = self._tried(parts, swings)
+            found, _ = self._tried(parts, more)
         if found is None:
             with self._reading() as connection:
-                found = self._held.find(connection, parts, swings=swings, trusted=False)
+                found = self._held.find(connection, parts, more, trusted=False)
         return found
 
     def _tried(
-        self, parts: Sequence[str], swings: bool, most: int | None = None
+        self, parts: Sequence[str], more: Collection[str], most: int | None = None
     ) -> tuple[Found | None, str]:
         """Return what the segments give; else None, and what is wrong with them, if anything is."""
         try:
             with self._reading() as connection:
-                held = most is None or self._held.has(connection, parts, swings=swings)
+                held = most is None or self._held.has(connection, parts, more)
                 if held or segments.count_pending(connection) <= (most or 0):
-                    return self._held.find(connection, parts, swings=swings), ""
+                    return self._held.find(connection, parts, more), ""
         except Distrust as fault:
             return None, fault.found
         return None, ""

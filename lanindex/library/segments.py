@@ -16,29 +16,33 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import MEASURES
 from lanindex.errors import LibraryError
 from lanindex.library import checksums, state
 from lanindex.library.link import Link, among, ask, faults, first_values
-from lanindex.model.columns import Columns, Roster, has_amount
+from lanindex.model.columns import EXTRA, Columns, Roster, extras_of, has_amount
 
-TYPES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64} | {
+CAPTURES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64}
+"""By the name of a column of the captures, its type in memory."""
+
+TYPES = {
     **{"counts": np.int64, "cell": np.uint8, "runner": np.uint8, "margin": np.uint16},
     **{"start": np.int32, "length": np.int32, "gaps": np.int32, "swings": np.int32},
     "amount": np.int16,
+    **dict.fromkeys(MEASURES, np.uint16),
 }
-"""By the name of a column, its type in memory."""
+"""The same of a column of a part."""
 
-_WIDTHS = {"rate": 2, "speed": 2, "gaps": 3}
-"""Numbers in a row of it, where that is not one."""
+_WIDTHS = {(True, "rate"): 2, (True, "speed"): 2, (False, "gaps"): 3}
+"""Numbers in a row of it, where that is not one; by whether it is the captures'."""
 
 _STORED = tuple(np.dtype(name) for name in ("<u1", "<u2", "<u4", "<i8"))
 
 _MOST = 500
 """Values in one statement: databases take a thousand at least."""
 
-CAPTURES = ("number", "frames", "rate", "speed")
 TEXTS = ("path", "location", "format", "label", "metadata")
-"""The columns of the captures: numbers, and what they are called, which is JSON."""
+"""What captures are called, which is JSON."""
 
 
 class Distrust(LibraryError):
@@ -79,7 +83,7 @@ class Segment(NamedTuple):
             (part, wanted) in self.entries
             for part, name in self.entries
             if name == "cell"
-            for wanted in ("swings", *["amount"] * has_amount(part))
+            for wanted in (*extras_of(part), *["amount"] * has_amount(part))
         )
 
 
@@ -232,7 +236,7 @@ def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDA
     Distrust
         If it is not what was stored.
     """
-    entry, width = segment.entries.get((part, name)), _WIDTHS.get(name, 1)
+    entry, width = segment.entries.get((part, name)), _WIDTHS.get((not part, name), 1)
     stored = np.empty(0, np.uint8)
     if entry is not None:
         what = f"{name} of {part or 'the captures'} in segment {segment.id}"
@@ -285,9 +289,9 @@ def put(
 
 def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
     """Return the columns of a part that have anything in them."""
-    found = [("counts", np.diff(columns.bounds)), ("swings", columns.swings)]
-    found += [("amount", columns.amount)]
-    found += [(name, getattr(columns, name)) for name in ("cell", "runner", "margin", "start")]
+    found = [("counts", np.diff(columns.bounds))]
+    names = (*EXTRA, "amount", "cell", "runner", "margin", "start")
+    found += [(name, getattr(columns, name)) for name in names]
     found += [("length", columns.stop - columns.start), ("gaps", columns.gaps)]
     return [(name, array) for name, array in found if array is not None and array.size]
 

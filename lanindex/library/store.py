@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from lanindex.alphabet import TRACKS
 from lanindex.library import read, rows, segments, state
@@ -324,7 +324,7 @@ class Store(Choosing):
         parts: Iterable[str],
         numbers: Iterable[int] | None = None,
         *,
-        swings: bool = False,
+        more: Collection[str] = (),
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return captures and what some parts do in them, as columns.
 
@@ -338,8 +338,8 @@ class Store(Choosing):
             Whose; one that no capture has gets columns without rows.
         numbers : iterable of int, optional
             Only these captures; else all.
-        swings : bool
-            Whether with their swings, which hardly a search asks for.
+        more : collection of str
+            What of `lanindex.model.columns.EXTRA` is wanted, too: hardly a search asks for it.
 
         Returns
         -------
@@ -360,7 +360,7 @@ class Store(Choosing):
         (10, 11)
         """
         wanted = list(dict.fromkeys(parts))
-        roster, columns = self._found(wanted, swings=swings)
+        roster, columns = self._found(wanted, more)
         return (roster, columns) if numbers is None else chosen(roster, columns, list(numbers))
 
     def stats(self) -> Stats:

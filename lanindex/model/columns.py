@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import KINDS, is_limb, kind_of
+from lanindex.alphabet import KINDS, MEASURES, is_limb, kind_of
 from lanindex.model.arrays import frozen
 from lanindex.model.capture import Capture
+from lanindex.model.measures import measures_of, stored
 from lanindex.model.score import Track
 from lanindex.model.span import Span
 
@@ -32,13 +33,21 @@ THOUSANDTHS = 1000
 _ROWS = ("cell", "runner", "margin", "start", "stop")
 """What `Columns` has one of for each symbol."""
 
-_MAYBE = ("swings", "amount")
+EXTRA = ("swings", *MEASURES)
+"""What is read only where somebody asks for it."""
+
+_MAYBE = ("amount", *EXTRA)
 """What it may have."""
 
 
 def has_amount(part: str) -> bool:
     """Return whether the symbols of a part have an amount."""
     return "amount" in KINDS[kind_of(part)].fields
+
+
+def extras_of(part: str) -> tuple[str, ...]:
+    """Return what of `EXTRA` there is of a part."""
+    return ("swings", *measures_of(part))
 
 
 def parted(capture: NDArray[Any], start: NDArray[Any], gaps: NDArray[Any]) -> NDArray[np.bool_]:
@@ -163,6 +172,9 @@ class Columns:
         (S,) int32, moves out and back within the cell; None where nobody has asked for them.
     amount : ndarray or None
         (S,) int16, as of a symbol; None where its kind of symbol has none.
+    speed, size, straightness : ndarray or None
+        (S,) uint16, as from `lanindex.model.measures.stored`: 0 where it is not known; None where
+        its kind of symbol has none, or nobody has asked.
     kept : dict
         What searches have worked out about these rows, and want to find again: it goes with them.
     """
@@ -177,6 +189,9 @@ class Columns:
     gaps: NDArray[np.int32]
     swings: NDArray[np.int32] | None = None
     amount: NDArray[np.int16] | None = None
+    speed: NDArray[np.uint16] | None = None
+    size: NDArray[np.uint16] | None = None
+    straightness: NDArray[np.uint16] | None = None
     kept: dict[str, object] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -352,6 +367,7 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
         np.array(gaps, np.int32).reshape(-1, 3),
         symbols["swings"].astype(np.int32),
         symbols["amount"].copy() if has_amount(part) else None,
+        **{name: stored(name, symbols[name]).astype(np.uint16) for name in measures_of(part)},
     )
 
 

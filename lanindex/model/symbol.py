@@ -35,7 +35,7 @@ class Field:
     shift, bits : int
         Where in the column it lies, and how many bits it may take.
     least : int
-        Its smallest value, stored as 0; -1 stands for nothing.
+        Its smallest value once it is multiplied, stored as 0; what is less than 0 is nothing.
     scale : int
         What it is multiplied by before it is stored as a whole number.
     since : str
@@ -67,7 +67,10 @@ class Field:
         if self.words:
             known = (*self.words, None)
             return [known[code] for code in codes]
-        return [None if code < 0 else code for code in codes] if self.least < 0 else codes
+        if self.least >= 0:
+            return codes
+        digits = len(str(self.scale)) - 1  # a float32 is none of the decimals that it stands for
+        return [None if it < 0 else round(it, digits) if digits else it for it in codes]
 
 
 def kept(type: str, column: str, **how: Any) -> Any:
@@ -104,6 +107,12 @@ class Symbol:
     amount : int or None
         Degrees of a turn, or of a bend; which feet a jump leaves and lands on, as in
         ``alphabet.FEET``; None where the kind of symbol has none.
+    speed : float or None
+        The highest, in lengths of the part a second; in hundredths. None where it is not known.
+    size : int or None
+        Whole degrees between where the part pointed before and where it points at the end.
+    straightness : float or None
+        The shortest way between the two over the way that was gone; in hundredths.
 
     Examples
     --------
@@ -131,6 +140,9 @@ class Symbol:
     runner_direction: str | None = kept("i1", "sign", shift=6, bits=4, least=-1, words=DIRECTIONS)
     runner_level: str | None = kept("i1", "sign", shift=10, bits=2, least=-1, words=LEVELS)
     amount: int | None = kept("i2", "notes", shift=40, bits=15, least=-1)
+    speed: float | None = kept("f4", "sign", shift=23, bits=12, least=-1, scale=100)
+    size: int | None = kept("i2", "sign", shift=35, bits=11, least=-1)
+    straightness: float | None = kept("f4", "sign", shift=46, bits=7, least=-1, scale=100)
 
     @property
     def span(self) -> Span:
@@ -164,7 +176,7 @@ FIELDS: dict[str, Field] = {
 """By name, how each field of a symbol is kept."""
 
 SYMBOL = np.dtype([(name, how.type) for name, how in FIELDS.items()])
-"""One row of a track: codes, frames and numbers; -1 stands for nothing."""
+"""One row of a track: codes, frames and numbers; what is less than 0 stands for nothing."""
 
 
 def listed(part: str, rows: NDArray[Any]) -> list[Symbol]:
@@ -182,9 +194,9 @@ def listed(part: str, rows: NDArray[Any]) -> list[Symbol]:
 
 
 def blank(count: int | tuple[int, ...]) -> NDArray[Any]:
-    """Return rows that say nothing yet: (count,) of `SYMBOL`, -1 where a field may be absent."""
+    """Return rows that say nothing yet: (count,) of `SYMBOL`, less than 0 what may be absent."""
     rows = np.zeros(count, SYMBOL)
     for name, how in FIELDS.items():
         if how.least < 0:
-            rows[name] = how.least
+            rows[name] = how.least / how.scale
     return rows

@@ -14,6 +14,7 @@ from lanindex.model import Capture, Track
 from lanindex.pipeline.how import How
 from lanindex.search.explain.advice import SECONDS, Advice, Found, LeftOut, advise
 from lanindex.search.explain.budget import Budget
+from lanindex.search.fields import measures_in
 from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
 
@@ -71,7 +72,7 @@ def _counted(
     budget: Budget,
 ) -> Found:
     """Return how many hits there are, and in how many captures; give up what takes too long."""
-    roster, columns = library.columns(query.parts, numbers)
+    roster, columns = library.columns(query.parts, numbers, more=measures_in(query))
 
     def watch(done: int, captures: int) -> None:
         if budget.late():

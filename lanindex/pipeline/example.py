@@ -240,7 +240,7 @@ def laid_out(
         One that is left out.
     """
     names = list(parts)
-    roster, columns = library.columns(names, chosen, swings=True)
+    roster, columns = library.columns(names, chosen, more=["swings"])
     if but is not None and but.id in roster.number:
         order = np.flatnonzero(roster.number != but.id)
         columns = {part: columns[part].taken(order) for part in names}

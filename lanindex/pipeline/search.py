@@ -13,6 +13,7 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Track
 from lanindex.pipeline.how import How
 from lanindex.search.fast import Watch
+from lanindex.search.fields import measures_in
 from lanindex.search.language.query import Query
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def search(
         Where the pattern says what has no edits, and some are allowed.
     """
     stamp = library.stamp
-    roster, columns = library.columns(query.parts, numbers)
+    roster, columns = library.columns(query.parts, numbers, more=measures_in(query))
     recordings = _recordings(library, stamp, roster, columns)
     return how.find(query, roster, columns, recordings, watch, best)
 

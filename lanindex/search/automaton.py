@@ -29,7 +29,7 @@ from lanindex.search.language.query import (
     meaning,
 )
 from lanindex.search.language.times import Length
-from lanindex.search.language.words import AMOUNTS, ANY, WORD_KINDS
+from lanindex.search.language.words import ANY, BESIDE_CELLS, WORD_KINDS
 
 NEGATIONS = ("without", "never")
 """Relations to lines that must not happen."""
@@ -73,9 +73,9 @@ class State:
     near: int = 0
 
     @property
-    def amounts(self) -> bool:
-        """Whether it asks for an amount, which no cell tells."""
-        return any(kind in said for said in self.fits for kind in AMOUNTS)
+    def beside_cells(self) -> bool:
+        """Whether it asks for what no cell tells: an amount, a measure."""
+        return any(kind in said for said in self.fits for kind in BESIDE_CELLS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from lanindex.alphabet import KINDS, LEVEL_CODES, kind_of
+from lanindex.alphabet import KINDS, LEVEL_CODES, MEASURES, kind_of
 from lanindex.model import Capture, Hit, Span, Symbol
-from lanindex.search.language.clauses import CLIP, MATCH, Reference
+from lanindex.model.measures import GRADES
+from lanindex.search.language.clauses import CLIP, MATCH, Reference, references_in
+from lanindex.search.language.query import Query, steps_of
 from lanindex.search.language.words import AMOUNTS
 
 Value = str | Fraction | None
@@ -45,6 +47,14 @@ def value_of(reference: Reference, hit: Hit) -> Value:
         return _told(symbols[-1], reference.field)
     span = Span(min(it.start for it in symbols), max(it.stop for it in symbols))
     return value_of_span(Reference(MATCH, reference.field), hit.capture, span)
+
+
+def measures_in(query: Query) -> frozenset[str]:
+    """Return the measures of symbols that a search reads: words and conditions speak of them."""
+    kinds = {word.kind for step in steps_of(query.pattern) for word in step.words}
+    said = {name for kind, name in GRADES.items() if kind in kinds}
+    asked = {it.field for it in references_in(query.where) if it.name != CLIP}
+    return frozenset(said | asked.intersection(MEASURES))
 
 
 def told_by_span(reference: Reference) -> bool:

@@ -12,7 +12,7 @@ from lanindex.library.migrate import check, status, upgrade
 from lanindex.library.segments import TEXTS, read_spine
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.columns import columns_of, roster_of
+from lanindex.model.columns import EXTRA, columns_of, roster_of
 
 PARTS = ("r_arm", "l_arm", "head", "body_turn", "tail")
 """The last is nobody's; a turn has an amount."""
@@ -40,7 +40,7 @@ def assert_true(library, parts=PARTS, numbers=None):
         names += ("amount",) * (part == "body_turn")
         assert_same(columns[part], wanted, names)
         assert (columns[part].amount is None) == (part != "body_turn")
-    _, columns = library.columns(parts, numbers, swings=True)
+    _, columns = library.columns(parts, numbers, more=EXTRA)
     for part in parts:
         wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
         assert_same(columns[part], wanted, (*names, *columns[part].rows))

@@ -14,10 +14,10 @@ from sample import add_sample, fill, sample_score, sql
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
 from lanindex.library.store import Store
-from lanindex.model.columns import columns_of, roster_of
+from lanindex.model.columns import EXTRA, columns_of, roster_of
 
 PARTS = ("r_arm", "l_arm", "head", "tail")
-NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps", "swings")
+NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps", *EXTRA)
 CALLED = ("path", "location", "format", "label", "metadata")
 ROSTER = ("number", "frames", "rate", "speed")
 
@@ -42,7 +42,7 @@ def by_rows(path):
 def given(library):
     """Return what the columns are."""
     called = {name: library.called(name) for name in CALLED}
-    return told(*library.columns(PARTS, swings=True), called)
+    return told(*library.columns(PARTS, more=EXTRA), called)
 
 
 def found(path, **how):

@@ -498,5 +498,5 @@ def test_a_track_without_symbols_comes_back(tmp_path):
         number = library.add("a.bvh", score, format="bvh", sha256="0" * 64)
         assert [len(one) for one in library.score(number).tracks.values()] == [0, 0, 0]
         library.gather()
-        assert len(library.columns(["head"], swings=True)[1]["head"]) == 0
+        assert len(library.columns(["head"], more=["swings"])[1]["head"]) == 0
         assert library.notes == []

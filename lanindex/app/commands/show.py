@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lanindex.alphabet import MEASURES
 from lanindex.app import options
 from lanindex.app.output import Output
 from lanindex.errors import UsageError
@@ -36,7 +37,8 @@ def run(
 ) -> None:
     """Show the symbols of a capture.
 
-    A star marks what is only passed on the way; it stands in no score.
+    A star marks what is only passed on the way; it stands in no score. Speed is the highest, in
+    lengths of the part a second; size the degrees between where it pointed and where it points.
     """
     out = Output(json, quiet, verbose, color)
     if (capture is None) != everything:
@@ -73,7 +75,7 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
 
     if not out.json:
         out.line(out.paint(capture.path, "path"))
-        head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else")
+        head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else", *MEASURES)
     rows = []
     for track in tracks.values():
         for symbol in track.listed():
@@ -91,6 +93,7 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
                     f"{symbol.margin:.2f}",
                     symbol.swings or "",
                     line["runner_up"] or "",
+                    *("" if line[name] is None else str(line[name]) for name in MEASURES),
                 )
             )
     if not out.json:

@@ -29,6 +29,7 @@ _COMPARED = {
     ">=": "is at least",
 }
 _FIELDS = {"swings": "number of swings", "degrees": "angle", "feet": "kind of jump"}
+_FIELDS |= {"speed": "highest speed (in its lengths a second)", "size": "size (in degrees)"}
 _OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
 

@@ -11,7 +11,7 @@ from lanindex.alphabet import LEVELS
 from lanindex.search.explain.tree import everywhere, places
 from lanindex.search.language.query import Arrow, Beside, Query, Step, Word, mirrored
 from lanindex.search.language.times import Length, Time
-from lanindex.search.language.words import ANY, Mover, Vocabulary
+from lanindex.search.language.words import ANY, MOVING, Mover, Vocabulary
 
 _RING = ("right", "r_forward", "forward", "l_forward", "left", "l_back", "back", "r_back")
 _OWN_RING = ("side", "side_forward", "across_forward", "across", "across_back", "side_back")
@@ -90,7 +90,7 @@ def _later(arrow: Arrow) -> Iterator[Arrow]:
 def _manner(before: str, after: str) -> Callable[[Step], Iterator[Step]]:
     def change(step: Step) -> Iterator[Step]:
         says = any(word.values != (ANY,) for word in step.words)
-        if step.manner == before and says and all(word.kind != "change" for word in step.words):
+        if step.manner == before and says and all(word.kind not in MOVING for word in step.words):
             yield replace(step, manner=after)
 
     return change

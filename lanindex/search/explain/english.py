@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lanindex.alphabet import is_limb, kind_of
+from lanindex.model.measures import GRADES
 from lanindex.search.explain.clauses import endings, time
 from lanindex.search.language.query import (
     ONCE,
@@ -50,6 +51,10 @@ _VALUES = {
     "assemble": "from one foot to both",
     "sissonne": "from both feet to one",
     "unseen": "from or to feet that were not seen",
+    "slow": "slowly",
+    "fast": "fast",
+    "small": "a little way",
+    "large": "a long way",
 }
 _PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
 _MANNERS = {
@@ -146,6 +151,7 @@ def _may_be_there(item: Item) -> bool:
         and is_limb(step.mover.members[0])
         and (step.manner, item.length, item.repeat) == ("move", None, ONCE)
         and not any(word.kind == "change" and not word.negated for word in step.words)
+        and not any(word.kind in GRADES for word in step.words)
     )
 
 

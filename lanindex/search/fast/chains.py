@@ -64,7 +64,7 @@ def chains_of(program: Program) -> list[Chain] | None:
     plain = all(
         state.manner in ("move", "via")
         and state.members == states[0].members
-        and not (state.length or state.near or state.amounts)
+        and not (state.length or state.near or state.beside_cells)
         for state in states
     )
     through = any(states[it.state].manner == "via" for it in program.entries)

@@ -11,9 +11,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, MEASURES, kind_of
 from lanindex.model import Capture, Span
 from lanindex.model.columns import CELL, THOUSANDTHS
+from lanindex.model.symbol import FIELDS
 from lanindex.search.conditions import names_in, number_of
 from lanindex.search.fast.asked import MET, TIMES, Asked
 from lanindex.search.fast.block import Block
@@ -233,6 +234,9 @@ class Clauses:
             cell = rows.cell.astype(np.int64)
             if field == "swings":
                 told = THOUSANDTHS * self._source.swings(part)
+            elif field in MEASURES:
+                told = rows.measure(field).astype(np.int64) - 1
+                told[told >= 0] *= THOUSANDTHS // FIELDS[field].scale
             elif field in AMOUNTS:
                 told = rows.amount.astype(np.int64)
                 told *= THOUSANDTHS if field == "degrees" else 1

@@ -15,6 +15,7 @@ import numpy as np
 from lanindex.alphabet import MOST_AMOUNT
 from lanindex.model.arrays import frozen
 from lanindex.model.columns import CELL, THOUSANDTHS
+from lanindex.model.measures import GRADES
 from lanindex.search import compiled, nearly
 from lanindex.search.automaton import State
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread
@@ -100,6 +101,9 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[Mask, Whole]:
     for kind in AMOUNTS:
         if kind in state.fits[member]:
             fits &= _amounts(state.fits[member][kind])[rows.amount]
+    for kind in GRADES:
+        if kind in state.fits[member]:
+            fits &= np.isin(rows.grade(kind), sorted(state.fits[member][kind]))
     return fits, cost
 
 

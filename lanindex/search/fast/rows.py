@@ -12,6 +12,7 @@ import numpy as np
 
 from lanindex.alphabet import is_limb
 from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns, parted, ranges
+from lanindex.model.measures import GRADES, graded, measures_of
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
 from lanindex.search.language.words import WORD_KINDS
 
@@ -48,6 +49,7 @@ class Rows:
 
     def __init__(self, columns: Columns, places: Whole, frames: Whole) -> None:
         self.frames, self._columns = frames, columns
+        self._grades: dict[str, Numbers] = {}
         firsts, behind = columns.bounds[places], columns.bounds[places + 1]
         self._here: Numbers | slice
         if len(places) and places[-1] - places[0] < len(places):
@@ -107,6 +109,22 @@ class Rows:
         """The amount of each row, (S,) int16; -1: it has none."""
         held = self._columns.amount
         return np.full(len(self), -1, np.int16) if held is None else held[self._here]
+
+    def measure(self, name: str) -> Numbers:
+        """Return a measure of each row, (S,) as columns have it; 0: not known."""
+        held: Numbers | None = getattr(self._columns, name)
+        if held is None:
+            if len(self) and name in measures_of(self._columns.part):
+                raise ValueError(f"the {name} of {self._columns.part} was not read")
+            return np.zeros(len(self), np.uint16)
+        return held[self._here]
+
+    def grade(self, kind: str) -> Numbers:
+        """Return how each row's speed or size is called, (S,) int8; -1: it is not known."""
+        if kind not in self._grades:
+            values = self.measure(GRADES[kind])
+            self._grades[kind] = graded(self._columns.part, kind, values)
+        return self._grades[kind]
 
     @cached_property
     def cost(self) -> Numbers:

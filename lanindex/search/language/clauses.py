@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
+from lanindex.alphabet import MEASURES
 from lanindex.search.language.times import Time, decimal
 
 CLIP, MATCH = "clip", "match"
@@ -16,7 +17,7 @@ CLIP, MATCH = "clip", "match"
 
 FIELDS = (
     *("part", "direction", "level", "start", "end", "length", "swings", "margin"),
-    *("degrees", "feet"),
+    *("degrees", "feet", *MEASURES),
 )
 """What a label, or `MATCH`, has; `CLIP` has the capture's own columns."""
 

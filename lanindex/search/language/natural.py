@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 from lanindex.errors import PatternError
+from lanindex.model.measures import GRADES
 from lanindex.search.language.phrases import SINGLE, Meaning, UnclearError, meanings
 from lanindex.search.language.words import DEFAULT_PARTS, VALUES, Vocabulary
 
@@ -232,7 +233,7 @@ def _step(clause: _Clause, name: str) -> str:
 
 
 def _words(clause: _Clause) -> list[str]:
-    """Return direction, level and change of a clause, in this order."""
+    """Return what a clause says, in the order of `_ORDER`."""
     kinds: dict[str, str] = {}
     for value in clause.values:
         for word in value.split():
@@ -249,7 +250,13 @@ def _words(clause: _Clause) -> list[str]:
             kinds["direction"] = "right/left"
     if kinds.get("direction") == "across/across_forward" and not clause.both:
         raise UnclearError
-    return [kinds[kind] for kind in ("change", "direction", "level") if kind in kinds]
+    if not kinds.keys() <= {*_ORDER}:
+        raise UnclearError
+    return [kinds[kind] for kind in _ORDER if kind in kinds]
+
+
+_ORDER = ("change", "direction", "level", *GRADES)
+"""In which words are written, by kind; others are said of no limb."""
 
 
 def _anybody(clause: _Clause, kinds: dict[str, str]) -> None:

@@ -104,7 +104,7 @@ def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
     words : tuple of Word
         Of a step.
     kind : str
-        ``direction``, ``level`` or ``change``, to which ``neither`` belongs too.
+        Of ``words.WORD_KINDS``; to ``change`` belongs ``neither``, to ``pace`` ``usual``.
     part : str
         ``l_arm``; tells what ``side`` is.
 

@@ -11,6 +11,7 @@ from lanindex.search.language.query import Step, Word, meaning
 from lanindex.search.language.words import (
     ACROSS,
     ANY,
+    MOVING,
     RELATIVE,
     VALUES,
     WORD_KINDS,
@@ -162,7 +163,7 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
     if before and not word.negated:
         return _twice(before[0], word)
-    if manner in _STILL and word.kind == "change":
+    if manner in _STILL and word.kind in MOVING:
         return f'{_STILL[manner]}: say a direction or a level, not "{word.values[0]}".'
     sideless = RELATIVE if kind.name == "gesture" else ACROSS
     if not mover.sided and any(value in sideless for value in word.values):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError
+from lanindex.model.measures import GRADES
 from lanindex.search.language.clauses import (
     CLIP,
     FIELDS,
@@ -34,6 +36,7 @@ _SORTS = {
     "margin": "number",
     "degrees": "number",
     "feet": "feet",
+    **dict.fromkeys(MEASURES, "number"),
 }
 """What a field of a label is; all others are times."""
 
@@ -176,6 +179,7 @@ def _no_reference(name: str, labels: Collection[str]) -> str:
 
 _MEANT = {"duration": "length", "time": "length", "begin": "start", "stop": "end"}
 _MEANT |= {"height": "level", "fit": "margin", "limb": "part"}
+_MEANT |= {"velocity": "speed", "pace": "speed", "extent": "size", "angle": "size"}
 """Fields by other names."""
 
 
@@ -262,6 +266,12 @@ def _text_at(cursor: Cursor) -> Text:
 
 def _value_at(cursor: Cursor, kind: str, value: str) -> Value:
     token = cursor.advance()
+    if kind in GRADES:
+        raise cursor.error(
+            f'"{value}" compares with others of its kind. A condition has a number: '
+            f"a.{GRADES[kind]} > {'3' if kind == 'pace' else '90'}",
+            token,
+        )
     if kind == "change":
         raise cursor.error(
             f'"{value}" compares with the symbol before. A condition speaks of what is: '

@@ -22,6 +22,8 @@ from lanindex.alphabet import (
     is_limb,
     mirrored_part,
 )
+from lanindex.model.measures import ABOVE, BELOW, GRADES, USUAL
+from lanindex.search.language.meant import LIMBS, MEANT
 from lanindex.search.language.times import degrees
 
 ANY = "any"
@@ -41,6 +43,10 @@ ACROSS = tuple(name for name in RELATIVE if name.startswith("across"))
 
 CHANGES = ("rising", "sinking")
 """How a level compares with the one before."""
+
+PACES = ("slow", "fast")
+EXTENTS = ("small", "large")
+"""How a movement's speed and size compare with those of its group of parts."""
 
 _OTHER_DIRECTIONS = {
     "backward": "back",
@@ -62,6 +68,8 @@ VALUES: dict[str, tuple[str, str]] = {
     **{name: ("change", name) for name in CHANGES},
     **{name: ("feet", name) for name in FEET},
     "circling": ("degrees", ">=45deg"),
+    **{name: ("pace", name) for name in PACES},
+    **{name: ("extent", name) for name in EXTENTS},
     **{spelling: ("direction", name) for spelling, name in _OTHER_DIRECTIONS.items()},
     **{spelling: ("level", name) for spelling, name in _OTHER_LEVELS.items()},
 }
@@ -123,11 +131,24 @@ WORD_KINDS = {
     "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
     "feet": WordKind("kind of jump", "amount", {name: code for code, name in enumerate(FEET)}),
     "degrees": WordKind("angle", "amount", Numbers(MOST_AMOUNT)),
+    **{
+        kind: WordKind(noun, "", {below: BELOW, "usual": USUAL, above: ABOVE})
+        for kind, noun, (below, above) in (("pace", "speed", PACES), ("extent", "size", EXTENTS))
+    },
 }
 """Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
 
 AMOUNTS = ("feet", "degrees")
 """The kinds of words that speak of a symbol's amount: no two can be said of one track."""
+
+MOVING = ("change", *GRADES)
+"""The kinds of words that speak of a movement, and of no stay or rest."""
+
+BESIDE_CELLS = (*AMOUNTS, *GRADES)
+"""The kinds of words that speak of what no cell tells."""
+
+NAMES_TOO = ("feet", *GRADES)
+"""The kinds of words that may also be names: a colon or an @ tells which is meant."""
 
 DEGREES = "deg"
 """The unit of a turn."""
@@ -147,66 +168,6 @@ LANGUAGE = (
     *("where", "and", "clip", "match", "let", "count", "sort", "by", "first", "direction"),
 )
 """The words that hold a pattern together; none of them can be a name."""
-
-_MEANT = {
-    "up": "high",
-    "upward": "high",
-    "down": "low",
-    "downward": "low",
-    "front": "forward",
-    "forwards": "forward",
-    "behind": "back",
-    "outward": "side",
-    "inward": "across",
-    "centre": "place",
-    "center": "place",
-    "while": "during",
-    "next": "then",
-    "stay": "hold",
-    "rest": "hold",
-    "still": "hold",
-    "raised": "high",
-    "upwards": "high",
-    "overhead": "place high",
-    "lowered": "low",
-    "downwards": "low",
-    "hanging": "place low",
-    "horizontal": "mid",
-    "sideways": "side",
-    "everything": "any",
-    "anything": "any",
-    "raise": "rising",
-    "raises": "rising",
-    "raising": "rising",
-    "lift": "rising",
-    "lifts": "rising",
-    "lower": "sinking",
-    "lowers": "sinking",
-    "lowering": "sinking",
-    "falling": "sinking",
-    "begin": "start",
-    "meanwhile": "with",
-    "through": "via",
-}
-"""What people write, and what they mean: too far apart for a guess by spelling."""
-
-_LIMBS = {
-    "lower_arm": "forearm",
-    "elbow": "upper_arm",
-    "wrist": "forearm",
-    "upper_leg": "thigh",
-    "knee": "thigh",
-    "lower_leg": "shank",
-    "calf": "shank",
-    "shin": "shank",
-    "ankle": "shank",
-    "trunk": "torso",
-    "chest": "torso",
-    "spine": "torso",
-    "body": "torso",
-    "neck": "head",
-}
-"""What people call a part, and the part that shows it."""
 
 DEFAULT_PARTS = TRACKS
 """The parts that a pattern may name where no library says otherwise."""
@@ -337,10 +298,11 @@ class Vocabulary:
     def taken(self, word: str) -> str:
         """Return what a word means, so that it can be no name; or nothing.
 
-        Words of jumps, and the tracks of the whole body, may be names: a colon or an @ tells
+        Words of `NAMES_TOO`, and the tracks of the whole body, may be names: a colon or an @ tells
         which is meant.
         """
-        if word in LANGUAGE or word == "then" or VALUES.get(word, ("feet", ""))[0] != "feet":
+        kind, _ = VALUES.get(word, ("feet", ""))
+        if word in LANGUAGE or word == "then" or kind not in NAMES_TOO:
             return "a word of the language"
         mover = self.mover(word)
         return "a part" if mover and is_limb(mover.members[0]) else ""
@@ -368,10 +330,10 @@ class Vocabulary:
         named = {name: f"@{name}" for name in load()} if part_expected else {}
         if word in named:
             return named[word]
-        if word in _MEANT:
-            return _MEANT[word]
+        if word in MEANT:
+            return MEANT[word]
         side = next((it for it in ("right_", "left_", "r_", "l_") if word.startswith(it)), "")
-        limb = (side[:1] and f"{side[0]}_") + _LIMBS.get(word.removeprefix(side), "")
+        limb = (side[:1] and f"{side[0]}_") + LIMBS.get(word.removeprefix(side), "")
         if limb in self.movers:
             return limb
         known = [*VALUES, *self.movers, *LANGUAGE, *named]

@@ -17,6 +17,7 @@ from typing import NamedTuple
 from lanindex.alphabet import is_limb
 from lanindex.model import Track
 from lanindex.model.columns import THOUSANDTHS
+from lanindex.model.measures import GRADES, graded, stored
 from lanindex.search import nearly
 from lanindex.search.automaton import State
 from lanindex.search.language.words import WORD_KINDS
@@ -150,6 +151,9 @@ class Timeline:
             if same and min(level[row], level[after]) >= 0 and level[row] != level[after]:
                 change[after] = codes["rising" if level[row] < level[after] else "sinking"]
         self._columns["change"] = change
+        for kind, name in GRADES.items():
+            grades = graded(self.part, kind, stored(name, self._track.symbols[name]))
+            self._columns[kind] = grades.tolist()
 
     def _fitting(self, state: State, member: int) -> list[float]:
         """Return, for each row, how clearly it is what a state says; -1 where it is not.

@@ -1,0 +1,87 @@
+"""What is called fast and slow, large and small, by group of parts.
+
+Source: ``encode/BODY.md``, "Measures".
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import KINDS, PARTS, kind_of
+from lanindex.model.symbol import FIELDS
+
+GRADES = {"pace": "speed", "extent": "size"}
+"""By kind of words, the measure that they speak of."""
+
+BELOW, USUAL, ABOVE = range(3)
+"""Grades: of slow and small, of what has no word, of fast and large."""
+
+LIMITS: dict[str, dict[str, tuple[float, float]]] = {
+    "arm": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "forearm": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "upper_arm": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "hand": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "leg": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "thigh": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "shank": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "foot": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "head": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "torso": {"speed": (1.0, 3.0), "size": (20, 60)},
+}
+"""By group of parts: less than the first is slow or small, more than the second fast or large."""
+
+
+def measures_of(part: str) -> tuple[str, ...]:
+    """Return which measures can be known of a part's symbols."""
+    return KINDS[kind_of(part)].measures
+
+
+def limits(part: str, measure: str) -> tuple[float, float] | None:
+    """Return between which values a measure has no word; None of parts that nobody knows."""
+    group = PARTS[part].group if part in PARTS else part
+    return LIMITS.get(group, {}).get(measure)
+
+
+def stored(name: str, values: NDArray[Any]) -> NDArray[np.int64]:
+    """Return a measure as columns have it: in its smallest unit, and one more; 0: not known.
+
+    Parameters
+    ----------
+    name : str
+        Of the measure.
+    values : ndarray
+        (S,) as a track's rows have it.
+    """
+    whole: NDArray[np.int64] = np.rint(values.astype(np.float64) * FIELDS[name].scale)
+    return whole.astype(np.int64) + 1
+
+
+def graded(part: str, kind: str, values: NDArray[Any]) -> NDArray[np.int8]:
+    """Return the grade of each symbol, -1 where it is not known.
+
+    Parameters
+    ----------
+    part : str
+        Whose.
+    kind : str
+        ``pace`` or ``extent``.
+    values : ndarray
+        (S,) its measure, as from `stored`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.model.measures import graded
+    >>> graded("r_arm", "extent", np.array([0, 1, 41, 181]))
+    array([-1,  0,  1,  2], dtype=int8)
+    """
+    name, known = GRADES[kind], values > 0
+    between = limits(part, name)
+    if between is None:
+        return np.full(len(values), -1, np.int8)
+    low, high = (round(it * FIELDS[name].scale) + 1 for it in between)
+    grades = np.where(values < low, BELOW, np.where(values > high, ABOVE, USUAL))
+    return np.where(known, grades, -1).astype(np.int8)
