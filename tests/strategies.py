@@ -20,6 +20,14 @@ parts = st.sampled_from(list(PARTS))
 directions = st.integers(0, len(DIRECTIONS) - 1)
 levels = st.integers(0, len(LEVELS) - 1)
 margins = st.integers(0, 1000).map(lambda thousandths: np.float32(thousandths / 1000))
+
+
+def _hundredths(most):
+    return st.integers(-1, most).map(lambda hundredths: np.float32(hundredths / 100))
+
+
+measures = st.tuples(_hundredths(4094), st.integers(-1, 2046), _hundredths(126))
+"""Speed, size and straightness; below 0 not known."""
 tenths = st.integers(-4000, 4000).map(lambda tenths: tenths / 10)
 headings = st.one_of(
     st.lists(angle, max_size=20).map(lambda values: np.array(values, np.float32))
@@ -75,9 +83,8 @@ def tracks(draw, part, frames):
         for start, stop, passing in draw(_stretch(stretch)):
             direction, level, margin, runner, swings, rule = draw(_cells)
             span = (start, stop, start, stop - start)
-            symbols.append(
-                (direction, level, *span, passing, rule * passing, swings, margin, *runner, -1)
-            )
+            rest = (passing, rule * passing, swings, margin, *runner, -1, *draw(measures))
+            symbols.append((direction, level, *span, *rest))
     return Track(part, np.array(symbols, SYMBOL), known)
 
 
@@ -100,6 +107,7 @@ _wild_rest = st.tuples(
     *(st.integers(0, 2**31 - 1), st.integers(0, 2**31 - 1), st.booleans()),
     *(st.integers(0, 2**16 - 1), st.integers(0, 2**24 - 1), margins),
     *(directions | st.just(-1), levels | st.just(-1), st.integers(-1, 2**15 - 2)),
+    *(_hundredths(4094), st.integers(-1, 2046), _hundredths(126)),
 )
 """The fields of a row from its tick on."""
 

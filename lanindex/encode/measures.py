@@ -21,7 +21,7 @@ Whole = NDArray[np.int64]
 WAY = 0.05
 """Seconds from one point of a way to the next."""
 
-TINY = 1e-9
+_TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
 
 
@@ -81,7 +81,7 @@ def _ways(
     frames = first[row] + pace * (np.arange(len(row)) - begins[row])
     points = curve[limb[row], np.minimum(frames, last[row])]
     away = np.sqrt(np.square(points).sum(axis=1))
-    directions = points / np.maximum(away, TINY)[:, None]
+    directions = points / np.maximum(away, _TINY)[:, None]
     away /= lengths[limb[row]]
     ends = begins + counts - 1
     turned = _angles(directions[ends], directions[begins])

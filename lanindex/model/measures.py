@@ -20,16 +20,16 @@ BELOW, USUAL, ABOVE = range(3)
 """Grades: of slow and small, of what has no word, of fast and large."""
 
 LIMITS: dict[str, dict[str, tuple[float, float]]] = {
-    "arm": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "forearm": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "upper_arm": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "hand": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "leg": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "thigh": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "shank": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "foot": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "head": {"speed": (1.0, 3.0), "size": (20, 60)},
-    "torso": {"speed": (1.0, 3.0), "size": (20, 60)},
+    "arm": {"speed": (2.2, 5.9), "size": (19, 55)},
+    "forearm": {"speed": (2.4, 7.7), "size": (20, 54)},
+    "upper_arm": {"speed": (2.0, 6.0), "size": (18, 44)},
+    "hand": {"speed": (2.4, 8.8), "size": (19, 50)},
+    "leg": {"speed": (1.2, 3.3), "size": (11, 30)},
+    "thigh": {"speed": (1.4, 4.3), "size": (13, 35)},
+    "shank": {"speed": (2.0, 6.0), "size": (17, 45)},
+    "foot": {"speed": (3.4, 8.4), "size": (18, 48)},
+    "head": {"speed": (1.2, 2.9), "size": (13, 31)},
+    "torso": {"speed": (1.4, 2.8), "size": (12, 38)},
 }
 """By group of parts: less than the first is slow or small, more than the second fast or large."""
 
@@ -75,7 +75,7 @@ def graded(part: str, kind: str, values: NDArray[Any]) -> NDArray[np.int8]:
     --------
     >>> import numpy as np
     >>> from lanindex.model.measures import graded
-    >>> graded("r_arm", "extent", np.array([0, 1, 41, 181]))
+    >>> graded("r_arm", "extent", np.array([0, 1, 41, 181]))  # not known, 0, 40, 180 degrees
     array([-1,  0,  1,  2], dtype=int8)
     """
     name, known = GRADES[kind], values > 0

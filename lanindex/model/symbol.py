@@ -12,7 +12,7 @@ In the library small numbers share a column, each with bits of its own: `Field.c
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -73,9 +73,9 @@ class Field:
         return [None if it < 0 else round(it, digits) if digits else it for it in codes]
 
 
-def kept(type: str, column: str, **how: Any) -> Any:
+def kept(type: str, column: str, default: Any = MISSING, **how: Any) -> Any:
     """Return a dataclass field that is kept as a `Field` says."""
-    return field(metadata={"kept": Field(type, column, **how)})
+    return field(default=default, metadata={"kept": Field(type, column, **how)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,9 +140,9 @@ class Symbol:
     runner_direction: str | None = kept("i1", "sign", shift=6, bits=4, least=-1, words=DIRECTIONS)
     runner_level: str | None = kept("i1", "sign", shift=10, bits=2, least=-1, words=LEVELS)
     amount: int | None = kept("i2", "notes", shift=40, bits=15, least=-1)
-    speed: float | None = kept("f4", "sign", shift=23, bits=12, least=-1, scale=100)
-    size: int | None = kept("i2", "sign", shift=35, bits=11, least=-1)
-    straightness: float | None = kept("f4", "sign", shift=46, bits=7, least=-1, scale=100)
+    speed: float | None = kept("f4", "sign", None, shift=23, bits=12, least=-1, scale=100)
+    size: int | None = kept("i2", "sign", None, shift=35, bits=11, least=-1)
+    straightness: float | None = kept("f4", "sign", None, shift=46, bits=7, least=-1, scale=100)
 
     @property
     def span(self) -> Span:

@@ -2,11 +2,12 @@
 
 import re
 
-from lanindex.encode import ground, steps, ways
+from lanindex.encode import ground, measures, steps, ways
 from lanindex.encode.profile import BUILT_IN
+from lanindex.model.measures import LIMITS
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
-MODULES = (ground, steps, ways)
+MODULES = (ground, steps, ways, measures)
 
 
 def test_every_number_is_that_of_the_code():
@@ -25,6 +26,12 @@ def test_the_feet_of_a_jump_are_those_of_the_code():
     rows = re.findall(r"^\| (\d) \| (both|one) \| ([a-z ]+) \| (\w+) \|", PAGE, re.MULTILINE)
     names = ("BOTH_BOTH", "HOP", "LEAP", "ONE_BOTH", "BOTH_ONE")
     assert [int(row[0]) for row in rows] == [getattr(steps, name) for name in names]
+
+
+def test_what_is_fast_and_large_is_that_of_the_code():
+    rows = re.findall(r"^\| (\w+) \|" + r" ([\d.]+) \|" * 4 + "$", PAGE, re.MULTILINE)
+    said = {group: tuple(map(float, numbers)) for group, *numbers in rows}
+    assert said == {group: (*it["speed"], *it["size"]) for group, it in LIMITS.items()}
 
 
 def test_every_section_that_a_module_obeys_is_there():

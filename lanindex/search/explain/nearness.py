@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, PLACE, kind_of
 from lanindex.model import Symbol
+from lanindex.model.measures import GRADES, graded, stored
 from lanindex.search.language.query import Step, meaning
-from lanindex.search.language.words import AMOUNTS, DEGREES
+from lanindex.search.language.words import AMOUNTS, DEGREES, WORD_KINDS
 
 _RUNNER_UP = 0.5
 """How far what nearly fits is, of which another cell's width is 1."""
@@ -20,10 +23,11 @@ def away(symbol: Symbol, step: Step) -> float:
     levels and directions lie between. Changes of level are not looked at.
     """
     cell = (symbol.direction, symbol.level)
-    exact, amount = _apart(cell, symbol.part, step), _amount_apart(symbol, step)
+    exact = _apart(cell, symbol.part, step)
+    beside = _amount_apart(symbol, step) + _measure_apart(symbol, step)
     if exact and symbol.runner_up and not _apart(symbol.runner_up, symbol.part, step):
-        return _RUNNER_UP * (0.01 + symbol.margin) + amount
-    return exact + amount
+        return _RUNNER_UP * (0.01 + symbol.margin) + beside
+    return exact + beside
 
 
 def nearest(symbols: Iterable[Symbol], step: Step) -> Symbol | None:
@@ -56,6 +60,23 @@ def _amount_apart(symbol: Symbol, step: Step) -> float:
     amount = "" if symbol.amount is None else KINDS[kind_of(symbol.part)].amount(symbol.amount)
     told = amount.removesuffix(DEGREES)
     return float(sum(told not in meaning(step.words, kind, symbol.part) for kind in said))
+
+
+def _measure_apart(symbol: Symbol, step: Step) -> float:
+    """Return how many words of a step are not true of how fast and large a symbol is."""
+    said = {word.kind for word in step.words}.intersection(GRADES)
+    return float(
+        sum(called(symbol, kind) not in meaning(step.words, kind, symbol.part) for kind in said)
+    )
+
+
+def called(symbol: Symbol, kind: str) -> str:
+    """Return what a symbol's speed or size is called: ``fast``, ``usual``; of none nothing."""
+    measure = getattr(symbol, GRADES[kind])
+    if measure is None:
+        return ""
+    (code,) = graded(symbol.part, kind, stored(GRADES[kind], np.array([measure]))).tolist()
+    return next((name for name, own in WORD_KINDS[kind].codes.items() if own == code), "")
 
 
 def _turned(first: str | None, second: str) -> float:
