@@ -85,14 +85,13 @@ RELATIONS = (
 RELATIVE = ("side", "side_forward", "side_back", "across", "across_forward", "across_back")
 LEVELS = ("low", "mid", "high")
 AMOUNTS = {
-    "pace": ("fast", "slow"),
-    "extent": ("large", "small"),
     "feet": ("spring", "hop", "leap"),
     "degrees": ("90deg", "<=90deg", ">45deg", "100deg..400deg", "112deg+", "68deg"),
 }
+MEASURED = {"pace": ("fast", "slow"), "extent": ("large", "small")}
 FIELDS = {
     "time": ("start", "end", "length"),
-    "number": ("swings", "margin", "speed", "size", "straightness"),
+    "number": ("swings", "margin"),
     "part": ("part",),
     "direction": ("direction",),
     "level": ("level",),
@@ -167,6 +166,8 @@ class Grammar:
         self.random, self.parts, self.chances = random, tuple(parts), chances
         self.directions = tuple(directions)
         self.left = steps
+        # of its own, so that all else is as without it
+        self.apart = Random(sum(random.getstate()[1]))
         self.fields = FIELDS
         if not all(map(is_limb, parts)):
             self.fields = {**FIELDS, "number": (*FIELDS["number"], "degrees"), "feet": ("feet",)}
@@ -212,7 +213,13 @@ class Grammar:
     def field(self) -> str:
         kind = self.one(*self.fields)
         name = self.one("match", *self.labels)
-        return self.one(f"{name}.{self.one(*self.fields[kind])}", "clip.label", "clip.path")
+        return self.one(f"{name}.{self.named(kind)}", "clip.label", "clip.path")
+
+    def named(self, kind: str) -> str:
+        name = self.one(*self.fields[kind])
+        if kind == "number" and self.apart.random() < self.chances["measures"]:
+            return self.apart.choice(("speed", "size", "straightness"))
+        return name
 
     def conditions(self) -> Iterator[str]:
         for _ in range(self.random.randint(1, 2)):
@@ -223,12 +230,10 @@ class Grammar:
             first, second = self.random.sample(self.labels, 2)
             return f"{first} mirrors {second}"
         kind = self.one(*self.fields)
-        left, right = (
-            f"{self.one('match', *self.labels)}.{self.one(*self.fields[kind])}" for _ in "12"
-        )
+        left, right = (f"{self.one('match', *self.labels)}.{self.named(kind)}" for _ in "12")
         values = {
             "time": ("0.3s", "5f", "1b"),
-            "number": ("0.5", "1", "0", "1.57", "33"),
+            "number": ("0.5", "1", "0"),
             "part": tuple(self.parts),
             "direction": self.directions,
             "level": LEVELS,
@@ -353,10 +358,13 @@ class Grammar:
         if "change" in kind.words and manner not in ("at", "hold") and self.takes("changes"):
             said.append(self.word(("rising", "sinking")))
         for name, known in AMOUNTS.items():
-            measured = name in ("pace", "extent")
-            chance = 0 if manner in ("at", "hold") else self.chances["measures"]
-            if name in kind.words and self.random.random() < (chance if measured else 0.5):
+            if name in kind.words and self.random.random() < 0.5:
                 said.append(self.word(known))
+        for name, words in MEASURED.items():
+            moving = name in kind.words and manner not in ("at", "hold")
+            if moving and self.apart.random() < self.chances["measures"]:
+                denied = self.apart.random() < self.chances["not"]
+                said.append("not " * denied + self.apart.choice(words))
         self.random.shuffle(said)
         return " ".join(said)
 

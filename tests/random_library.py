@@ -42,7 +42,7 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
         times = times[: random.randint(0, 1)]
     if not is_limb(part) and random.random() < 0.7:  # what just happens starts nowhere
         times = [row for row in times if row[0] < row[1] or row[2]]
-    rows = blank(len(times))
+    rows, apart = blank(len(times)), Random(sum(random.getstate()[1]))
     for row, (start, stop, passing) in zip(rows, times, strict=True):
         row["start"], row["stop"], row["passing"] = start, stop, passing
         row["direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
@@ -50,10 +50,10 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
         if "amount" in kind.fields:
             row["amount"] = random.choice((0, 1, 2) if kind.amounts else (45, 90, 112, 400))
         row["margin"] = random.randint(0, 20) / 20
-        if kind.measures and random.random() < 0.8:
-            row["speed"] = random.choice((0, 0.5, 1, 1.57, 3, 3.01, 12.5, 40.94))
-            row["size"] = random.choice((0, 5, 20, 33, 60, 90, 180))
-            row["straightness"] = random.choice((0, 0.5, 0.75, 1))
+        if kind.measures and apart.random() < 0.8:
+            row["speed"] = apart.choice((0, 0.5, 1, 1.2, 2.19, 2.2, 3, 5.9, 5.91, 12.5, 40.94))
+            row["size"] = apart.choice((0, 1, 5, 18, 19, 33, 55, 56, 90, 180))
+            row["straightness"] = apart.choice((0, 0.5, 0.75, 1))
         if random.random() < 0.8:
             row["runner_direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
             row["runner_level"] = random.randrange(3) if "level" in kind.fields else -1

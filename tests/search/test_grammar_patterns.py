@@ -23,6 +23,7 @@ SHOWN = {
     "skips": r"(\.\.\.|…)\[[<>=]*\d\]",
     "/": r"\w/\w",
     "changes": r"\b(rising|sinking)\b",
+    "measures": r"\b(fast|slow|large|small|speed|size|straightness)\b",
     "relative": r"\b(side(?<!either side)|across)\b",
     "either": r"\barm\b",
     "both": r"\barms\b",
