@@ -14,6 +14,7 @@ import pytest
 from dances import BOW, RAISE, dance
 from sample import sql
 
+from lanindex.alphabet import MEASURES
 from lanindex.app.cli import VERBS
 from lanindex.encode.profile import BUILT_IN
 
@@ -213,7 +214,7 @@ class TestSearch:
         assert {**second, **edges}.items() <= label.items()
         assert (label["start"], label["end"]) == (hit["start"], hit["end"])
         assert left.items() <= hit["labels"]["b"].items()
-        assert set(label) - set(first) == {"start", "end", "swings", "margin"}
+        assert set(label) - set(first) == {*MEASURES, "start", "end", "swings", "margin"}
 
     def test_limit_count_and_sort(self, filled) -> None:
         done = filled("search", "arm any", "--limit", "2")

@@ -93,8 +93,14 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
                     f"{symbol.margin:.2f}",
                     symbol.swings or "",
                     line["runner_up"] or "",
-                    *("" if line[name] is None else str(line[name]) for name in MEASURES),
+                    *map(_number, (symbol.speed, symbol.size, symbol.straightness)),
                 )
             )
     if not out.json:
         out.table(head, rows)
+
+
+def _number(measure: float | None) -> str:
+    if measure is None:
+        return ""
+    return f"{measure:.2f}" if isinstance(measure, float) else str(measure)
