@@ -29,6 +29,7 @@ from lanindex.library.encoding import Encoding
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import (
     CELL,
+    EXTRA,
     Columns,
     Roster,
     columns_of,
@@ -101,7 +102,7 @@ def mirrored(columns: Columns) -> Columns:
         columns.start,
         columns.stop,
         columns.gaps,
-        columns.swings,
+        **{name: getattr(columns, name) for name in EXTRA},
     )
 
 
@@ -164,9 +165,10 @@ def varied(source: Columns, sources, slower, turned, random) -> tuple[Columns, A
     gaps = source.taken(sources).gaps
     gaps = np.column_stack([gaps[:, 0], gaps[:, 1:] * slower[gaps[:, 0], None] // 16])
     margin = margin.clip(0, 1000).astype(np.uint16)
-    swings = None if source.swings is None else source.swings[picked]
+    held = {name: getattr(source, name) for name in EXTRA}
+    more = {name: None if it is None else it[picked] for name, it in held.items()}
     gaps = gaps.astype(np.int32)
-    found = Columns(source.part, bounds, cell, runner, margin, start, stop, gaps, swings)
+    found = Columns(source.part, bounds, cell, runner, margin, start, stop, gaps, **more)
     return found, picked
 
 
