@@ -74,6 +74,12 @@ Columns = Annotated[
 Take = Annotated[
     str | None, typer.Option("--take", metavar="NAME", help="Which of several takes in a file.")
 ]
+Tempo = Annotated[
+    str | None,
+    typer.Option(
+        "--tempo", metavar="auto|FILE", help="Count by the movement's beat, or by a file of beats."
+    ),
+]
 Tolerance = Annotated[
     float,
     typer.Option("--tolerance", metavar="SECONDS", help="How far edges may lie apart to agree."),

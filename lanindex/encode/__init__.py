@@ -29,7 +29,12 @@ def _profile(profile: Profile | str | Path) -> Profile:
     return profile if isinstance(profile, Profile) else load(profile)
 
 
-def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
+def encode(
+    motion: Motion,
+    profile: Profile | str | Path = "default",
+    *,
+    tempo: str | Path | None = None,
+) -> Score:
     """Write a motion down.
 
     Parameters
@@ -38,6 +43,8 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
         As read from a capture.
     profile : Profile, str or Path
         ``default``, ``paper``, a folder, or a profile already loaded.
+    tempo : str or Path, optional
+        ``auto``: count by the beat of the movement; or a file of beats; else by the profile's.
 
     Returns
     -------
@@ -47,7 +54,9 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     Raises
     ------
     NotationError
-        Where the profile cannot be read.
+        Where the profile or the file of beats cannot be read.
+    UsageError
+        Where the beats come after the motion.
     EncodeError
         Where the motion has no part that could be written down.
 
@@ -72,7 +81,7 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
     import numpy as np
 
     from lanindex.encode import limbs
-    from lanindex.encode.timing import quantise
+    from lanindex.encode.tempo import count
     from lanindex.encode.track import written
     from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
@@ -98,17 +107,17 @@ def encode(motion: Motion, profile: Profile | str | Path = "default") -> Score:
         found, key=lambda part: (found[part][0].known.start, found[part][0].known.stop)
     )
     rows = {part: np.concatenate([one.rows for one in found[part]]) for part in ordered}
-    meter = quantise(rows.values(), len(motion), motion.rate, chosen.meter)
-    tracks = {
-        part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered
-    }
+    time = count(tempo, motion, chosen, rows)
+    tracks = with_steps(
+        {part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered}
+    )
     if chosen.rate != HEADING_RATE:
         turn = limbs.heading(motion, Fraction(HEADING_RATE))
     heading = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
-    held = with_steps(tracks)
     lost = limbs.unmeasured(motion, [part for part in PARTS if part not in tracks])
-    doubts += tuple(f"{part} is left out: how long it is was never seen" for part in lost)
-    return Score(motion.rate, len(motion), meter, held, heading=heading, warnings=doubts)
+    said = (f"{part} is left out: how long it is was never seen" for part in lost)
+    doubts = (*doubts, *time.doubts, *said)
+    return Score(motion.rate, len(motion), time.meter, tracks, heading, time.header, doubts)
 
 
 class _Callable(ModuleType):

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model import Meter, Span
+from lanindex.notation.beats import Beats, ticks_at
 
 Rows = NDArray[Any]
 
@@ -96,7 +97,9 @@ def _nest(starts: list[int], stops: list[int], passing: list[bool]) -> None:
         stops[index] = min(max(stops[index], starts[index] + 1), high)
 
 
-def quantise(tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter) -> Meter:
+def quantise(
+    tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter, beats: Beats | None = None
+) -> Meter:
     """Round the borders of all symbols to the score's grid, in place.
 
     Parameters
@@ -110,6 +113,8 @@ def quantise(tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter) 
         Frames a second.
     meter : Meter
         The grid that is wanted.
+    beats : Beats, optional
+        When each beat comes; else as evenly as the meter says.
 
     Returns
     -------
@@ -130,17 +135,17 @@ def quantise(tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter) 
     (32, array([0, 8], dtype=int32), array([0, 6], dtype=int32))
     """
     tracks = list(tracks)
-    scale = meter.tick_rate / rate
-    while not all(_fits(rows, frames, scale) for rows in tracks) and meter.division < FINEST:
+    while not all([_fits(rows, frames, rate, meter, beats) for rows in tracks]):
+        if meter.division >= FINEST:
+            break
         meter = replace(meter, division=meter.division * 2)
-        scale = meter.tick_rate / rate
     return meter
 
 
-def _fits(rows: Rows, frames: int, scale: Fraction) -> bool:
-    last = -(-frames * scale.numerator // scale.denominator)
-    doubled = np.array((rows["start"], rows["stop"]), np.int64) * 2 * scale.numerator
-    starts, stops = ((doubled + scale.denominator) // (2 * scale.denominator)).tolist()
+def _fits(rows: Rows, frames: int, rate: Fraction, meter: Meter, beats: Beats | None) -> bool:
+    last = int(ticks_at(np.array([frames]), meter, rate, beats, up=True)[0])
+    borders = np.array((rows["start"], rows["stop"]), np.int64)
+    starts, stops = ticks_at(borders, meter, rate, beats).tolist()
     free = 0
     lone = (rows["start"] == rows["stop"]) | rows["passing"]
     for index in np.flatnonzero(~lone).tolist():
@@ -148,4 +153,6 @@ def _fits(rows: Rows, frames: int, scale: Fraction) -> bool:
         stops[index] = free = max(stops[index], starts[index] + 1)
     rows["tick"] = starts
     rows["ticks"] = np.subtract(stops, starts)
+    first = (rows["start"] == 0) & (rows["stop"] == 0)
+    rows["tick"][first] = 0  # unit 1 may begin before the capture does
     return free <= last

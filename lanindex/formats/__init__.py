@@ -210,7 +210,8 @@ def companions(file: File, told: Reading) -> tuple[File, ...]:
     """
     form = _form(file, told)
     own: tuple[File, ...] = form.does.companions(file, told) if form.joined else ()
-    return (*own, *(opened(it) for it in (told.body, told.columns) if it and os.path.isfile(it)))
+    files = (told.body, told.columns, told.tempo)
+    return (*own, *(opened(it) for it in files if it and os.path.isfile(it)))
 
 
 def parted(path: str) -> tuple[str, str]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from lanindex.body import calibration
 from lanindex.body.told import told_body
 from lanindex.errors import UsageError
 from lanindex.formats.rates import told_rate
 from lanindex.model import Reading
+from lanindex.notation import beats
 
 COMPOSE = ("parent", "child")
 """Whose turn stands first."""
@@ -24,6 +27,8 @@ def check(told: Reading) -> None:
     ------
     UsageError
         Unit, axis, rate, order of rotations or body are not understood.
+    NotationError
+        The file of beats is not.
     """
     if told.unit is not None:
         calibration.told_unit(told.unit)
@@ -33,5 +38,7 @@ def check(told: Reading) -> None:
         told_rate(told.rate)
     if told.body is not None:
         told_body(told.body)
+    if told.tempo not in (None, beats.AUTO):
+        beats.read(Path(told.tempo))
     if told.compose not in (None, *COMPOSE):
         raise UsageError(f"compose {told.compose!r}", wanted=" or ".join(COMPOSE))

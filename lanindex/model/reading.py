@@ -28,6 +28,8 @@ class Reading:
         A file that says what the columns of a table are.
     take : str or None
         Which of several takes in a file.
+    tempo : str or None
+        How time is counted: ``auto``, by the movement's own beat, or a file of beats.
     """
 
     unit: str | None = None
@@ -38,6 +40,7 @@ class Reading:
     body: str | None = None
     columns: str | None = None
     take: str | None = None
+    tempo: str | None = None
 
     def told(self) -> dict[str, str]:
         """Return what was told, as text."""

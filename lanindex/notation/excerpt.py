@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS
-from lanindex.model import Score, Span, Track
+from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.score import HEADING_RATE
 from lanindex.model.steps import STEP, with_steps
+from lanindex.notation.beats import Beats, ticks_at
 from lanindex.notation.page import UNIT
 
 Rows = NDArray[Any]
@@ -58,32 +59,31 @@ def excerpt(score: Score, span: Span) -> Score:
         return score
     tracks = [cut for track in score.tracks.values() if (cut := _cut(track, span)).known]
     most = max((np.count_nonzero(cut.symbols["ticks"]) for cut in tracks), default=0)
-    meter = score.meter
-    while len(span) and _room(span, meter.tick_rate / score.rate)[1] < max(most, 1):
+    meter, beats = score.meter, Beats.of(score.other)
+    while len(span) and _room(span, score, meter, beats)[1] < max(most, 1):
         meter = replace(meter, division=meter.division * 2)
     factor = meter.division // score.meter.division
-    scale = meter.tick_rate / score.rate
+    room = _room(span, score, meter, beats)
     step = HEADING_RATE / score.rate
     begin = floor(span.start * step + Fraction(1, 2))
     end = begin + floor((len(span) - 1) * step) + 1 if len(span) else begin
     based = {
-        cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, scale)) for cut in tracks
+        cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, room)) for cut in tracks
     }
     based = with_steps(based) if STEP in based else based
-    return Score(
-        score.rate,
-        len(span),
-        meter,
-        based,
-        score.heading[begin:end],
-        tuple(takewhile(lambda line: not UNIT.fullmatch(line), score.other)),
-    )
+    header = tuple(takewhile(lambda line: not UNIT.fullmatch(line), score.other))
+    if beats is not None:
+        gone = Fraction(room[0] * meter.beats, meter.division)
+        mine = beats.since(float(span.start / score.rate), gone).line()
+        header = tuple(mine if Beats.of([line]) else line for line in header)
+    return Score(score.rate, len(span), meter, based, score.heading[begin:end], header)
 
 
-def _room(span: Span, scale: Fraction) -> tuple[int, int]:
+def _room(span: Span, score: Score, meter: Meter, beats: Beats | None) -> tuple[int, int]:
     """Return the span's first tick, and how many it has."""
-    begin = round(span.start * scale)
-    return begin, round(span.stop * scale) - begin
+    edges = np.array([span.start, span.stop])
+    begin, end = ticks_at(edges, meter, score.rate, beats).tolist()
+    return begin, end - begin
 
 
 def _cut(track: Track, span: Span) -> Track:
@@ -104,10 +104,10 @@ def _cut(track: Track, span: Span) -> Track:
     return Track(track.part, np.concatenate(rows), tuple(known))
 
 
-def _based(rows: Rows, span: Span, factor: int, scale: Fraction) -> Rows:
+def _based(rows: Rows, span: Span, factor: int, edges: tuple[int, int]) -> Rows:
     """Count frames and ticks from the span's beginning; each symbol keeps a tick at least."""
     rows = rows.copy()
-    begin, room = _room(span, scale)
+    begin, room = edges
     ticks = rows["tick"].astype(np.int64) * factor - begin
     stops = ticks + rows["ticks"].astype(np.int64) * factor
     ticks[rows["start"] <= span.start] = 0

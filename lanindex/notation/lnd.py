@@ -22,13 +22,15 @@ import re
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
-from math import ceil
 from os import PathLike, fspath
 from pathlib import Path
+
+import numpy as np
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, Kind
 from lanindex.errors import NotationError
 from lanindex.model import Meter, Score, Track
+from lanindex.notation.beats import Beats, in_time, ticks_at
 from lanindex.notation.exact import number
 from lanindex.notation.excerpt import excerpt
 from lanindex.notation.page import UNIT, UNITS_PER_LINE, Page, rank
@@ -47,7 +49,8 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     touches the first: a movement across a bar line, written as two. A tick is the largest
     1/N of a unit, N a multiple of 32, on which all times of the file lie; ``meter.division``
     tells N, and ticks are the score's frames. Lines that are not understood, and comments,
-    are kept in ``other``, those of unit 3 behind a line ``#unit3``.
+    are kept in ``other``, those of unit 3 behind a line ``#unit3``. A comment that tells the beats
+    gives ticks their times; frames are finer then.
 
     Parameters
     ----------
@@ -92,7 +95,7 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     text = source if isinstance(source, str) else _decoded(source, page.place)
     for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
         page.take(line.strip())
-    return page.score()
+    return in_time(page.score())
 
 
 def _names_a_file(source: str) -> bool:
@@ -153,7 +156,8 @@ def write(score: Score) -> str:
     """
     header, kept = _kept(score.other)
     units: dict[int, list[tuple[int, int, str]]] = defaultdict(list)
-    last = ceil(score.frames / score.rate * score.meter.tick_rate)
+    end, beats = np.array([score.frames]), Beats.of(score.other)
+    last = int(ticks_at(end, score.meter, score.rate, beats, up=True)[0])
     written = [part for part in score.tracks if KINDS[score.tracks[part].kind].keyword]
     for column, part in enumerate(sorted(written, key=rank)):
         for unit, tick, stop, line in _lines(score.tracks[part], score.meter):

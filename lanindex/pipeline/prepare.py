@@ -16,13 +16,14 @@ from lanindex.errors import LanindexError
 from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
 from lanindex.model.reading import Reading
+from lanindex.notation.beats import AUTO, said
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Score
 
-_FILES = ("skeleton", "body", "columns")
-"""What of a `Reading` is a file."""
+_FILES = ("skeleton", "body", "columns", "tempo")
+"""What of a `Reading` is a file, unless it is a word."""
 
 Held = Mapping[str, tuple[str, Encoding]]
 """What a library holds of a file: sha256 and encoding by person, of all of it by the empty text."""
@@ -84,6 +85,8 @@ class Outcome:
         Where it was before, if that is elsewhere; else empty.
     beside : tuple of str
         The other files that are read with it.
+    tempo : str
+        How its time is counted, where that was asked for.
     """
 
     path: str
@@ -98,6 +101,7 @@ class Outcome:
     labelled: bool = False
     moved: str = ""
     beside: tuple[str, ...] = ()
+    tempo: str = ""
     score: Score | None = field(default=None, repr=False)
     format: str = ""
     sha256: str = ""
@@ -176,7 +180,8 @@ def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
     if _is_notated(task):
         return Encoding()
     told = task.reading.told()
-    told |= {name: os.path.abspath(told[name]) for name in _FILES if name in told}
+    named = (name for name in _FILES if told.get(name, AUTO) != AUTO)
+    told |= {name: os.path.abspath(told[name]) for name in named}
     return Encoding(task.profile.name, task.profile.digest, told, together(beside))
 
 
@@ -205,6 +210,7 @@ def _prepared(task: Task, file: formats.File, sha256: str, encoding: Encoding) -
         warnings,
         seconds=float(score.frames / score.rate),
         division=score.meter.division,
+        tempo=said(score.meter, score.other) if task.reading.tempo else "",
         score=score,
         format=form,
         sha256=sha256,
@@ -222,5 +228,5 @@ def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str
     from lanindex.encode import encode
 
     motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True, total=task.total))
-    score = encode(motion, task.profile)
+    score = encode(motion, task.profile, tempo=task.reading.tempo)
     return score, motion.source.format, (*motion.warnings, *score.warnings)

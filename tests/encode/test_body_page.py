@@ -2,12 +2,13 @@
 
 import re
 
-from lanindex.encode import ground, measures, steps, ways
+from lanindex.encode import ground, measures, steps, tempo, ways
 from lanindex.encode.profile import BUILT_IN
 from lanindex.model.measures import LIMITS
+from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
-MODULES = (ground, steps, ways, measures)
+MODULES = (ground, steps, ways, measures, tempo, beats)
 
 
 def test_every_number_is_that_of_the_code():
@@ -19,6 +20,7 @@ def test_every_number_is_that_of_the_code():
         if name.isupper() and not name.startswith("_") and isinstance(value, float)
     }
     del held["SECTOR"]  # half of a direction: METHOD.md
+    held |= {"FEWEST": tempo.FEWEST, "AHEAD": tempo.AHEAD}
     assert {name: float(value) for name, value in said.items()} == held
 
 

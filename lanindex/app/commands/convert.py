@@ -38,6 +38,7 @@ def run(
     body: options.Body = None,
     columns: options.Columns = None,
     take: options.Take = None,
+    tempo: options.Tempo = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -59,6 +60,8 @@ def run(
     form = convert.target_of(str(target), form)
     if form != "lnd" and target == options.STDOUT:
         raise UsageError(f"{form} on standard output", wanted="a file to write it to")
+    if form != "lnd" and tempo is not None:
+        raise UsageError(f"beats in {form}", place="--tempo", wanted="--to lnd, which counts them")
     told = options.reading(
         unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
@@ -71,7 +74,10 @@ def run(
         from lanindex.encode import encode
         from lanindex.notation import lnd
 
-        content = lnd.write(encode(motion, profile)).encode()
+        score = encode(motion, profile, tempo=tempo)
+        for warning in score.warnings:
+            out.note(f"{file}: {warning}")
+        content = lnd.write(score).encode()
     else:
         content, said = convert.written(motion, form)
         for line in said:

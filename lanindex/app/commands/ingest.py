@@ -42,6 +42,7 @@ def run(
     body: options.Body = None,
     columns: options.Columns = None,
     take: options.Take = None,
+    tempo: options.Tempo = None,
     force: Annotated[bool, typer.Option("--force", help="Read unchanged files again.")] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Read and say what would be done; store nothing.")
@@ -67,7 +68,7 @@ def run(
     from lanindex.pipeline.ingest import ingest
     from lanindex.pipeline.labels import unfitting
 
-    named = {"skeleton": skeleton, "body": body, "columns": columns, "take": take}
+    named = {"skeleton": skeleton, "body": body, "columns": columns, "take": take, "tempo": tempo}
     chosen, told = load(profile), options.reading(unit, up, fps, compose, **named)
     check(told)
     others: list[str] = []
@@ -183,12 +184,15 @@ def _report(out: Output, outcome: Outcome) -> None:
             "status": outcome.status,
             "frames": outcome.frames,
             "symbols": outcome.symbols,
+            **({"tempo": outcome.tempo} if outcome.tempo else {}),
             "warnings": list(outcome.warnings),
             "error": outcome.error,
         }
         out.record(record)
     if outcome.error:
         say_error(outcome.error)
+    if outcome.tempo:
+        out.detail(f"{outcome.path}: {outcome.tempo}")
     if outcome.moved:
         out.detail(f"{outcome.path}: was {outcome.moved} before")
     for warning in outcome.warnings:

@@ -26,6 +26,7 @@ def run(
     body: options.Body = None,
     columns: options.Columns = None,
     take: options.Take = None,
+    tempo: options.Tempo = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -42,7 +43,7 @@ def run(
         unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
     motion = read_file(opened(file), given, Wanted(body_only=True))
-    seen = _seen(motion)
+    seen = _seen(motion) | _counted(motion, tempo)
     if json:
         told = {key.replace(" ", "_"): seen[key] for key in seen if key not in ("file", "rate")}
         out.record({"capture": seen["file"], "fps": round(float(motion.rate), 6), **told})
@@ -89,6 +90,20 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "joints": list(motion.source.joints),
         "body": {joint: played.get(joint) for joint in JOINTS},
         "warnings": list(motion.warnings),
+    }
+
+
+def _counted(motion: Motion, tempo: str | None) -> dict[str, Any]:
+    """Return how time would be counted, where that is asked for."""
+    if tempo is None:
+        return {}
+    from lanindex.encode import encode
+    from lanindex.notation.beats import said
+
+    score = encode(motion, tempo=tempo)
+    return {
+        "tempo": said(score.meter, score.other),
+        "warnings": [*motion.warnings, *score.warnings],
     }
 
 

@@ -1,0 +1,281 @@
+"""Beats that were told: when each comes, and how a score counts by them.
+
+Source: ``encode/BODY.md``, "Tempo".
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from math import ceil
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.errors import NotationError, shown
+from lanindex.model import Meter, Score, Span, Track
+from lanindex.notation.text import read_text, words_of
+
+AUTO = "auto"
+"""Stands for the name of a file of beats: they are looked for in the movement."""
+
+SPREAD = 0.05
+"""Share of the mean by which beats may lie nearer or farther apart and count as even."""
+
+NEAREST = 0.05
+"""Seconds from one beat to the next, at least."""
+
+_LINE = re.compile(r"// beats from (\S+):((?: \S+)+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Beats:
+    """When the beats of a score come.
+
+    Attributes
+    ----------
+    first : Fraction
+        Beats of the score before the first of `times`.
+    times : tuple of float
+        Seconds, rising, two at least. Before them and behind them beats come as the two nearest.
+    bar : int or None
+        Beats in a unit, where they were told.
+    """
+
+    first: Fraction
+    times: tuple[float, ...]
+    bar: int | None = None
+
+    @property
+    def speed(self) -> Fraction:
+        """Beats a minute, in the mean, to a hundredth."""
+        mean = (self.times[-1] - self.times[0]) / (len(self.times) - 1)
+        return Fraction(round(6000 / mean), 100)
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """The shortest and the longest time from one beat to the next, seconds."""
+        apart = np.diff(self.times)
+        return float(apart.min()), float(apart.max())
+
+    @property
+    def even(self) -> bool:
+        """Whether all come nearly as fast as in the mean."""
+        mean, (least, most) = 60 / float(self.speed), self.spread
+        return mean * (1 - SPREAD) <= least and most <= mean * (1 + SPREAD)
+
+    def numbers(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how many beats of the score have gone at some times."""
+        times = np.array(self.times)
+        at = np.clip(times.searchsorted(seconds, side="right") - 1, 0, len(times) - 2)
+        share = (seconds - times[at]) / (times[at + 1] - times[at])
+        found: NDArray[np.float64] = float(self.first) + at + share
+        return found
+
+    def seconds(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the times at which so many beats of the score have gone."""
+        times, numbers = np.array(self.times), numbers - float(self.first)
+        at = np.clip(np.floor(numbers).astype(np.int64), 0, len(times) - 2)
+        found: NDArray[np.float64] = times[at] + (numbers - at) * (times[at + 1] - times[at])
+        return found
+
+    def since(self, seconds: float, gone: Fraction) -> Beats:
+        """Return the beats of an excerpt that begins then, when so many beats have gone."""
+        times = tuple(round(time - seconds, 6) for time in self.times)
+        return Beats(self.first - gone, times, self.bar)
+
+    def line(self) -> str:
+        """Return a comment of LND that tells them."""
+        told = (f"{time:.6f}".rstrip("0").rstrip(".") for time in self.times)
+        return f"// beats from {self.first}: {' '.join(told)}"
+
+    @classmethod
+    def of(cls, lines: Iterable[str]) -> Beats | None:
+        """Return the beats that a comment among some lines tells, if one does.
+
+        Examples
+        --------
+        >>> from lanindex.notation.beats import Beats
+        >>> Beats.of(["// a dance", "// beats from 4: 0.5 1 1.6"]).times
+        (0.5, 1.0, 1.6)
+        """
+        for line in lines:
+            found = _LINE.fullmatch(line)
+            if found:
+                try:
+                    first, times = Fraction(found[1]), tuple(map(float, found[2].split()))
+                except (ValueError, ZeroDivisionError):
+                    continue
+                if len(times) > 1 and all(NEAREST <= b - a < 1e6 for a, b in pairwise(times)):
+                    return cls(first, times)
+        return None
+
+
+FOUND = "// tempo: "
+"""Begins the comment of a score whose tempo was found in its movement."""
+
+
+def said(meter: Meter, lines: Iterable[str]) -> str:
+    """Say how the time of a score is counted.
+
+    Examples
+    --------
+    >>> from lanindex.model import Meter
+    >>> from lanindex.notation.beats import said
+    >>> said(Meter(), [])
+    '60 beats a minute'
+    >>> said(Meter(), ["// tempo: 60 beats a minute (confidence 0.93, from limbs)"])
+    '60 beats a minute (confidence 0.93, from limbs)'
+    """
+    lines = list(lines)
+    found = next((line.removeprefix(FOUND) for line in lines if line.startswith(FOUND)), "")
+    told = Beats.of(lines)
+    many = f" (the mean of {len(told.times)} beats)" if told else ""
+    return found or f"{float(meter.speed):g} beats a minute{many}"
+
+
+def ticks_at(
+    frames: NDArray[np.int64],
+    meter: Meter,
+    rate: Fraction,
+    beats: Beats | None = None,
+    *,
+    up: bool = False,
+) -> NDArray[np.int64]:
+    """Return the ticks nearest to frames, halves upwards.
+
+    Parameters
+    ----------
+    frames : ndarray
+        (N,) int64, of the source.
+    meter : Meter
+        Tempo and grid.
+    rate : Fraction
+        Frames a second.
+    beats : Beats, optional
+        When they come; else as evenly as the tempo says.
+    up : bool
+        Whether the next tick is wanted, however near the one before.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> import numpy as np
+    >>> from lanindex.model import Meter, Score, Span, Track
+    >>> from lanindex.notation.beats import Beats, ticks_at
+    >>> frames = np.array([0, 30, 60, 120])
+    >>> ticks_at(frames, Meter(), Fraction(60))
+    array([ 0,  4,  8, 16])
+    >>> ticks_at(frames, Meter(), Fraction(60), Beats(Fraction(0), (0.0, 0.5, 2.0)))
+    array([ 0,  8, 11, 16])
+    """
+    if beats is not None:
+        gone = beats.numbers(frames / float(rate)) * (meter.division / meter.beats)
+        return (np.ceil(gone) if up else np.floor(gone + 0.5)).astype(np.int64)
+    scale = meter.tick_rate / rate
+    rest = 2 * scale.denominator - 1 if up else scale.denominator
+    return (frames * 2 * scale.numerator + rest) // (2 * scale.denominator)
+
+
+def in_time(score: Score) -> Score:
+    """Give a score that counts ticks for frames the times of its beats, if a comment tells them.
+
+    Parameters
+    ----------
+    score : Score
+        As from its lines alone.
+
+    Returns
+    -------
+    Score
+        Which begins with its unit 1; so fast that no two ticks share a frame.
+    """
+    beats = Beats.of(score.other)
+    if beats is None:
+        return score
+    mine = beats.since(float(beats.seconds(np.zeros(1))[0]), Fraction(0))
+    meter = score.meter
+    rate = meter.tick_rate * ceil(60 / float(mine.speed) / mine.spread[0])
+
+    def at(ticks: NDArray[np.int32]) -> NDArray[np.int64]:
+        seconds = mine.seconds(ticks.astype(np.float64) * meter.beats / meter.division)
+        return np.floor(seconds * float(rate) + 0.5).astype(np.int64)
+
+    tracks = {}
+    for part, track in score.tracks.items():
+        rows = track.symbols.copy()
+        rows["start"], rows["stop"] = at(rows["start"]), at(rows["stop"])
+        edges = at(np.array([(one.start, one.stop) for one in track.known]))
+        tracks[part] = Track(part, rows, tuple(Span(*pair) for pair in edges.tolist()))
+    other = tuple(mine.line() if Beats.of([line]) else line for line in score.other)
+    frames = int(at(np.array([score.frames]))[0])
+    return Score(rate, frames, meter, tracks, score.heading, other, score.warnings)
+
+
+def parse(text: str, beats: int = 4, name: str = "beats") -> Beats:
+    r"""Read the text of a file of beats.
+
+    Parameters
+    ----------
+    text : str
+        A time in seconds a line; behind it, if known, which beat of its bar comes then. ``//``
+        begins a comment.
+    beats : int
+        Beats in a unit where the lines do not tell them; the first one then begins a unit.
+    name : str
+        The file's name, for errors.
+
+    Returns
+    -------
+    Beats
+        Of a score in which the capture begins within unit 1, and bars begin units.
+
+    Raises
+    ------
+    NotationError
+        With file and line: no number, a time that is not later, a beat that does not follow.
+
+    Examples
+    --------
+    >>> from lanindex.notation import beats
+    >>> found = beats.parse("0.5\t3\n1.0\t1\n1.5\t2\n2.0\t3\n")
+    >>> found.first, found.bar, float(found.speed)
+    (Fraction(2, 1), 3, 120.0)
+    """
+    times: list[float] = []
+    counts: list[int] = []
+    for line, words in words_of(text):
+        place = f"{name}:{line}"
+        wanted = "a time in seconds, and perhaps which beat of its bar it is"
+        try:
+            time, *count = float(words[0]), *map(int, words[1:])
+        except ValueError:
+            raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted) from None
+        mixed = bool(times) and bool(count) != bool(counts)
+        if len(count) > 1 or not 0 <= time < 1e6 or mixed:
+            raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted)
+        if times and time < times[-1] + NEAREST:
+            found, least = f"a beat at {words[0]} s", times[-1] + NEAREST
+            raise NotationError(found, place=place, wanted=f"one at {least:g} s or later")
+        times.append(round(time, 6))
+        counts += count
+    if len(times) < 2:
+        raise NotationError(f"{len(times)} beats", place=name, wanted="two at least")
+    bar = max(counts) if counts else beats
+    for one, two in pairwise(counts):
+        if one < 1 or two != one % bar + 1:
+            found, wanted = f"beat {two} behind beat {one}", f"bars of {bar} beats, counted from 1"
+            raise NotationError(found, place=name, wanted=wanted)
+    first = counts[0] - 1 if counts else 0
+    lead = -Beats(Fraction(0), tuple(times)).numbers(np.zeros(1))[0]
+    first += bar * max(ceil((lead - first) / bar), 0)
+    return Beats(Fraction(first), tuple(times), bar if counts else None)
+
+
+def read(path: Path, beats: int = 4) -> Beats:
+    """Read a file of beats; see `parse`."""
+    return parse(read_text(path), beats, str(path))
