@@ -7,6 +7,7 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
 from lanindex.library.store import Store
@@ -54,9 +55,36 @@ def search(
         Where the pattern says what has no edits, and some are allowed.
     """
     stamp = library.stamp
-    roster, columns = library.columns(query.parts, numbers, more=measures_in(query))
+    measures = measures_in(query)
+    roster, columns = library.columns(query.parts, numbers, more=measures)
+    if count := _unmeasured(columns, measures) if measures else 0:
+        library.tell(
+            f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
+            "as scores, or from an earlier version, and want to be ingested anew"
+        )
     recordings = _recordings(library, stamp, roster, columns)
     return how.find(query, roster, columns, recordings, watch, best)
+
+
+def _unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> int:
+    """Return of how many captures no movement of some parts was measured, though there are some."""
+    from lanindex.model.columns import STARTING
+
+    moving: NDArray[np.int64] = np.zeros(1, np.int64)
+    known = moving
+    for one in columns.values():
+        held = [getattr(one, name) for name in measures if getattr(one, name) is not None]
+        if held:
+            moving = moving + _sums(one.cell < STARTING, one.bounds)
+            known = known + _sums(np.logical_and.reduce([it > 0 for it in held]), one.bounds)
+    return int(((moving > 0) & (known == 0)).sum())
+
+
+def _sums(rows: NDArray[np.bool_], bounds: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return how many rows of each capture are so."""
+    before = np.append(0, np.cumsum(rows))
+    counts: NDArray[np.int64] = before[bounds[1:]] - before[bounds[:-1]]
+    return counts
 
 
 def _recordings(

@@ -91,6 +91,20 @@ def test_a_library_is_asked(library) -> None:
     ]
 
 
+def test_it_is_said_where_nothing_is_known(tmp_path) -> None:
+    with Store.open(tmp_path / "old.db", create=True) as store:
+        for number, text in enumerate((TEXT, "fps 10 frames 60; r_arm: right mid 5 9")):
+            (recording,) = recordings_of(text)
+            said = {"format": "bvh", "sha256": f"{number:064}", "encoding": ENCODING}
+            store.add(f"{number}.bvh", recording.score(), **said)
+    with open_library(tmp_path / "old.db") as found:
+        assert len(found.search("r_arm right mid")) == 3
+        assert found.notes == []
+        assert len(found.search("r_arm right mid fast")) == 1
+        (note,) = found.notes
+        assert note.startswith("1 of 2 captures tell no speed: they came as scores")
+
+
 def test_what_json_says(library) -> None:
     (hit, *_) = library.search("a: r_arm fast")
     label = json.loads(json.dumps(records.of_hit(hit)))["labels"]["a"]
