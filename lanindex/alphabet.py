@@ -75,6 +75,10 @@ MOST_AMOUNT = (1 << 15) - 2
 """The largest amount of a symbol: that many degrees are 91 turns, and so are more."""
 
 
+FASTEST = 40.94
+"""The highest speed of a symbol: what is faster has no room."""
+
+
 @dataclass(frozen=True, slots=True)
 class Kind:
     """What the symbols of a track say.
@@ -133,10 +137,14 @@ KINDS = {
         Kind("support", (*_CELL, "change"), _CELL, "support"),
         Kind("step", (*_CELL, "change"), _CELL),
         Kind("jump", ("direction", "feet"), ("direction", "amount"), "jump", amounts=FEET),
-        Kind("travel", ("direction", "degrees"), ("direction", "amount"), "travel"),
         Kind(
-            *("turn", ("direction", "degrees"), ("direction", "amount"), "rotation"),
+            *("travel", ("direction", "degrees", "pace"), ("direction", "amount"), "travel"),
+            measures=("speed",),
+        ),
+        Kind(
+            *("turn", ("direction", "degrees", "pace"), ("direction", "amount"), "rotation"),
             ("right", "left"),
+            measures=("speed",),
         ),
     )
 }

@@ -51,9 +51,12 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
             row["amount"] = random.choice((0, 1, 2) if kind.amounts else (45, 90, 112, 400))
         row["margin"] = random.randint(0, 20) / 20
         if kind.measures and apart.random() < 0.8:
-            row["speed"] = apart.choice((0, 0.5, 1, 1.2, 2.19, 2.2, 3, 5.9, 5.91, 12.5, 40.94))
-            row["size"] = apart.choice((0, 1, 5, 18, 19, 33, 55, 56, 90, 180))
-            row["straightness"] = apart.choice((0, 0.5, 0.75, 1))
+            own = {}
+            own["speed"] = apart.choice((0, 0.5, 1, 1.2, 2.19, 2.2, 3, 5.9, 5.91, 12.5, 40.94))
+            own["size"] = apart.choice((0, 1, 5, 18, 19, 33, 55, 56, 90, 180))
+            own["straightness"] = apart.choice((0, 0.5, 0.75, 1))
+            for name in kind.measures:
+                row[name] = own[name]
         if random.random() < 0.8:
             row["runner_direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
             row["runner_level"] = random.randrange(3) if "level" in kind.fields else -1

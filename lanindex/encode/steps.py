@@ -59,6 +59,8 @@ class Event:
         0 right, 1 left; of a flight 0.
     amount : int
         Of a flight, which feet; else -1.
+    speed : float
+        The highest: of a way in legs a second, of a turn in whole turns; below 0 not measured.
     """
 
     start: int
@@ -68,6 +70,7 @@ class Event:
     margin: float
     foot: int = 0
     amount: int = -1
+    speed: float = -0.01
 
 
 def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float]:

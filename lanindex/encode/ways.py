@@ -76,7 +76,9 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
         off = (math.degrees(math.atan2(ahead, aside)) - 45 * code + 180) % 360 - 180
         margin = 1 - abs(off) / SECTOR if code != PLACE else 1 - math.hypot(ahead, aside) / GOES
         curved = round(float(np.ptp(path[start:stop]))) if code != PLACE else 0
-        found.append(Event(start, stop, code, -1, min(max(margin, 0.0), 1.0), amount=curved))
+        speed = float(pace[start:stop].max()) if code != PLACE else -0.01
+        margin = min(max(margin, 0.0), 1.0)
+        found.append(Event(start, stop, code, -1, margin, amount=curved, speed=speed))
     return found
 
 
@@ -159,4 +161,5 @@ def _turn(heading: Floats, start: int, stop: int, rate: float) -> Event:
     amount = round(abs(float(some[last] - some[first])))
     code = DIRECTION_CODES["left" if left else "right"]
     margin = min(amount / TURNS - 1, 1.0)
-    return Event(start + first, start + last, code, -1, margin, amount=amount)
+    speed = float(pace.max()) / 360
+    return Event(start + first, start + last, code, -1, margin, amount=amount, speed=speed)

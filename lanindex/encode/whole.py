@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import MOST_AMOUNT, PLACE
+from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
 from lanindex.encode.ground import Ground, grounds, leg_of
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
@@ -96,6 +96,7 @@ def _written(
         row["direction"], row["level"] = one.direction, one.level
         row["amount"] = min(one.amount, MOST_AMOUNT)
         row["margin"] = max(one.margin, 0.0)
+        row["speed"] = round(min(one.speed, FASTEST), 2)
     rows["start"][0] = rows["stop"][0] = begin
     told = to_source(rows, known, motion.rate, profile.rate)
     return Written(part, known, told if level is not None else told[1:])

@@ -30,6 +30,8 @@ LIMITS: dict[str, dict[str, tuple[float, float]]] = {
     "foot": {"speed": (3.4, 8.4), "size": (18, 48)},
     "head": {"speed": (1.2, 2.9), "size": (13, 31)},
     "torso": {"speed": (1.4, 2.8), "size": (12, 38)},
+    "body_travel": {"speed": (0.6, 1.6)},
+    "body_turn": {"speed": (0.3, 0.85)},
 }
 """By group of parts: less than the first is slow or small, more than the second fast or large."""
 

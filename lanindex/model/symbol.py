@@ -108,7 +108,8 @@ class Symbol:
         Degrees of a turn, or of a bend; which feet a jump leaves and lands on, as in
         ``alphabet.FEET``; None where the kind of symbol has none.
     speed : float or None
-        The highest, in lengths of the part a second; in hundredths. None where it is not known.
+        The highest, in lengths of the part a second, of a way in legs, of a turn in whole turns;
+        in hundredths. None where it is not known.
     size : int or None
         Whole degrees between where the part pointed before and where it points at the end.
     straightness : float or None

@@ -4,8 +4,9 @@
 
 Over all captures of LANINDEX_CAPTURES but those that were made of others: the percentiles of speed,
 size and straightness of the symbols that a score shows. Each dataset (a folder) that has `FEWEST`
-symbols of a group weighs the same. Then how steady measures are, in tracks that keep their symbols:
-at half the frames a second and at a quarter, and with noise of 2 mm on every coordinate.
+symbols of a group (of the whole body `FEW`) weighs the same. Then how steady measures are, in
+tracks that keep their symbols: at half the frames a second and at a quarter, and with noise of 2 mm
+on every coordinate.
 """
 
 import csv
@@ -24,7 +25,7 @@ from lanindex.formats import read
 from lanindex.model import Motion, Score
 from lanindex.model.measures import LIMITS
 
-FEWEST = 20
+FEWEST, FEW = 20, 5
 SHARES = (5, 20, 50, 80, 95)
 """Percentiles."""
 
@@ -57,7 +58,11 @@ def captures() -> Iterator[tuple[str, Motion]]:
 def measured(score: Score, part: str) -> Told:
     """Return the measures of a part's symbols, without those on the way."""
     shown = [one for one in score.symbols(part) if not one.passing and one.speed is not None]
-    return [tuple(float(getattr(one, name)) for name in MEASURES) for one in shown]
+    return [tuple(float(getattr(one, name) or 0) for name in MEASURES) for one in shown]
+
+
+def group(part: str) -> str:
+    return PARTS[part].group if part in PARTS else part
 
 
 def percentiles(datasets: list[np.ndarray]) -> np.ndarray:
@@ -74,9 +79,9 @@ def main() -> int:
     steady: dict[str, dict[str, list[np.ndarray]]] = defaultdict(lambda: defaultdict(list))
     for dataset, motion in captures():
         score = encode(motion)
-        parts = [part for part in score.tracks if part in PARTS]
+        parts = [part for part in score.tracks if group(part) in LIMITS]
         for part in parts:
-            told[PARTS[part].group][dataset] += measured(score, part)
+            told[group(part)][dataset] += measured(score, part)
         for name, change in CHANGES.items():
             if "noise" not in name and motion.rate < 100:
                 continue
@@ -85,25 +90,26 @@ def main() -> int:
                 same = part in other.tracks
                 if same and changed.shown(score, part) == changed.shown(other, part):
                     pair = np.array([measured(score, part), measured(other, part)])
-                    steady[name][PARTS[part].group] += [pair] * bool(pair.size)
+                    steady[name][group(part)] += [pair] * bool(pair.size)
     for place, measure in enumerate(MEASURES):
         heads = " ".join(f"{f'p{share}':>6}" for share in SHARES)
         print(f"{measure:14} {heads}  symbols datasets  called")
-        for group in LIMITS:
-            held = [np.array(it)[:, place] for it in told[group].values() if len(it) >= FEWEST]
-            said = " ".join(f"{it:6.2f}" for it in percentiles(held))
-            limits = LIMITS[group].get(measure, "")
-            print(f"{group:14} {said} {sum(map(len, held)):8} {len(held):8}  {limits}")
-    for name, groups in steady.items():
-        print(f"{name}: how far measures move, half of them and nine of ten")
-        for group in LIMITS:
-            if not groups[group]:
+        for name, limits in LIMITS.items():
+            if name.startswith("body") and measure != "speed":
                 continue
-            one, other = np.concatenate(groups[group], axis=1)
+            fewest = FEW if name.startswith("body") else FEWEST
+            held = [np.array(it)[:, place] for it in told[name].values() if len(it) >= fewest]
+            said = " ".join(f"{it:6.2f}" for it in percentiles(held))
+            called = limits.get(measure, "")
+            print(f"{name:14} {said} {sum(map(len, held)):8} {len(held):8}  {called}")
+    for change, groups in steady.items():
+        print(f"{change}: how far measures move, half of them and nine of ten")
+        for name, pairs in groups.items():
+            one, other = np.concatenate(pairs, axis=1)
             apart = np.abs(one - other)
             apart[:, 0] /= np.maximum(one[:, 0], 0.01)
             said = [f"{a:.3f} {b:.3f}" for a, b in np.percentile(apart, (50, 90), axis=0).T]
-            print(f"  {group:12} speed (share) {said[0]}, size {said[1]}, straightness {said[2]}")
+            print(f"  {name:12} speed (share) {said[0]}, size {said[1]}, straightness {said[2]}")
     return 0
 
 
