@@ -78,6 +78,20 @@ MOST_AMOUNT = (1 << 15) - 2
 FASTEST = 40.94
 """The highest speed of a symbol: what is faster has no room."""
 
+SIXTHS = 6
+"""How many degrees of bending there are: at the last one the ends of a limb meet."""
+
+DEGREES_BENT = tuple(
+    f"{way}{degree}" for way in ("bend", "stretch") for degree in range(SIXTHS + 1)
+)
+"""What a bend may be, by its amount: to which degree a limb is bent, or stretched."""
+
+BENT = 2
+"""The degree from which on a limb is bent: arms that hang and legs that stand are by less."""
+
+HOW_BENT = ("",) * BENT + tuple(f"bent {degree}" for degree in range(BENT, SIXTHS + 1))
+"""What is said of an arm or a leg that points somewhere, by its amount."""
+
 
 @dataclass(frozen=True, slots=True)
 class Kind:
@@ -88,9 +102,10 @@ class Kind:
     name : str
         ``gesture``: a limb points somewhere. ``support``: it takes the weight. ``step``: the
         weight goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere.
-        ``turn``: it turns about the vertical.
+        ``turn``: it turns about the vertical. ``bend``: an elbow or a knee bends or stretches.
     words : tuple of str
-        Which words of the pattern language can be said of it, by their kind.
+        Which words of the pattern language can be said of it, by their kind: first those of its
+        fields.
     fields : tuple of str
         Which of a symbol's direction, level and amount it has.
     keyword : str
@@ -114,8 +129,7 @@ class Kind:
     @property
     def names(self) -> tuple[str, ...]:
         """What its fields are called where they are read or written: an amount by what it is."""
-        amount = "feet" if self.amounts else "degrees"
-        return tuple(amount if name == "amount" else name for name in self.fields)
+        return self.words[: len(self.fields)]
 
     def amount(self, number: int) -> str:
         """Return an amount in words: ``hop``, ``90deg``."""
@@ -131,7 +145,8 @@ KINDS = {
     kind.name: kind
     for kind in (
         Kind(
-            *("gesture", (*_CELL, "change", "pace", "extent"), _CELL, "direction"),
+            *("gesture", (*_CELL, "change", "bend", "pace", "extent"), _CELL, "direction"),
+            amounts=HOW_BENT,
             measures=MEASURES,
         ),
         Kind("support", (*_CELL, "change"), _CELL, "support"),
@@ -146,6 +161,7 @@ KINDS = {
             ("right", "left"),
             measures=("speed",),
         ),
+        Kind("bend", ("bend",), ("amount",), "bend", amounts=DEGREES_BENT),
     )
 }
 """Every kind of track, by name; a library stores its place in this table."""
@@ -213,7 +229,10 @@ PARTS: dict[str, Part] = {
 BODY = ("r_support", "l_support", "step", "jump", "body_travel", "body_turn")
 """The tracks of the whole body, in order."""
 
-TRACKS = (*PARTS, *BODY)
+BENDS = {part: f"{part}_bend" for part in PARTS if part[2:] in ("arm", "leg")}
+"""The tracks of elbows and knees, by the limb that they are of."""
+
+TRACKS = (*PARTS, *BODY, *BENDS.values())
 """Every track that there is, in the order in which they are shown."""
 
 GROUPS = (*_PAIRED, *_SINGLE)
@@ -235,20 +254,23 @@ def mirrored_part(name: str) -> str:
 
 
 def is_limb(part: str) -> bool:
-    """Return whether a part is a limb, which points or carries: not the body as a whole.
+    """Return whether a part is always somehow: it points, carries or is bent, from the beginning.
+
+    What the body does as a whole just happens, and has no starting position.
 
     Examples
     --------
     >>> from lanindex.alphabet import is_limb
-    >>> is_limb("r_arm"), is_limb("l_support"), is_limb("step")
-    (True, True, False)
+    >>> is_limb("r_arm"), is_limb("l_support"), is_limb("r_leg_bend"), is_limb("step")
+    (True, True, True, False)
     """
-    return kind_of(part) in ("gesture", "support")
+    return kind_of(part) in ("gesture", "support", "bend")
 
 
 _KIND_OF_GROUP = {
     **{"support": "support", "step": "step", "jump": "jump"},
     **{"body_travel": "travel", "body_turn": "turn"},
+    **{"arm_bend": "bend", "leg_bend": "bend"},
 }
 
 

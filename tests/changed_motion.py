@@ -85,7 +85,8 @@ def mirrored_rows(score: Score) -> dict[str, list[Row]]:
     """Return the rows that the mirror image of a score has."""
     return {
         mirrored_part(part): [
-            (DIRECTIONS[MIRRORED[DIRECTION_CODES[direction]]], *rest) for direction, *rest in found
+            (direction and DIRECTIONS[MIRRORED[DIRECTION_CODES[direction]]], *rest)
+            for direction, *rest in found
         ]
         for part, found in rows(score).items()
     }

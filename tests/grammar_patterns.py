@@ -86,6 +86,7 @@ RELATIVE = ("side", "side_forward", "side_back", "across", "across_forward", "ac
 LEVELS = ("low", "mid", "high")
 AMOUNTS = {
     "feet": ("spring", "hop", "leap"),
+    "bend": ("bent", "straight", "bent 3+", "bent 1..2", "bent <5", "bent 4"),
     "degrees": ("90deg", "<=90deg", ">45deg", "100deg..400deg", "112deg+", "68deg"),
 }
 MEASURED = {"pace": ("fast", "slow"), "extent": ("large", "small")}
@@ -170,7 +171,8 @@ class Grammar:
         self.apart = Random(sum(random.getstate()[1]))
         self.fields = FIELDS
         if not all(map(is_limb, parts)):
-            self.fields = {**FIELDS, "number": (*FIELDS["number"], "degrees"), "feet": ("feet",)}
+            numbers = (*FIELDS["number"], "degrees", "bend")
+            self.fields = {**FIELDS, "number": numbers, "feet": ("feet",)}
         self.labels: list[str] = []
         self.lets: list[str] = []
         self.labelled = True
@@ -318,7 +320,12 @@ class Grammar:
         if self.takes("lnd"):
             part = self.one(*(part for part in self.parts if part != "step"))
             kind = KINDS[kind_of(part)]
-            words = {"level": LEVELS, "feet": kind.amounts, "degrees": ("45", "90")}
+            words = {
+                "level": LEVELS,
+                "feet": kind.amounts,
+                "bend": kind.amounts,
+                "degrees": ("45", "90"),
+            }
             words["direction"] = tuple(it for it in self.directions if it in kind.directions)
             said = " ".join(self.one(*words[name]) for name in kind.names)
             return f"{kind.keyword} {part} {said} 0 {self.random.randint(1, 2)}", part
@@ -348,7 +355,7 @@ class Grammar:
 
     def words(self, sided: bool, manner: str, kind: Kind) -> str:
         said = []
-        if self.random.random() < 0.5:
+        if "direction" in kind.words and self.random.random() < 0.5:
             known = [it for it in self.directions if it in kind.directions]
             relative = RELATIVE if sided else () if kind.name == "gesture" else RELATIVE[:1]
             known += relative if relative and self.takes("relative") else []
@@ -358,7 +365,8 @@ class Grammar:
         if "change" in kind.words and manner not in ("at", "hold") and self.takes("changes"):
             said.append(self.word(("rising", "sinking")))
         for name, known in AMOUNTS.items():
-            if name in kind.words and self.random.random() < 0.5:
+            bends = name != "bend" or kind.name == "bend"
+            if bends and name in kind.words and self.random.random() < 0.5:
                 said.append(self.word(known))
         for name, words in MEASURED.items():
             moving = name in kind.words and manner not in ("at", "hold")

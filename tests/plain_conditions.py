@@ -71,8 +71,11 @@ def amounts(part, amount):
     """Return what a symbol says by its amount, and what its mirror image must have, too."""
     feet = amount if part == "jump" and amount >= 0 else None
     degrees = amount if part == "body_turn" and amount >= 0 else None
-    about = (feet, None if degrees is None else round(degrees / 45))
+    own = amount if part.endswith("_bend") else None
+    bent = amount if part[2:] in ("arm", "leg", "arm_bend", "leg_bend") and amount >= 0 else None
+    about = (feet, None if degrees is None else round(degrees / 45), own)
     return {
+        "bend": None if bent is None else Fraction(bent if bent < 7 else bent - 7),
         "feet": None if feet is None else FEET[feet],
         "degrees": None if degrees is None else Fraction(degrees),
         "about": about,

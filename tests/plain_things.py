@@ -99,7 +99,12 @@ class Things:
             step.words, "direction", part
         ) and (LEVELS[level] if level >= 0 else "") in meaning(step.words, "level", part)
         amount = int(rows[row]["amount"])
-        for kind, said in ("feet", FEET[amount : amount + 1]), ("degrees", (str(amount),)):
+        number = (str(amount),)
+        for kind, said in (
+            ("feet", FEET[amount : amount + 1]),
+            ("degrees", number),
+            ("bend", number),
+        ):
             if any(word.kind == kind for word in step.words):
                 told = said[0] if amount >= 0 else ""
                 fits = fits and told in meaning(step.words, kind, part)

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from lanindex.alphabet import DIRECTION_CODES, FEET, KINDS, LEVEL_CODES, kind_of
+from lanindex.alphabet import DEGREES_BENT, DIRECTION_CODES, FEET, KINDS, LEVEL_CODES, kind_of
 from lanindex.model import Capture, Meter, Score, Span, Track
+from lanindex.model.bends import with_bends
 from lanindex.model.symbol import blank
 from lanindex.search.hits import Hits
 from lanindex.search.stages import Counted, Counts
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
 
-_FEET = {name: number for number, name in enumerate(FEET)}
-_CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES, "amount": _FEET}
+_AMOUNTS = {name: number for those in (FEET, DEGREES_BENT) for number, name in enumerate(those)}
+_CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES, "amount": _AMOUNTS}
 
 
 @dataclass(frozen=True)
@@ -112,10 +113,12 @@ def recordings_of(text: str) -> Iterator[Recording]:
         yield Recording(
             name,
             Capture(number, path, "lnd", f"{number:064x}", "", rate, frames, meter, told),
-            {
-                part.strip(): track(part.strip(), symbols, frames)
-                for part, symbols in (it.split(":") for it in parts)
-            },
+            with_bends(
+                {
+                    part.strip(): track(part.strip(), symbols, frames)
+                    for part, symbols in (it.split(":") for it in parts)
+                }
+            ),
         )
 
 

@@ -6,10 +6,20 @@ from random import Random
 
 from lanindex.alphabet import DIRECTION_CODES, KINDS, Kind, is_limb, kind_of
 from lanindex.model import Capture, Meter, Span, Track
+from lanindex.model.bends import with_bends
 from lanindex.model.symbol import blank
 
 PARTS = ("r_arm", "l_arm", "head")
-WHOLE = ("r_support", "l_support", "step", "jump", "body_travel", "body_turn", "r_arm")
+WHOLE = (
+    "r_support",
+    "l_support",
+    "step",
+    "jump",
+    "body_travel",
+    "body_turn",
+    "r_arm",
+    "r_arm_bend",
+)
 DIRECTIONS = ("right", "left", "place")
 RATES = (Fraction(10), Fraction(10), Fraction(30), Fraction(30000, 1001))
 
@@ -45,10 +55,13 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
     rows, apart = blank(len(times)), Random(sum(random.getstate()[1]))
     for row, (start, stop, passing) in zip(rows, times, strict=True):
         row["start"], row["stop"], row["passing"] = start, stop, passing
-        row["direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
+        if "direction" in kind.fields:
+            row["direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
         row["level"] = random.randrange(3) if "level" in kind.fields else -1
         if "amount" in kind.fields:
-            row["amount"] = random.choice((0, 1, 2) if kind.amounts else (45, 90, 112, 400))
+            row["amount"] = random.choice(
+                range(min(len(kind.amounts), 14)) if kind.amounts else (45, 90, 112, 400)
+            )
         row["margin"] = random.randint(0, 20) / 20
         if kind.measures and apart.random() < 0.8:
             own = {}
@@ -57,7 +70,7 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
             own["straightness"] = apart.choice((0, 0.5, 0.75, 1))
             for name in kind.measures:
                 row[name] = own[name]
-        if random.random() < 0.8:
+        if "direction" in kind.fields and random.random() < 0.8:
             row["runner_direction"] = DIRECTION_CODES[random.choice(_directions(kind))]
             row["runner_level"] = random.randrange(3) if "level" in kind.fields else -1
     return Track(part, rows, tuple(known))
@@ -77,6 +90,6 @@ def random_library(
         name, meter = f"made{number}.lnd", Meter(Fraction(random.choice((60, 120))))
         capture = Capture(number, name, "lnd", "0" * 64, "made", rate, frames, meter)
         parts = [part for part in known if random.random() < 0.9]
-        tracks = {part: random_track(random, part, frames, most) for part in parts}
+        tracks = with_bends({part: random_track(random, part, frames, most) for part in parts})
         found.append((capture, tracks))
     return found

@@ -7,8 +7,9 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import strategies as st
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, PARTS, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, PARTS, is_limb, kind_of
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
+from lanindex.model.bends import with_bends
 from lanindex.model.steps import with_steps
 from lanindex.model.symbol import blank
 
@@ -40,7 +41,7 @@ def tracks(draw: st.DrawFn, part: str, ticks: int) -> Track:
         row["margin"], row["runner_direction"], row["runner_level"] = 1, -1, -1
         rows.append(row)
 
-    begins = "level" in kind.fields or draw(st.booleans())
+    begins = is_limb(part) or "level" in kind.fields or draw(st.booleans())
     if begins:
         symbol(0, 0)
     for start, stop in pairwise(borders):
@@ -63,7 +64,7 @@ def scores(draw: st.DrawFn, known: Sequence[str] = (*PARTS, "tail")) -> Score:
     parts = draw(st.lists(st.sampled_from(known), max_size=3, unique=True))
     frames = units * meter.division
     found = {part: draw(tracks(part, frames)) for part in parts}
-    return Score(meter.tick_rate, frames, meter, with_steps(found))
+    return Score(meter.tick_rate, frames, meter, with_bends(with_steps(found)))
 
 
 def seconds(score: Score) -> dict[str, list[tuple[int, int, int, Fraction, Fraction]]]:

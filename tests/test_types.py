@@ -118,7 +118,7 @@ def test_every_field_of_a_symbol_is_a_column_and_a_word() -> None:
     rows["runner_direction"], rows["runner_level"] = [3, -1, 2], [1, 2, -1]
     first, second, third = listed("r_arm", rows)
     assert (first.direction, first.level, first.amount) == (DIRECTIONS[0], LEVELS[2], None)
-    assert (first.words, second.words, third.words) == ("right high", "place low 90deg", "0deg")
+    assert (first.words, second.words, third.words) == ("right high", "place low 90deg", "")
     assert (first.runner_up, second.runner_up, third.runner_up) == (
         ("l_forward", "mid"),
         None,

@@ -62,7 +62,7 @@ def _words(ctx: Context, only_parts: bool) -> list[str]:
 
     parts = _held(ctx, lambda library: library.parts(checked=False)) or DEFAULT_PARTS
     movers = {mover.name for mover in Vocabulary(parts).movers.values()}
-    own = {name for _, name in VALUES.values()}
+    own = {name for _, name in VALUES.values() if " " not in name}
     return sorted(movers if only_parts else {*movers, *own, *LANGUAGE})
 
 

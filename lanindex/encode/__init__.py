@@ -70,7 +70,7 @@ def encode(
     >>> import lanindex
     >>> score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
     >>> score
-    <Score 24 parts, 490 symbols, 360 frames at 30 Hz>
+    <Score 28 parts, 494 symbols, 360 frames at 30 Hz>
     >>> for symbol in score.symbols("r_arm")[:4]:  # the * says: only passed on the way
     ...     print(symbol)
     r_arm place low [0, 0)
@@ -85,8 +85,8 @@ def encode(
     from lanindex.encode.track import written
     from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
+    from lanindex.model.bends import worked_out
     from lanindex.model.score import HEADING_RATE
-    from lanindex.model.steps import with_steps
 
     chosen = _profile(profile)
     if not len(motion):
@@ -108,7 +108,7 @@ def encode(
     )
     rows = {part: np.concatenate([one.rows for one in found[part]]) for part in ordered}
     time = count(tempo, motion, chosen, rows)
-    tracks = with_steps(
+    tracks = worked_out(
         {part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered}
     )
     if chosen.rate != HEADING_RATE:

@@ -117,7 +117,7 @@ def turns(turn: Floats, profile: Profile) -> list[Event]:
     light = smooth(heading[None, :, None], window(profile.smoothing, profile.rate))[0, :, 0]
     pace = np.abs(np.gradient(calm)) * rate
     found = []
-    for first, last in _swings(calm):
+    for first, last in swings(calm, TURNS):
         for start, stop in _parts(pace[first : last + 1], round(BRIEF * rate)):
             done = calm[first + stop - 1] - calm[first + start]
             if abs(done) >= TURNS:
@@ -125,17 +125,32 @@ def turns(turn: Floats, profile: Profile) -> list[Event]:
     return [one for one in found if one.amount >= TURNS]
 
 
-def _swings(heading: Floats) -> list[tuple[int, int]]:
-    """Return from where to where the heading goes one way, less than `TURNS` back not counted."""
+def swings(curve: Floats, least: float) -> list[tuple[int, int]]:
+    """Return from where to where a curve goes one way, less than `least` back not counted.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (N,) float64.
+    least : float
+        In the curve's unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.ways import swings
+    >>> swings(np.array([0.0, 30, 25, 60, 20, 30]), 20)
+    [(0, 3), (3, 4)]
+    """
     found, anchor, best = list[tuple[int, int]](), 0, 0
-    step = np.sign(np.diff(heading))
+    step = np.sign(np.diff(curve))
     bends = (np.flatnonzero(step[1:] != step[:-1]) + 1).tolist()
-    for frame in (*bends, len(heading) - 1):
-        way = heading[best] - heading[anchor]
-        now = heading[frame] - heading[anchor]
+    for frame in (*bends, len(curve) - 1):
+        way = curve[best] - curve[anchor]
+        now = curve[frame] - curve[anchor]
         if now * way >= 0 and abs(now) >= abs(way):
             best = frame
-        elif abs(heading[frame] - heading[best]) >= TURNS:
+        elif abs(curve[frame] - curve[best]) >= least:
             if best > anchor:
                 found.append((anchor, best))
             anchor, best = best, frame

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
+from lanindex.encode.bends import bends
 from lanindex.encode.ground import Ground, grounds, leg_of
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
@@ -42,6 +43,8 @@ def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written]
         Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
     """
     found, doubts = list[Written](), dict[str, None]()
+    for part, known, begin, those in bends(motion, profile):
+        found.append(_written(part, known, begin, those, motion, profile))
     leg = leg_of(motion)
     for ground in grounds(motion, profile, leg) if leg else ():
         doubts |= dict.fromkeys(ground.doubts)
@@ -69,9 +72,10 @@ def _weight(ground: Ground, turn: Floats, motion: Motion, profile: Profile) -> I
     landed, flights = events(ground, front)
     for foot, side in enumerate("rl"):
         own = [one for one in landed if one.foot == foot]
-        yield _written(
-            f"{side}_support", ground.known, ground.begin, own, motion, profile, stood(ground, foot)
-        )
+        level = stood(ground, foot)
+        if level is not None:
+            own = [Event(0, 0, PLACE, level, 1.0), *own]
+        yield _written(f"{side}_support", ground.known, ground.begin, own, motion, profile)
     yield _written("jump", ground.known, ground.begin, flights, motion, profile)
 
 
@@ -82,21 +86,20 @@ def _written(
     those: Sequence[Event],
     motion: Motion,
     profile: Profile,
-    level: int | None = None,
 ) -> Written:
-    """Return the rows of a track; with the level of the starting position, if it has one."""
-    rows = blank(len(those) + 1)
-    if level is not None:
-        rows["direction"][0], rows["level"][0], rows["margin"][0] = PLACE, level, 1
+    """Return the rows of a track; an event without frames is its starting position."""
+    starts = bool(those) and those[0].stop == 0
+    rows = blank(len(those) + (not starts))
+    rows["start"][0] = rows["stop"][0] = begin
     free = 0
-    for row, one in zip(rows[1:], those, strict=True):
-        row["start"] = begin + max(one.start, free)
-        row["stop"] = begin + max(one.stop, one.start + 1)
-        free = one.stop
+    for row, one in zip(rows[not starts :], those, strict=True):
         row["direction"], row["level"] = one.direction, one.level
         row["amount"] = min(one.amount, MOST_AMOUNT)
         row["margin"] = max(one.margin, 0.0)
         row["speed"] = round(min(one.speed, FASTEST), 2)
-    rows["start"][0] = rows["stop"][0] = begin
+        if one.stop:
+            row["start"] = begin + max(one.start, free)
+            row["stop"] = begin + max(one.stop, one.start + 1)
+        free = one.stop
     told = to_source(rows, known, motion.rate, profile.rate)
-    return Written(part, known, told if level is not None else told[1:])
+    return Written(part, known, told if starts else told[1:])

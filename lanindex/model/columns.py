@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import KINDS, MEASURES, is_limb, kind_of
+from lanindex.alphabet import BENDS, KINDS, MEASURES, is_limb, kind_of
 from lanindex.model.arrays import frozen
 from lanindex.model.capture import Capture
 from lanindex.model.measures import measures_of, stored
@@ -42,7 +42,7 @@ _MAYBE = ("amount", *EXTRA)
 
 def has_amount(part: str) -> bool:
     """Return whether the symbols of a part have an amount."""
-    return "amount" in KINDS[kind_of(part)].fields
+    return part in BENDS or "amount" in KINDS[kind_of(part)].fields
 
 
 def extras_of(part: str) -> tuple[str, ...]:

@@ -105,8 +105,9 @@ class Symbol:
     runner_direction, runner_level : str or None
         The cell across the nearest border; None: none known.
     amount : int or None
-        Degrees of a turn, or of a bend; which feet a jump leaves and lands on, as in
-        ``alphabet.FEET``; None where the kind of symbol has none.
+        Degrees of a turn; which feet a jump leaves and lands on, as in ``alphabet.FEET``; to which
+        degree a limb bends or stretches, as in ``alphabet.DEGREES_BENT``; how far an arm or a leg
+        is bent that points somewhere, 0 to 6; None where there is none, or it is not known.
     speed : float or None
         The highest, in lengths of the part a second, of a way in legs, of a turn in whole turns;
         in hundredths. None where it is not known.
@@ -163,7 +164,7 @@ class Symbol:
         kind, amount = KINDS[kind_of(self.part)], None
         if self.amount is not None and (kind.amounts or self.amount):
             amount = kind.amount(self.amount)
-        return " ".join(word for word in (self.direction, self.level, amount) if word is not None)
+        return " ".join(word for word in (self.direction, self.level, amount) if word)
 
     def __str__(self) -> str:
         """Return the symbol as a person would write it."""

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import KINDS
+from lanindex.alphabet import KINDS, is_limb
 from lanindex.model import Meter, Score, Span, Track
+from lanindex.model.bends import with_bends
 from lanindex.model.score import HEADING_RATE
 from lanindex.model.steps import STEP, with_steps
 from lanindex.notation.beats import Beats, ticks_at
@@ -70,7 +71,7 @@ def excerpt(score: Score, span: Span) -> Score:
     based = {
         cut.part: replace(cut, symbols=_based(cut.symbols, span, factor, room)) for cut in tracks
     }
-    based = with_steps(based) if STEP in based else based
+    based = with_bends(with_steps(based) if STEP in based else based)
     header = tuple(takewhile(lambda line: not UNIT.fullmatch(line), score.other))
     if beats is not None:
         gone = Fraction(room[0] * meter.beats, meter.division)
@@ -96,7 +97,8 @@ def _cut(track: Track, span: Span) -> Track:
         known.append(Span(max(one.start - span.start, 0), min(one.stop, span.stop) - span.start))
         here = shown[(shown["start"] >= one.start) & (shown["start"] < one.stop)]
         in_force = here[here["stop"] <= span.start][-1:].copy()
-        if "level" not in KINDS[track.kind].fields:  # what is over is nowhere any more
+        if not (is_limb(track.part) or "level" in KINDS[track.kind].fields):
+            # what is over is nowhere any more
             in_force = in_force[:0]
         in_force["start"] = in_force["stop"] = span.start
         in_force["ticks"] = in_force["swings"] = 0

@@ -25,7 +25,7 @@ from lanindex.alphabet import (
 )
 from lanindex.errors import NotationError, shown
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.steps import with_steps
+from lanindex.model.bends import worked_out
 from lanindex.model.symbol import blank
 from lanindex.notation.exact import DECIMAL, fraction
 
@@ -46,10 +46,9 @@ def _codes(kind: Kind) -> dict[str, dict[str, int]]:
     codes = {
         "direction": {name: DIRECTION_CODES[name] for name in kind.directions},
         "level": LEVEL_CODES,
-        "feet": {name: code for code, name in enumerate(kind.amounts)},
-        "degrees": {},
     }
-    return {name: codes[name] for name in kind.names}
+    amounts = {name: code for code, name in enumerate(kind.amounts)}
+    return {name: codes.get(name, amounts) for name in kind.names}
 
 
 _FIELDS = {keyword: _codes(kind) for keyword, kind in LINES.items()}
@@ -261,7 +260,7 @@ class Page:
         last = max((symbol.stop for symbols in parts.values() for symbol in symbols), default=0)
         frames = max(self.total, -(-last // meter.division), 1) * meter.division
         tracks = {part: _track(part, _joined(parts[part]), frames) for part in parts}
-        tracks = with_steps(tracks)
+        tracks = worked_out(tracks)
         tracks = {part: tracks[part] for part in sorted(tracks, key=rank)}
         return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
 

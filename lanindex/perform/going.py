@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTION_CODES, FEET, HIGH, JOINT_CODES, LOW, PLACE
 from lanindex.model import SYMBOL, Score
 from lanindex.perform.figure import Body
-from lanindex.perform.reach import UP, minimum_jerk
+from lanindex.perform.reach import UP, bent, minimum_jerk
 
 Floats = NDArray[np.float64]
 Rows = NDArray[Any]
@@ -29,11 +29,14 @@ lifted on its way, and a foot hangs that does not carry."""
 SETTLES = 0.05
 """Seconds that a foot that carries still takes to come to rest."""
 
-REACHES = 0.99
+REACHES = 0.995
 """Part of its length that a leg that carries has from hip to ankle."""
 
 DRAWN = 12.0
 """Lengths of a leg a second squared: how bodies fall."""
+
+LIFTED = 0.05
+"""Lengths of a leg above the floor: a foot so high goes wherever the knee takes it."""
 
 SIDES = "rl"
 WEIGHT = ("r_support", "l_support", "jump", "body_turn")
@@ -112,26 +115,40 @@ def going(score: Score, times: Floats, body: Body) -> Going | None:
     front, moves = _front(shown["body_turn"], times, rate), _moves(shown, rate)
     leg = sum(float(np.linalg.norm(_bone(body, f"R{joint}"))) for joint in ("Knee", "Ankle"))
     place, high = _place(moves, times, front, leg)
-    levels = _levels(_begun(score), moves, times)
+    levels, asked = _levels(_begun(score), moves, times), _asked(score, times)
     heels, toe = np.maximum(levels, 0), _bone(body, "RToe")
     ankle = body.sole - float(toe[1])
-    up = ankle + leg * (REACHES + levels + high) - _hip(body, "r")[1]
+    stands = np.minimum(REACHES + levels, heels + np.maximum(*asked))
+    up = ankle + leg * (stands + high) - _hip(body, "r")[1]
     hips = np.stack((place[:, 0], up, place[:, 1]), axis=1)
     size, ahead = float(np.linalg.norm(toe)), _over(front + np.pi / 2)
     back = np.sqrt(size**2 - np.minimum(leg * heels - toe[1], 0.99 * size) ** 2)
     legs = dict[str, Floats]()
-    for side in SIDES:
+    for side, reach in zip(SIDES, asked, strict=True):
         hip = _hip(body, side)
         over, raised = _foot(side, moves, times, place, front, hip, high)
         tip = over + toe[0] * ahead  # the toe stays where the heel cannot
         heel = tip - back[:, None] * ahead
         target = np.stack((heel[:, 0], ankle + leg * (raised + heels), heel[:, 1]), axis=1)
-        thigh, shank = _bent((_turned(target - hips, -front) - hip) / leg)
+        way = (_turned(target - hips, -front) - hip) / leg
+        size, free = np.linalg.norm(way, axis=1), np.clip((raised - high) / LIFTED, 0, 1)
+        way *= (1 - free * np.maximum(1 - reach / np.maximum(size, 1e-9), 0))[:, None]
+        thigh, shank = _bent(way)
         point = np.stack((tip[:, 0], body.sole + leg * raised, tip[:, 1]), axis=1)
         foot = _turned(point - hips, -front) - hip - leg / 2 * (thigh + shank)
         foot /= np.linalg.norm(foot, axis=1, keepdims=True)
         legs |= {f"{side}_thigh": thigh, f"{side}_shank": shank, f"{side}_foot": foot}
     return Going(front, hips, legs)
+
+
+def _asked(score: Score, times: Floats) -> tuple[Floats, Floats]:
+    """Return how much of their lengths the legs may reach, right and left; all, if not told."""
+    tracks = [score.tracks.get(f"{side}_leg_bend") for side in SIDES]
+    right, left = (
+        np.ones(len(times)) if track is None else bent(track.symbols, times, score.rate)
+        for track in tracks
+    )
+    return right, left
 
 
 def _place(moves: list[_Move], times: Floats, front: Floats, leg: float) -> tuple[Floats, Floats]:
@@ -225,7 +242,7 @@ def _foot(
     own = [move for move in moves if side in move.feet or move.flies]
     begins = [int(np.searchsorted(times, move.start)) for move in own]
     free = False
-    for move, now, until in zip(own, begins, [*begins[1:], len(times)], strict=True):
+    for move, now, until in zip(own, begins, [*begins, len(times)][1:], strict=True):
         now, until = min(now, len(times) - 1), max(now, until)
         last = min(int(np.searchsorted(times, move.stop)), len(times) - 1)
         some = slice(now, until)

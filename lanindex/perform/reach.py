@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import LOW, MID, PLACE
+from lanindex.model.bends import DEGREE, degree_of
 
 Floats = NDArray[np.float64]
 Cell = tuple[int, int]
@@ -162,3 +163,46 @@ def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> It
         yield Reach(slice(begin, end), now, cell, share)
         now, done = cell, int(end)
     yield Reach(slice(done, len(times)), now, now, np.zeros(len(times) - done))
+
+
+def bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:
+    """Return how much of its length a limb of two equal bones reaches that bends as told.
+
+    Parameters
+    ----------
+    rows : ndarray
+        (S,) of `model.SYMBOL`, of the bends of an arm or a leg.
+    times : ndarray
+        (T,) seconds of the frames.
+    rate : Fraction
+        Frames a second of `rows`.
+
+    Returns
+    -------
+    ndarray
+        (T,) 1 straight, 0 folded.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> import numpy as np
+    >>> import lanindex
+    >>> from lanindex.perform.reach import bent
+    >>> score = lanindex.read_lnd('''
+    ... #unit1
+    ... bend r_arm_bend bend3 0 1
+    ... ''')
+    >>> rows = score.tracks["r_arm_bend"].symbols
+    >>> bent(rows, np.array([0.0, 0.5, 1.0]), Fraction(8)).round(3)
+    array([1.   , 0.924, 0.707])
+    """
+    angle, now = np.zeros(len(times)), 0.0
+    for row in rows[~rows["passing"]]:
+        start, stop = float(row["start"] / rate), float(row["stop"] / rate)
+        begin = int(np.searchsorted(times, start - 1e-9))
+        then = np.radians(DEGREE * degree_of(int(row["amount"])))
+        share = np.clip((times[begin:] - start) / max(stop - start, 1e-9), stop <= start, 1)
+        angle[begin:] = now + (then - now) * minimum_jerk(share)
+        now = then
+    reach: Floats = np.cos(angle / 2)
+    return reach

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import HIGH, LOW, PARTS, PLACE
+from lanindex.alphabet import BENDS, HIGH, LOW, PARTS, PLACE
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Motion, Score, Source
 from lanindex.perform.figure import Body, Limb, standard
 from lanindex.perform.going import WEIGHT, Going, going
-from lanindex.perform.reach import FOLDED, UP, Cell, Reach, direction, great_circle, reaches
+from lanindex.perform.reach import FOLDED, UP, Cell, Reach, bent, direction, great_circle, reaches
 
 Floats = NDArray[np.float64]
 
-CARRIED = (*WEIGHT, "step", "body_travel")
+CARRIED = (*WEIGHT, "step", "body_travel", *BENDS.values())
 """Tracks of the whole body: what others of them tell is not carried out twice."""
 
 REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
@@ -26,6 +26,9 @@ REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
 
 TURNING = 0.19
 """A limb folds straight towards its beginning; nearer than this, in place, its end turns."""
+
+IN_PLACE = 0.3
+"""How much of its length a limb reaches at most that is in place and bent as told."""
 
 FASTEST = 10_000
 """Frames a second, at most."""
@@ -141,12 +144,15 @@ def _pointed(score: Score, part: str, times: Floats) -> Floats:
 def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, Floats]:
     """Return where the upper and the lower bone of a limb point, (T, 3) each.
 
-    Both point the limb's way unless it comes from or goes to place mid.
+    Both point the limb's way unless it comes from or goes to place mid, or is bent.
     """
     way, reach_of = np.empty((len(times), 3)), np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
     for reach in reaches(_shown(score, part), times, score.rate, _rest(part)):
         way[reach.frames], reach_of[reach.frames] = _ways(reach, limb, mirror)
+    if BENDS[part] in score.tracks:
+        asked = bent(score.tracks[BENDS[part]].symbols, times, score.rate)
+        reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), asked)
     bend = limb.bend * mirror
     aside = bend - (way @ bend)[:, None] * way
     size = np.linalg.norm(aside, axis=1, keepdims=True)

@@ -276,4 +276,4 @@ def _said(symbol: dict[str, Any]) -> str:
     if (amount := symbol.get("amount")) is not None:
         words.append(KINDS[kind_of(symbol["part"])].amount(amount))
     frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
-    return " ".join([*(str(word) for word in words if word is not None), frames])
+    return " ".join([*(str(word) for word in words if word), frames])

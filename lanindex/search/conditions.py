@@ -157,5 +157,11 @@ def _about(symbol: Symbol) -> int:
 
 
 def about(part: str, amount: Amount) -> Amount:
-    """Return amounts as closely as mirror images agree in them: of a turn to the nearest eighth."""
-    return amount if KINDS[kind_of(part)].amounts else (amount + _EIGHTH // 2) // _EIGHTH
+    """Return amounts as closely as mirror images agree in them: of a turn to the nearest eighth.
+
+    How far a limb is bent that points somewhere does not count.
+    """
+    kind = KINDS[kind_of(part)]
+    if "amount" not in kind.fields:
+        return amount * 0
+    return amount if kind.amounts else (amount + _EIGHTH // 2) // _EIGHTH

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from lanindex.alphabet import KINDS, LEVEL_CODES, MEASURES, kind_of
 from lanindex.model import Capture, Hit, Span, Symbol
+from lanindex.model.bends import degree_of
 from lanindex.model.measures import GRADES
 from lanindex.search.language.clauses import CLIP, MATCH, Reference, references_in
 from lanindex.search.language.query import Query, steps_of
@@ -75,6 +76,8 @@ def _told(symbol: Symbol, field: str) -> Value:
         kind = KINDS[kind_of(symbol.part)]
         if field not in kind.words or symbol.amount is None:
             return None
+        if field == "bend":
+            return Fraction(degree_of(symbol.amount))
         return kind.amount(symbol.amount) if kind.amounts else Fraction(symbol.amount)
     said = getattr(symbol, field)
     return Fraction(round(said * 1000), 1000) if isinstance(said, float | int) else said

@@ -95,12 +95,12 @@ class TestSearch:
 
     def test_a_stranger_may_be_a_label(self, run, place: Path) -> None:
         with open_library("lanindex.db") as library:
-            library.label(1, "squat deep")
-        done = run("search", "squat")
+            library.label(1, "sit deep")
+        done = run("search", "sit")
         assert done.exit_code == 2
-        assert 'no word "squat" in the dictionary of movement: nothing tells yet how' in done.stderr
-        assert "try: thighs forward/side_forward mid" in done.stderr
-        assert 'lanindex list --where "label=squat deep"' in done.stderr
+        assert 'no word "sit" in the dictionary of movement: nothing tells yet what' in done.stderr
+        assert "try: thighs at forward/side_forward mid" in done.stderr
+        assert 'lanindex list --where "label=sit deep"' in done.stderr
 
     @pytest.mark.parametrize("asked", ["walk with raise", "raise with head"])
     def test_a_word_in_a_pattern_is_told_how_it_is_written(self, run, asked: str) -> None:

@@ -12,10 +12,10 @@ from lanindex.library.migrate import check, status, upgrade
 from lanindex.library.segments import TEXTS, read_spine
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.columns import EXTRA, columns_of, roster_of
+from lanindex.model.columns import EXTRA, columns_of, has_amount, roster_of
 
 PARTS = ("r_arm", "l_arm", "head", "body_turn", "tail")
-"""The last is nobody's; a turn has an amount."""
+"""The last is nobody's; a turn and an arm have amounts."""
 
 
 def assert_same(one, other, names):
@@ -37,9 +37,9 @@ def assert_true(library, parts=PARTS, numbers=None):
     for part in parts:
         wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
         names = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
-        names += ("amount",) * (part == "body_turn")
+        names += ("amount",) * has_amount(part)
         assert_same(columns[part], wanted, names)
-        assert (columns[part].amount is None) == (part != "body_turn")
+        assert (columns[part].amount is None) == (part in ("head", "tail"))
     _, columns = library.columns(parts, numbers, more=EXTRA)
     for part in parts:
         wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
@@ -70,6 +70,8 @@ def odd_score(seed: int) -> Score:
         symbols["margin"] = (choice.integers(0, 1001, len(symbols)) / 1000).astype(np.float32)
         symbols["swings"] = choice.integers(0, 3, len(symbols)) ** 9
         symbols["runner_level"] = choice.integers(-1, 3, len(symbols))
+        if has_amount(str(part)):
+            symbols["amount"] = choice.integers(0, 7, len(symbols))
         if part == "body_turn":
             symbols["level"], symbols["amount"] = -1, choice.integers(0, 32767, len(symbols))
         spans = ((Span(0, score.frames),), (), (Span(0, 5), Span(9, score.frames)))

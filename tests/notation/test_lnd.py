@@ -27,7 +27,7 @@ direction r_arm right high 1.5 2.5
 """
 
 
-WHOLE = ("r_arm", "torso", "tail", *(part for part in BODY if part != "step"))
+WHOLE = ("r_arm", "torso", "tail", "r_arm_bend", *(part for part in BODY if part != "step"))
 """Parts whose tracks LND writes."""
 
 BODY_LINES = """\

@@ -135,7 +135,7 @@ def test_a_library_is_asked_for_what_the_body_does(library) -> None:
 
 def test_a_fuzzy_search_has_no_edits_of_amounts(library) -> None:
     assert len(library.search("turn left -> right", fuzzy="1")) == 3
-    with pytest.raises(UsageError, match="in the feet of a jump, the degrees of a turn, and"):
+    with pytest.raises(UsageError, match="in the feet of a jump, degrees of turns and bends, how"):
         library.search("turn left 90deg -> right", fuzzy="1")
 
 

@@ -13,7 +13,7 @@ FOUND = [case for case in CASES if not case.error]
 
 
 def test_all_cases_are_there():
-    assert (len(FOUND), len(ERRORS)) == (444, 48)
+    assert (len(FOUND), len(ERRORS)) == (502, 61)
 
 
 @pytest.mark.parametrize("case", FOUND, ids=str)

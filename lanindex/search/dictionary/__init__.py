@@ -155,8 +155,8 @@ def absent(name: str) -> str:
     Examples
     --------
     >>> from lanindex.search.dictionary import absent
-    >>> absent("squatting")
-    'nothing tells yet how high the body is; try: thighs forward/side_forward mid/high'
+    >>> absent("sitting")
+    'nothing tells yet what carries the body; try: thighs at forward/side_forward mid 1s+'
     """
     with resources.as_file(resources.files(__name__).joinpath("absent.toml")) as path:
         words = read_toml(path)

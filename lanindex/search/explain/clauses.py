@@ -28,7 +28,10 @@ _COMPARED = {
     ">": "is more than",
     ">=": "is at least",
 }
-_FIELDS = {"swings": "number of swings", "degrees": "angle", "feet": "kind of jump"}
+_FIELDS = {
+    **{"swings": "number of swings", "degrees": "angle"},
+    **{"feet": "kind of jump", "bend": "degree of bending"},
+}
 _FIELDS |= {"speed": "highest speed (in its lengths a second)", "size": "size (in degrees)"}
 _OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from lanindex.alphabet import is_limb, kind_of
 from lanindex.model.measures import GRADES
 from lanindex.search.explain.clauses import endings, time
@@ -20,7 +22,7 @@ from lanindex.search.language.query import (
     Step,
     Word,
 )
-from lanindex.search.language.times import Length, degrees
+from lanindex.search.language.times import Length, degrees, sixths
 from lanindex.search.language.words import Mover
 
 _VALUES = {
@@ -195,7 +197,7 @@ def who(mover: Mover) -> str:
     """Return a part or pair as a person would name it."""
     if doing := _DOINGS.get(kind_of(mover.members[0])):
         return doing[0]
-    name = mover.name.replace("_", " ")
+    name = mover.name.replace("_bend", "", 1).replace("_", " ")
     if mover.form == "one":
         side = {"r": "right ", "l": "left "}.get(mover.name[:1], "") if mover.sided else ""
         return f"the {side}{name[2:] if side else name}"
@@ -207,10 +209,26 @@ def _step(step: Step) -> str:
     verb, place = _MANNERS[step.manner][many]
     if step.manner in ("move", "via") and (doing := _DOINGS.get(kind_of(step.mover.members[0]))):
         verb, place = verb.replace("goes", "moves").replace("moves", doing[1]), ""
-    said = f"{verb} {_where(step) or place}"
+    if kind_of(step.mover.members[0]) == "bend" and step.manner in ("move", "via"):
+        bends = _bends(step) if many else re.sub("(bend|stretch)", _third, _bends(step))
+        verb, place = re.sub("goes|go|moves?", bends, verb), ""
+    where = _where(step)
+    if place and step.manner in ("move", "via") and {it.kind for it in step.words} == {"bend"}:
+        where = f"{place}, {where}"
+    said = f"{verb} {where or place}"
     if many or not step.mover.sided:
         said = said.replace("its own side", "their own sides" if many else "either side")
-    return f"{who(step.mover)} {said}".rstrip() if step.named else said.rstrip()
+    return f"{who(step.mover)} {said}".rstrip(" ,") if step.named else said.rstrip(" ,")
+
+
+def _bends(step: Step) -> str:
+    """Return what an elbow or a knee does, of many."""
+    told = {it.split()[0] for word in step.words if not word.negated for it in word.values}
+    return told.pop() if len(told) == 1 and told <= {"bend", "stretch"} else "bend or stretch"
+
+
+def _third(verb: re.Match[str]) -> str:
+    return {"bend": "bends", "stretch": "stretches"}[verb[1]]
 
 
 def _where(step: Step) -> str:
@@ -230,11 +248,22 @@ def _where(step: Step) -> str:
 
 
 def _word(word: Word, curves: str = "") -> str:
-    angles = word.kind == "degrees"
-    joined = " or ".join(
-        curves + _angle(it) if angles else _VALUES.get(it, it) for it in word.values
-    )
+    how = {"degrees": lambda it: curves + _angle(it), "bend": _degree}.get(word.kind, _value)
+    joined = " or ".join(filter(None, map(how, word.values)))
+    if word.negated and word.values[0].split()[0] in ("bend", "stretch"):
+        joined = " or ".join(f"{it.split()[0]}ing {_degree(it)}".rstrip() for it in word.values)
     return f"not {joined}" if word.negated else joined
+
+
+def _degree(value: str) -> str:
+    """Return how far a limb bends, stretches or is bent as a person says it."""
+    how, _, said = value.partition(" ")
+    if not said:
+        return "" if how in ("bend", "stretch") else how
+    least, most = sixths(said)
+    some = f"{least} to {most}" if most is not None and most > least else str(least)
+    degree = f"degree {some}" if most is not None else f"degree {least} or more"
+    return f"bent by {degree}" if how == "bent" else f"to {degree}"
 
 
 def _angle(value: str) -> str:
@@ -243,3 +272,7 @@ def _angle(value: str) -> str:
     if most is None:
         return f"by {least} degrees or more"
     return f"by {least} to {most} degrees" if least else f"by {most} degrees or less"
+
+
+def _value(value: str) -> str:
+    return _VALUES.get(value, value)

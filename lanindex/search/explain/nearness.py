@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, PLACE, kind_of
+from lanindex.alphabet import DIRECTION_CODES, FEET, LEVEL_CODES, PLACE
 from lanindex.model import Symbol
 from lanindex.model.measures import GRADES, graded, stored
 from lanindex.search.language.query import Step, meaning
-from lanindex.search.language.words import AMOUNTS, DEGREES, WORD_KINDS
+from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 
 _RUNNER_UP = 0.5
 """How far what nearly fits is, of which another cell's width is 1."""
@@ -57,8 +57,9 @@ def _apart(cell: tuple[str | None, str | None], part: str, step: Step) -> float:
 def _amount_apart(symbol: Symbol, step: Step) -> float:
     """Return how many words of a step are not true of a symbol's amount."""
     said = {word.kind for word in step.words}.intersection(AMOUNTS)
-    amount = "" if symbol.amount is None else KINDS[kind_of(symbol.part)].amount(symbol.amount)
-    told = amount.removesuffix(DEGREES)
+    number, told = symbol.amount, ""
+    if number is not None:
+        told = FEET[number] if "feet" in said else str(number)
     return float(sum(told not in meaning(step.words, kind, symbol.part) for kind in said))
 
 

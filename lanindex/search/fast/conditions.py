@@ -13,6 +13,7 @@ import numpy as np
 
 from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, MEASURES, kind_of
 from lanindex.model import Capture, Span
+from lanindex.model.bends import degree_of
 from lanindex.model.columns import CELL, THOUSANDTHS
 from lanindex.model.symbol import FIELDS
 from lanindex.search.conditions import names_in, number_of
@@ -239,8 +240,11 @@ class Clauses:
                 told[told >= 0] *= THOUSANDTHS // FIELDS[field].scale
             elif field in AMOUNTS:
                 told = rows.amount.astype(np.int64)
-                told *= THOUSANDTHS if field == "degrees" else 1
-                told[(told < 0) | (field not in KINDS[kind_of(part)].words)] = -1
+                none = told < 0
+                if field == "bend":
+                    told = degree_of(told)
+                told *= THOUSANDTHS if field != "feet" else 1
+                told[none | (field not in KINDS[kind_of(part)].words)] = -1
             else:
                 told = {
                     "direction": (cell & 15) - 1,

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.alphabet import mirrored_part
-from lanindex.model.columns import CELL, has_amount
+from lanindex.alphabet import KINDS, kind_of, mirrored_part
+from lanindex.model.columns import CELL
 from lanindex.search.automaton import Program, State
 from lanindex.search.fast.answers import Answers, table
 from lanindex.search.fast.asked import MIRRORED_CELLS, Asked
@@ -45,7 +45,7 @@ def repeats(asked: Asked, program: Program) -> Repeats | None:
         or not all(map(_is_repeat, lines))
         or (companion.relation, companion.within) != ("with", None)
         or first.members == second.members
-        or any(map(has_amount, (*first.members, *second.members)))
+        or any("amount" in KINDS[kind_of(it)].fields for it in (*first.members, *second.members))
         or {condition.first, condition.second}
         not in ({one, other} for one in first.labels for other in second.labels)
     ):

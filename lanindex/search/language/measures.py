@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from lanindex.alphabet import SIXTHS
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.lexer import Token
 from lanindex.search.language.mistakes import COUNT
@@ -79,6 +80,34 @@ def is_angle(cursor: Cursor) -> bool:
 def angle_at(cursor: Cursor) -> str:
     """Read an angle, if one stands here: ``<90deg``, ``45deg..90deg``, ``360deg+``, ``90deg``."""
     return str(length_at(cursor, (DEGREES,))) if is_angle(cursor) else ""
+
+
+def sixths_at(cursor: Cursor) -> str:
+    """Read a degree of bending, if one stands here: ``3``, ``3+``, ``2..4``, ``<3``."""
+    number, unit = _number_and_unit(cursor)
+    if not number or unit in (*UNITS, DEGREES):
+        return ""
+    begin = cursor.token
+    compare = cursor.take("compare")
+    first, last = _sixth_at(cursor), ""
+    if not compare and cursor.take("mark", "+"):
+        last = "+"
+    elif not compare and cursor.take("range"):
+        most = _sixth_at(cursor)
+        if most < first:
+            raise cursor.error(f"From more to less: write {most}..{first}", begin, cursor.before)
+        last = f"..{most}"
+    return f"{compare.text if compare else ''}{first}{last}"
+
+
+def _sixth_at(cursor: Cursor) -> str:
+    token = cursor.advance()
+    if not (token.kind == "number" and token.text.isdecimal() and int(token.text) <= SIXTHS):
+        raise cursor.error(
+            f"A limb is bent by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+",
+            token,
+        )
+    return str(int(token.text))
 
 
 def bare_at(cursor: Cursor) -> str:

@@ -30,6 +30,9 @@ _HIGH = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/
 _HIGH["thigh"] = _HIGH["leg"]
 """By limb, where it is when it is up; of the others nobody can tell."""
 
+_BENT = {"upper_arm": "arm", "thigh": "leg", "arm": "arm", "leg": "leg"}
+"""What bends, by what is said to: ``thigh`` stands for the knee, too."""
+
 _TILT = "  (a tilt: the head's turns are not written down)"
 
 
@@ -181,8 +184,11 @@ def _clauses(meanings: Iterator[Meaning]) -> Iterator[_Clause]:
 def _said(clauses: list[_Clause]) -> Reading:
     """Return what the clauses say together."""
     clauses = _joined(clauses)
-    if not clauses[0].limb and clauses[0].verbs == ["lean"]:
+    if not clauses[0].limb and clauses[0].verbs in (["lean"], ["bend"]):
         clauses[0].limb = "torso"
+    for clause in clauses:
+        if clause.verbs == ["bend"] and not clause.values and clause.group in _BENT:
+            clause.limb = clause.limb.replace(clause.group, _BENT[clause.group])
     links = {clause.link for clause in clauses[1:]}
     if not clauses[0].limb or (len(links) > 1 and links != {"->", "..."}):
         raise UnclearError
@@ -255,7 +261,7 @@ def _words(clause: _Clause) -> list[str]:
     return [kinds[kind] for kind in _ORDER if kind in kinds]
 
 
-_ORDER = ("change", "direction", "level", *GRADES)
+_ORDER = ("bend", "change", "direction", "level", *GRADES)
 """In which words are written, by kind; others are said of no limb."""
 
 
@@ -283,6 +289,13 @@ def _lean(clause: _Clause, kinds: dict[str, str]) -> None:
         raise UnclearError
 
 
+def _bend(clause: _Clause, kinds: dict[str, str]) -> None:
+    if clause.group in _BENT.values() and not kinds:
+        kinds["bend"] = "bend"
+    else:
+        _lean(clause, kinds)
+
+
 def _turn(clause: _Clause, kinds: dict[str, str]) -> None:
     if clause.group != "head" or kinds.get("direction") not in ("right", "left"):
         raise UnclearError
@@ -303,6 +316,7 @@ _VERBS = {
     "raise": _raise,
     "lower": _lower,
     "lean": _lean,
+    "bend": _bend,
     "turn": _turn,
     "kick": _kick,
     "put": _put,

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from lanindex.search.language.bending import written
 from lanindex.search.language.clauses import Condition, Stage
 from lanindex.search.language.times import Length, decimal
 from lanindex.search.language.words import ABSENT, WORD_KINDS, Mover, mirrored_value, values_of
@@ -144,7 +145,8 @@ class Step:
 
     def __str__(self) -> str:
         """Return it as written."""
-        said = [self.mover.name] if self.named else []
+        told = next((word.values[0] for word in self.words if word.kind == "bend"), "")
+        said = [written(self.mover.name, self.manner, told)] if self.named else []
         said += [] if self.manner == "move" else [self.manner]
         return " ".join([*said, *map(str, self.words)])
 

@@ -137,7 +137,7 @@ def _symbol_at(cursor: Cursor) -> _Pasted:
     start, stop = map(Fraction, times)
     if stop < start:
         raise cursor.error(f"An end at {times[1]} lies before the start.", begin, cursor.before)
-    told = [word.values[0].removesuffix(DEGREES) for word in words]
+    told = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
     said = " ".join([begin.text, part.name, *told, *times])
     return _Pasted(said, begin, cursor.before, "", part, Symbol(words, start, stop))
 

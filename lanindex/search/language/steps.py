@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from lanindex.alphabet import DIRECTIONS, KINDS, Kind, kind_of
+from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, kind_of
 from lanindex.errors import PatternError
+from lanindex.search.language.bending import MOVES
 from lanindex.search.language.cursor import Cursor
-from lanindex.search.language.measures import angle_at, bare_at, is_angle
+from lanindex.search.language.measures import angle_at, bare_at, is_angle, sixths_at
 from lanindex.search.language.mistakes import is_strange, nothing, stranger
 from lanindex.search.language.query import Step, Word, meaning
 from lanindex.search.language.words import (
@@ -18,6 +19,8 @@ from lanindex.search.language.words import (
     Mover,
     values_of,
 )
+
+_BENDING = frozenset((*BENDS, *BENDS.values()))
 
 MANNERS = ("at", "via", "hold")
 """Words that say how a part is or moves there."""
@@ -35,6 +38,10 @@ _NO_PART = {
     "start": "Name the part here: start -> r_arm high",
     "or": 'Name the part here; "/" is either-or between words: high/low.',
 }
+
+
+_DOERS = {"feet": "jump", "bend": "r_arm"}
+"""By kind of words, who may be forgotten."""
 
 
 def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:
@@ -63,6 +70,8 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
         mover = _carried(cursor, carried, after)
     else:
         raise nothing(cursor, after)
+    bends = _bends(cursor, mover)
+    mover = bends or mover
     token = cursor.take("word", *MANNERS)
     manner = token.text if token else "move"
     words = _words(cursor, mover, manner)
@@ -70,7 +79,25 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
         raise cursor.error(_WHERE[manner], cursor.before)
     if mirror:
         words = tuple(word.mirrored() for word in words)
-    return Step(mover, written is not None, manner, words)
+    return Step(mover, bool(written or bends), manner, words)
+
+
+def _bends(cursor: Cursor, mover: Mover) -> Mover | None:
+    """Return whose elbow or knee is spoken of: ``r_arm bend``, ``r_arm at bent``; or None."""
+    if any(part not in BENDS for part in mover.members):
+        return None
+    manner = cursor.token.text if cursor.stands("word", *MANNERS) else ""
+    ahead = int(bool(manner))
+    ahead += cursor.ahead(ahead).text == "not"
+    kind, value = VALUES.get(cursor.ahead(ahead).text, ("", ""))
+    still = manner in _STILL
+    if kind != "bend" or not (still or value.split()[0] in MOVES) or cursor.ahead(1).text == ":":
+        return None
+    found = cursor.vocabulary.bending(mover)
+    if found is None:
+        told = cursor.vocabulary.stranger(BENDS[mover.members[0]], True)
+        raise cursor.error(told, cursor.ahead(ahead))
+    return found
 
 
 def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
@@ -81,14 +108,10 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
         raise cursor.error(
             f"The alternatives before end with different parts ({names}). Name the part here."
         )
-    if _starts_jump(cursor):
-        raise cursor.error(f"Name the part first: jump {cursor.token.text}")
+    if part := _DOERS.get(VALUES.get(cursor.token.text, ("", ""))[0]):
+        raise cursor.error(f"Name the part first: {part} {cursor.token.text}")
     carries_nothing = f'Name the part here: nothing carries over "{after}".'
     raise cursor.error(_NO_PART.get(after, carries_nothing))
-
-
-def _starts_jump(cursor: Cursor) -> bool:
-    return VALUES.get(cursor.token.text, ("", ""))[0] == "feet"
 
 
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
@@ -123,7 +146,11 @@ def _says(cursor: Cursor) -> bool:
 def _value(cursor: Cursor) -> tuple[str, str]:
     """Read a word that says something, or an angle: of which kind it is, and its own spelling."""
     angle = angle_at(cursor)
-    return ("degrees", angle) if angle else VALUES[cursor.advance().text]
+    if angle:
+        return "degrees", angle
+    kind, value = VALUES[cursor.advance().text]
+    degree = sixths_at(cursor) if kind == "bend" and value in ("bend", "stretch", "bent") else ""
+    return kind, f"{value} {degree}".rstrip()
 
 
 def _word(cursor: Cursor, negated: bool) -> Word:
@@ -158,13 +185,21 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     """Return what is wrong with the last word, or None."""
     word, noun = words[-1], WORD_KINDS[words[-1].kind].noun
     kind = _kind(mover)
+    moves = word.kind == "bend" and word.values[0].split()[0] in MOVES
     if word.kind not in kind.words and word.values != (ANY,):
         return f'"{word}" cannot be said of {mover.name}: a {kind.name} has no {noun}.'
+    if word.kind == "bend" and any(it not in _BENDING for it in mover.members):
+        return f'"{word}" cannot be said of {mover.name}: only arms and legs bend and stretch.'
+    if moves and kind.name == "gesture":
+        bent = str(word).replace("bend", "bent").replace("stretch", "bent")
+        return f'"{word}" is a movement of its own; that of {mover.name} may end {bent}.'
     before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
     if before and not word.negated:
         return _twice(before[0], word)
     if manner in _STILL and word.kind in MOVING:
         return f'{_STILL[manner]}: say a direction or a level, not "{word.values[0]}".'
+    if manner in _STILL and moves:
+        return f'{_STILL[manner]}: say bent, bent 3+ or straight, not "{word}".'
     sideless = RELATIVE if kind.name == "gesture" else ACROSS
     if not mover.sided and any(value in sideless for value in word.values):
         return f"The {mover.name} has no side of its own: say right or left."

@@ -35,6 +35,7 @@ _SORTS = {
     "swings": "number",
     "margin": "number",
     "degrees": "number",
+    "bend": "number",
     "feet": "feet",
     **dict.fromkeys(MEASURES, "number"),
 }

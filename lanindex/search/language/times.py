@@ -92,14 +92,31 @@ def degrees(said: str) -> tuple[int, int | None]:
     >>> degrees("90deg"), degrees(">180deg"), degrees("45deg..90deg")
     ((68, 112), (181, None), (45, 90))
     """
-    match = _ANGLE.fullmatch(said)
+    return _range(said, _ABOUT_DEGREES)
+
+
+def sixths(said: str) -> tuple[int, int | None]:
+    """Return the least and the most degree of bending that is meant, None: no limit.
+
+    Examples
+    --------
+    >>> from lanindex.search.language.times import sixths
+    >>> sixths("3"), sixths("3+"), sixths("2..4"), sixths("<2")
+    ((3, 3), (3, None), (2, 4), (0, 1))
+    """
+    return _range(said, Fraction(0))
+
+
+_NUMBER = r"(\d+(?:\.\d+)?)(?:deg)?"
+_RANGE = re.compile(rf"([<>]=?)?{_NUMBER}(\+|\.\.)?(?:{_NUMBER})?")
+
+
+def _range(said: str, off: Fraction) -> tuple[int, int | None]:
+    match = _RANGE.fullmatch(said)
     assert match, said
     compare, number, form, last = match.groups()
     wanted = Fraction(number)
-    return _whole(compare or form or "~", wanted, Fraction(last or number), _ABOUT_DEGREES)
-
-
-_ANGLE = re.compile(r"([<>]=?)?([\d.]+)deg(\+|\.\.)?(?:([\d.]+)deg)?")
+    return _whole(compare or form or "~", wanted, Fraction(last or number), off)
 
 
 def _whole(form: str, wanted: Fraction, last: Fraction, off: Fraction) -> tuple[int, int | None]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from lanindex.alphabet import (
+    BENDS,
     DIRECTION_CODES,
     DIRECTIONS,
     FEET,
@@ -23,6 +24,7 @@ from lanindex.alphabet import (
     mirrored_part,
 )
 from lanindex.model.measures import ABOVE, BELOW, GRADES, USUAL
+from lanindex.search.language import bending
 from lanindex.search.language.meant import LIMBS, MEANT
 from lanindex.search.language.times import degrees
 
@@ -70,6 +72,7 @@ VALUES: dict[str, tuple[str, str]] = {
     "circling": ("degrees", ">=45deg"),
     **{name: ("pace", name) for name in PACES},
     **{name: ("extent", name) for name in EXTENTS},
+    **{word: ("bend", name) for word, name in bending.WORDS.items()},
     **{spelling: ("direction", name) for spelling, name in _OTHER_DIRECTIONS.items()},
     **{spelling: ("level", name) for spelling, name in _OTHER_LEVELS.items()},
 }
@@ -131,6 +134,7 @@ WORD_KINDS = {
     "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
     "feet": WordKind("kind of jump", "amount", {name: code for code, name in enumerate(FEET)}),
     "degrees": WordKind("angle", "amount", Numbers(MOST_AMOUNT)),
+    "bend": WordKind("degree of bending", "amount", Numbers(bending.MOST)),
     **{
         kind: WordKind(noun, "", {below: BELOW, "usual": USUAL, above: ABOVE})
         for kind, noun, (below, above) in (("pace", "speed", PACES), ("extent", "size", EXTENTS))
@@ -138,7 +142,7 @@ WORD_KINDS = {
 }
 """Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
 
-AMOUNTS = ("feet", "degrees")
+AMOUNTS = ("feet", "degrees", "bend")
 """The kinds of words that speak of a symbol's amount: no two can be said of one track."""
 
 MOVING = ("change", *GRADES)
@@ -147,7 +151,7 @@ MOVING = ("change", *GRADES)
 BESIDE_CELLS = (*AMOUNTS, *GRADES)
 """The kinds of words that speak of what no cell tells."""
 
-NAMES_TOO = ("feet", *GRADES)
+NAMES_TOO = ("feet", "bend", *GRADES)
 """The kinds of words that may also be names: a colon or an @ tells which is meant."""
 
 DEGREES = "deg"
@@ -196,6 +200,8 @@ def values_of(kind: str, value: str, part: str) -> frozenset[str]:
         return frozenset((*WORD_KINDS[kind].codes, ABSENT))
     if kind == "degrees":
         return _angles(value)
+    if kind == "bend":
+        return bending.amounts(value)
     absolute = RELATIVE.get(value, value)
     there = {"r_": {absolute}, "l_": {mirrored_value(kind, absolute)}}
     either = {absolute, mirrored_value(kind, absolute)}
@@ -290,6 +296,12 @@ class Vocabulary:
     def mover(self, word: str) -> Mover | None:
         """Return who a word names, or None."""
         return self.movers.get(word)
+
+    def bending(self, mover: Mover) -> Mover | None:
+        """Return whose elbow or knee bends when a limb does; None where that is not known."""
+        members = tuple(BENDS.get(part, "") for part in mover.members)
+        those = (mover.form, members)
+        return next((it for it in self.movers.values() if (it.form, it.members) == those), None)
 
     def spelt_apart(self, first: str, second: str) -> Mover | None:
         """Return whom two words name together: ``right arm``, ``both arms``; or None."""

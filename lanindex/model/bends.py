@@ -1,0 +1,94 @@
+"""How far arms and legs are bent: the amounts of a bend, and the field of a gesture."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import BENDS, SIXTHS
+from lanindex.model.score import Track
+from lanindex.model.steps import with_steps
+
+Amount = TypeVar("Amount", int, NDArray[Any])
+
+DEGREE = 180 / SIXTHS
+"""Degrees of angle of one degree: a sixth of what would lay the lower bone upon the upper one."""
+
+STRETCHES = SIXTHS + 1
+"""The amount of stretching until straight: smaller ones are bends."""
+
+
+def bending(degree: int) -> int:
+    """Return the amount of bending to a degree, or of being bent by it."""
+    return degree
+
+
+def stretching(degree: int) -> int:
+    """Return the amount of stretching to a degree."""
+    return STRETCHES + degree
+
+
+def degree_of(amount: Amount) -> Amount:
+    """Return the degree that is arrived at.
+
+    Examples
+    --------
+    >>> from lanindex.model.bends import bending, degree_of, stretching
+    >>> degree_of(bending(3)), degree_of(stretching(1))
+    (3, 1)
+    """
+    return amount % STRETCHES
+
+
+def with_bends(tracks: dict[str, Track]) -> dict[str, Track]:
+    """Return tracks in which the gestures of arms and legs tell how far these are bent.
+
+    Parameters
+    ----------
+    tracks : dict of str to Track
+        Of a score. Limbs whose bends are not known tell nothing.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> score = lanindex.read_lnd('''
+    ... #unit0
+    ... direction r_arm place low 0 0
+    ... bend r_arm_bend bend0 0 0
+    ... #unit1
+    ... direction r_arm forward mid 0 2
+    ... bend r_arm_bend bend3 0 1
+    ... ''')
+    >>> [symbol.amount for symbol in score.symbols("r_arm")]
+    [0, 3]
+    """
+    told = {limb: _told(tracks[limb], tracks.get(part)) for limb, part in BENDS.items()
+            if limb in tracks}  # fmt: skip
+    return {**tracks, **told}
+
+
+def _told(limb: Track, bend: Track | None) -> Track:
+    """Return a limb's track; a degree is in force from the middle of the bend that leads to it.
+
+    Where the bends are not known, nothing is in force.
+    """
+    rows = limb.symbols.copy()
+    rows["amount"] = -1
+    if bend is not None and len(bend):
+        own = bend.symbols
+        halves = own["start"].astype(np.int64) + own["stop"]
+        last = np.searchsorted(halves, 2 * rows["stop"].astype(np.int64), "right") - 1
+        seen = np.array([one.start for one in bend.known])
+        ends = np.array([one.stop for one in bend.known])
+        stretch = np.searchsorted(seen, rows["stop"], "right") - 1
+        inside = (last >= 0) & (stretch >= 0) & (rows["stop"] <= ends[stretch])
+        inside &= own["start"][last] >= seen[stretch]
+        rows["amount"][inside] = degree_of(own["amount"][last[inside]])
+    return Track(limb.part, rows, limb.known)
+
+
+def worked_out(tracks: dict[str, Track]) -> dict[str, Track]:
+    """Return tracks with all that follows from others: the steps, and how bent limbs are."""
+    return with_bends(with_steps(tracks))
