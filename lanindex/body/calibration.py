@@ -311,10 +311,11 @@ def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> 
     >>> first_frame([[(0, 0, 0)], [(500, 0, 0)], [(600, 0, 0)], [(601, 0, 0)]], Fraction(120))
     2
     """
-    steps = [max(map(math.dist, *pair), default=0.0) for pair in pairwise(wrists)]
+    few = wrists[: 2 + int(_FALL * rate)]
+    steps = [max(map(math.dist, *pair), default=0.0) for pair in pairwise(few)]
     if not (steps and steps[0] * float(rate) > _CALIBRATION_SPEED):
         return 0
-    most = min(len(steps), 1 + int(_FALL * rate))
+    most = len(steps)
     slow = _FALLING / float(rate)
     for frame in range(1, most):
         if not slow < steps[frame] < steps[frame - 1]:
