@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
-from lanindex.encode.arithmetic import blocks, runs
+from lanindex.encode.arithmetic import blocks, median, runs
 from lanindex.encode.limbs import body, lengths
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
@@ -260,7 +260,7 @@ def _above(feet: Feet, stands: list[list[tuple[int, int]]], least: float) -> NDA
     lower = heights[:, -1] <= heights[::-1, -1] + NEAR
     found = [
         (
-            *np.median(points[side, -1, start:stop, ::2], axis=0),
+            *(median(points[side, -1, start:stop, axis]) for axis in (0, 2)),
             fifth(heights[side, -1, start:stop]),
         )
         for side, those in enumerate(stands)
@@ -290,7 +290,7 @@ def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
     """Tell whether the lower of the feet stands at heights that no floor explains."""
     lower = np.minimum(*height)
     stands = [
-        float(np.median(lower[start:stop]))
+        median(lower[start:stop])
         for start, stop in runs(np.any(speed < STANDS, axis=0))
         if stop - start >= STANCE * rate
     ]
@@ -304,11 +304,20 @@ def _flights(
     found = []
     for start, stop in runs(~np.any(carries, axis=0)):
         if stop - start > round(FLICKER * rate):
-            seconds = np.arange(stop - start) / rate
             least = ONWARD if pace[start:stop].mean() > FARES else FALL
-            if -2 * np.polyfit(seconds, height[start:stop], 2)[0] >= least:
+            if -_bent(height[start:stop]) * rate**2 >= least:
                 found.append((start, stop))
     return found
+
+
+def _bent(values: Floats) -> float:
+    """Return the second derivative of the parabola nearest to values, a step apart."""
+    count = len(values)
+    if count < 3:
+        return 0.0
+    square = (np.arange(count) - (count - 1) / 2) ** 2
+    square -= square.mean()  # at right angles to what is level or a straight line
+    return 2 * float(values @ square / (square @ square))
 
 
 def held(begins: Flags, stays: Flags) -> Flags:

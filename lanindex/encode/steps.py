@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
-from lanindex.encode.arithmetic import runs
+from lanindex.encode.arithmetic import median, runs
 from lanindex.encode.ground import FLICKER, STIRS, Ground
 
 Floats = NDArray[np.float64]
@@ -81,7 +81,7 @@ def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float
     ground : Ground
         The body.
     turn : ndarray
-        (N,) radians, its heading, as `lanindex.encode.limbs.heading` returns it.
+        (N,) radians, its heading, as `lanindex.encode.heading.heading` returns it.
     start, stop : int
         Frames; the front is that of the last.
     """
@@ -191,7 +191,7 @@ def _level(ground: Ground, foot: int, frame: int) -> int:
     if usual is None:
         return MID
     ankle, toe = ground.feet.points[foot, :, some, 1][:, carried]
-    return HIGH if float(np.median(ankle - toe)) - usual > TOES else MID
+    return HIGH if median(ankle - toe) - usual > TOES else MID
 
 
 def _flight(ground: Ground, turn: Floats, start: int, stop: int, brief: int) -> Event:
