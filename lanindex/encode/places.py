@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body.made import GAP
+from lanindex.encode import compiled
 from lanindex.encode.arithmetic import Block, blocks, runs
-from lanindex.encode.limbs import body, smooth, window
+from lanindex.encode.limbs import body, window
 from lanindex.encode.profile import Profile
 from lanindex.encode.resample import Resampling
 from lanindex.model import Motion, Span
@@ -75,7 +76,7 @@ class Stretch:
             near = work.sources(some)
             first = self.known.start + near.start
             points = at(self.motion, self.names, slice(first, self.known.start + near.stop))
-            calm = smooth(work.values(points, some).transpose(1, 0, 2), width)
+            calm = compiled.chosen(0).calm(points, work, some, width)
             first = block.outer.start - wide.outer.start
             calm = calm[:, first : first + block.outer.stop - block.outer.start]
             yield block, dict(zip(self.names, calm, strict=True))

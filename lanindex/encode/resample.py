@@ -48,6 +48,27 @@ class Resampling:
             return slice(first, last + 1)
         return slice(max(min(first, self.count - 2) - 1, 0), min(last + 3, self.count))
 
+    def weights(self, frames: range) -> tuple[NDArray[np.int64], Floats]:
+        """Return what values are made of, beside that they are the points where there is nothing.
+
+        Returns
+        -------
+        index : ndarray
+            (N,) int64: which of the points of ``sources(frames)`` is the one before each frame.
+        weights : ndarray
+            (4, N) float64: of this point and the next, and of their slopes.
+        """
+        if self.step == 1 or self.count < 2:
+            return np.empty(0, np.int64), np.empty((4, 0))
+        numbers = np.arange(frames.start, frames.stop) * self.step.numerator
+        whole, rest = np.divmod(numbers, self.step.denominator)
+        index = np.minimum(whole - self.start, self.count - 2)
+        share = rest / self.step.denominator + (whole - self.start - index)
+        square, cube = share**2, share**3
+        bend = 3 * square - 2 * cube
+        weights = np.array((1 - bend, bend, cube - 2 * square + share, cube - square))
+        return index - self.sources(frames).start, weights
+
     def values(self, points: Floats, frames: range) -> Floats:
         """Return the values of some frames.
 
@@ -63,22 +84,15 @@ class Resampling:
         ndarray
             (N, ...) float64.
         """
-        if self.step == 1 or self.count < 2:
+        index, weights = self.weights(frames)
+        if not len(index):
             return points
-        numbers = np.arange(frames.start, frames.stop) * self.step.numerator
-        whole, rest = np.divmod(numbers, self.step.denominator)
-        index = np.minimum(whole - self.start, self.count - 2)
-        share = rest / self.step.denominator + (whole - self.start - index)
-        index -= self.sources(frames).start
         slope = np.gradient(points, axis=0).T
-        here, there = points.T.take(index, axis=-1), points.T.take(index + 1, axis=-1)
-        square, cube = share**2, share**3
-        bend = 3 * square - 2 * cube
         values: Floats = (
-            here * (1 - bend)
-            + there * bend
-            + slope.take(index, axis=-1) * (cube - 2 * square + share)
-            + slope.take(index + 1, axis=-1) * (cube - square)
+            points.T.take(index, axis=-1) * weights[0]
+            + points.T.take(index + 1, axis=-1) * weights[1]
+            + slope.take(index, axis=-1) * weights[2]
+            + slope.take(index + 1, axis=-1) * weights[3]
         )
         return values.T
 

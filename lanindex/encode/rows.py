@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import dist
 from operator import attrgetter
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encode.achieve import Run
+from lanindex.encode.arithmetic import dist
 from lanindex.encode.direction import Space, margins
 from lanindex.encode.segment import Segment
 from lanindex.model.symbol import blank
@@ -93,7 +93,7 @@ class Writer:
 
     def _stay(self, move: Segment) -> None:
         """Count a move that leaves the symbol in force as it is."""
-        if dist(self.curve[move.last], self.curve[move.first]) >= self.distance:
+        if self._way(move) >= self.distance:
             self.in_force.swings += 1
         touches = self.in_force.stop > 0 and move.begin <= self.in_force.stop
         if self.lengthen and touches and self._gain(move, self.in_force.cell) > 0:
@@ -105,17 +105,20 @@ class Writer:
         """Return where the first symbol begins: perhaps with moves before that had none."""
         begin = move.begin
         for before in reversed(self.idle if self.lengthen else []):
-            apart = dist(self.curve[before.last], self.curve[before.first])
-            if before.end + 1 < begin or self._gain(before, cell) < apart / 2:
+            if before.end + 1 < begin or self._gain(before, cell) < self._way(before) / 2:
                 break
             begin = before.begin
         return begin
 
+    def _way(self, move: Segment) -> float:
+        """Return how far apart a move's ends are, in mm."""
+        return dist(*self.curve[[move.first, move.last]].tolist())
+
     def _gain(self, move: Segment, cell: int) -> float:
         """Return by how many mm a move comes nearer to the middle of a cell."""
-        middle = self.around.reference(cell)
-        before, after = (dist(self.curve[frame], middle) for frame in (move.first, move.last))
-        return before - after
+        middle = self.around.reference(cell).tolist()
+        before, after = self.curve[[move.first, move.last]].tolist()
+        return dist(before, middle) - dist(after, middle)
 
 
 def tables(writers: Sequence[Writer], begin: int) -> list[NDArray[Any]]:

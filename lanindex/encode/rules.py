@@ -6,9 +6,14 @@ Source: ``encode/METHOD.md``, stage 5; Matsumoto and Hachimura (2001), 4.6.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lanindex.encode.achieve import Run
+from lanindex.encode.direction import CELLS
 from lanindex.notation.ldd import Rule
 
 
@@ -26,6 +31,27 @@ class Rules:
         for rule in rules:
             cells = tuple(direction * 3 + level for direction, level in rule.cells)
             self._by_opening.setdefault(cells[:2], []).append((cells, rule))
+
+    @cached_property
+    def table(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Which rules begin with each two cells, (27 · 27 + 1,) borders, and all of them, (R, 4).
+
+        Of a rule: how many cells, the third, those that are deleted as bits, and its line.
+        """
+        pairs = [divmod(number, CELLS) for number in range(CELLS * CELLS)]
+        those = [self._by_opening.get(pair, []) for pair in pairs]
+        rows = [
+            (
+                len(cells),
+                cells[-1],
+                sum(gone << place for place, gone in enumerate(rule.deleted)),
+                rule.line,
+            )
+            for some in those
+            for cells, rule in some
+        ]
+        borders = np.cumsum([0, *map(len, those)], dtype=np.int64)
+        return borders, np.array(rows, np.int64).reshape(-1, 4)
 
     def first_match(self, cells: Sequence[int]) -> tuple[int, Rule] | None:
         """Return where the first rule applies, and which; the ends are never deleted."""

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import dist
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import blocks, median, sizes
+from lanindex.encode.arithmetic import blocks, dist, median, sizes
 
 Floats = NDArray[np.float64]
+
+_SURELY = 1 - 1e-9  # so that what is rounded decides nothing
 
 LONG_HOLD = 6
 """Frames: the noise of a hold at least this long says when a move leaves it."""
@@ -178,7 +179,7 @@ def holds(
     last, before = first, origin
     for stop, point, further in marks:
         near = dist(point, origin) <= within
-        if near and dist(before, origin) + strays > limit:
+        if near and dist(before, origin) + strays > limit * _SURELY:
             near = sizes(curve[last:stop] - curve[first]).max() <= limit
         if not near:
             found.append(Hold(first, last))

@@ -33,7 +33,7 @@ def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written]
     motion : Motion
         The capture.
     turn : ndarray
-        (N,) radians, as from `lanindex.encode.limbs.heading`.
+        (N,) radians, as from `lanindex.encode.heading.heading`.
     profile : Profile
         Rate and smoothing.
 

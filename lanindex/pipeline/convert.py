@@ -101,7 +101,8 @@ def from_origin(motion: Motion) -> Motion:
 
     The turn is that of the hips in the first frame (``encode/METHOD.md``, stage 1).
     """
-    from lanindex.encode.limbs import body, heading
+    from lanindex.encode.heading import heading
+    from lanindex.encode.limbs import body
 
     joints = body(motion)
     middle = next(

@@ -12,8 +12,8 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 ALL = (
-    *("startup", "read_speed", "ingest_speed", "memory", "columns", "retrieval", "fuzzy", "laws"),
-    *("performers", "dictionary", "example", "search", "peers", "agreement"),
+    *("startup", "read_speed", "encode_speed", "ingest_speed", "memory", "columns", "retrieval"),
+    *("fuzzy", "laws", "performers", "dictionary", "example", "search", "peers", "agreement"),
 )
 
 

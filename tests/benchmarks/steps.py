@@ -18,7 +18,7 @@ from places import CAPTURES
 from lanindex import formats
 from lanindex.encode.arithmetic import runs
 from lanindex.encode.ground import Ground, grounds, leg_of
-from lanindex.encode.limbs import heading
+from lanindex.encode.heading import heading
 from lanindex.encode.profile import load
 from lanindex.encode.steps import events, faced
 from lanindex.errors import LanindexError

@@ -8,6 +8,7 @@ from made_motion import motion_of, swung, with_gaps
 
 from lanindex.alphabet import JOINTS
 from lanindex.encode import arithmetic, encode, limbs
+from lanindex.encode.heading import heading
 from lanindex.encode.profile import load
 from lanindex.model import Score
 
@@ -35,7 +36,7 @@ def test_blocks_leave_no_trace(
 
 def test_a_few_parts_at_a_time_are_all_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     motion, profile = motion_of(swung(5, 60, Fraction(60), 0.0), Fraction(60)), load("default")
-    turn = limbs.heading(motion, profile.rate)
+    turn = heading(motion, profile.rate)
     (together,) = limbs.limbs(motion, turn, profile)
     monkeypatch.setattr(limbs, "TOGETHER", 1)
     alone = list(limbs.limbs(motion, turn, profile))

@@ -10,6 +10,7 @@ from lanindex.alphabet import DIRECTION_CODES, JOINT_CODES, LEVEL_CODES, PARTS
 from lanindex.encode import encode, limbs, trace
 from lanindex.encode.achieve import Run
 from lanindex.encode.direction import space
+from lanindex.encode.heading import heading
 from lanindex.encode.profile import load
 from lanindex.encode.rows import Writer
 from lanindex.encode.segment import Segment
@@ -49,22 +50,22 @@ class TestHeading:
         body = changed(self.body(), "RHip", slice(0, 3), (0.0, 900.0, 0.9))
         body = changed(body, "RHip", slice(3, 5), (100.0, 900.0, 0.0))
         body = changed(body, "RHip", slice(6, 8), (0.0, 900.0, -0.9))
-        turn = np.degrees(limbs.heading(motion_of(body, RATE), RATE))
+        turn = np.degrees(heading(motion_of(body, RATE), RATE))
         assert turn == pytest.approx([90, 90, 90, 90, 90, 0, 0, 0, 0])
 
     def test_a_millimetre_tells(self) -> None:
         body = changed(self.body(), "RHip", slice(4, 9), (1.0, 900.0, 0.0))
-        turn = np.degrees(limbs.heading(motion_of(body, RATE), RATE))
+        turn = np.degrees(heading(motion_of(body, RATE), RATE))
         assert turn == pytest.approx([0] * 4 + [90] * 5)
 
     def test_hips_above_each_other_for_ever_tell_nothing(self) -> None:
         body = changed(self.body(), "RHip", slice(None), (0.5, 900.0, 0.0))
-        assert limbs.heading(motion_of(body, RATE), RATE).tolist() == [0.0] * 9
+        assert heading(motion_of(body, RATE), RATE).tolist() == [0.0] * 9
 
     def test_shoulders_stand_in_for_hips(self) -> None:
         body = changed(self.body(), "RHip", slice(None), np.nan)
         body = changed(body, "RShoulder", slice(None), (100.0, 1400.0, 0.0))
-        turn = np.degrees(limbs.heading(motion_of(body, RATE), RATE))
+        turn = np.degrees(heading(motion_of(body, RATE), RATE))
         assert turn == pytest.approx([90] * 9)
 
 

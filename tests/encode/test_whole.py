@@ -11,7 +11,7 @@ import pytest
 from lanindex import encode
 from lanindex.alphabet import DIRECTIONS, MOST_AMOUNT
 from lanindex.encode.ground import grounds
-from lanindex.encode.limbs import heading
+from lanindex.encode.heading import heading
 from lanindex.encode.profile import load
 from lanindex.encode.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
 from lanindex.encode.whole import whole

@@ -66,7 +66,8 @@ def _seen(motion: Motion) -> dict[str, Any]:
     import numpy as np
 
     from lanindex.alphabet import JOINTS, PARTS
-    from lanindex.encode.limbs import body, heading, lengths
+    from lanindex.encode.heading import heading
+    from lanindex.encode.limbs import body, lengths
 
     turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
     played = motion.source.made or motion.skeleton.played()

@@ -1,0 +1,63 @@
+"""Which way limbs are written down: the plain one, or the compiled one (extra ``fast``).
+
+To import numba and to make ready what it has compiled costs nine tenths of a second, a fifth of one
+where it compiles for something else already: a few short captures go the plain way.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+from lanindex.encode import limbs, track
+from lanindex.encode.limbs import Curves, Floats, Limbs
+from lanindex.encode.profile import Profile
+from lanindex.encode.resample import Resampling
+from lanindex.encode.track import Written
+
+WORTH = 600_000
+"""Frames of parts, what the process wrote down before among them, from which on numba is wanted."""
+
+CHEAPER = 5
+"""By how much less it is to be had once numba has been imported for something else."""
+
+
+class Stages(NamedTuple):
+    """What makes curves of places, rows of curves, and joints resampled and smoothed."""
+
+    curves: Curves
+    written: Callable[[Limbs, Profile], list[Written]]
+    calm: Callable[[Floats, Resampling, range, int], Floats]
+
+
+PLAIN = Stages(limbs.curves, track.written, limbs.calm)
+
+_FAST = "lanindex.encode.written_fast"
+_gone = 0
+
+
+def chosen(work: int) -> Stages:
+    """Return the compiled way once it is there, or much has been done without; else the plain one.
+
+    Parameters
+    ----------
+    work : int
+        Frames of parts that are to be written down now.
+    """
+    global _gone
+    _gone += work
+    enough = _gone >= (WORTH // CHEAPER if "numba" in sys.modules else WORTH)
+    return (compiled() or PLAIN) if enough or _FAST in sys.modules else PLAIN
+
+
+@cache
+def compiled() -> Stages | None:
+    """Load the compiled way; without numba, or a folder for its cache, there is none."""
+    try:
+        from lanindex.encode.limbs_fast import calm, curves
+        from lanindex.encode.written_fast import written
+    except (ImportError, RuntimeError):
+        return None
+    return Stages(curves, written, calm)
