@@ -94,7 +94,7 @@ FIELDS = {
     "time": ("start", "end", "length"),
     "number": ("swings", "margin"),
     "part": ("part",),
-    "direction": ("direction",),
+    "direction": ("direction", "else"),
     "level": ("level",),
 }
 

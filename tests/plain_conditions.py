@@ -15,15 +15,20 @@ def symbols_of(tracks, thing):
             own = thing.manner == "move"
             yield {
                 "part": part,
-                "direction": DIRECTIONS[symbol["direction"]] if symbol["direction"] >= 0 else None,
+                "direction": direction_of(int(symbol["direction"])),
                 "level": LEVELS[symbol["level"]] if symbol["level"] >= 0 else None,
                 "swings": Fraction(int(symbol["swings"])),
                 **amounts(part, int(symbol["amount"])),
                 **{name: measure(symbol, name) for name in ("speed", "size", "straightness")},
+                "else": direction_of(int(symbol["runner_direction"])),
                 "margin": Fraction(round(1000 * float(symbol["margin"])), 1000),
                 "start": int(symbol["start"]) if own else thing.start,
                 "end": int(symbol["stop"]) if own else thing.end,
             }
+
+
+def direction_of(code):
+    return DIRECTIONS[code] if code >= 0 else None
 
 
 def measure(symbol, name):

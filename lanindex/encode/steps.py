@@ -58,9 +58,11 @@ class Event:
     foot : int
         0 right, 1 left; of a flight 0.
     amount : int
-        Of a flight, which feet; else -1.
+        Of a flight, which feet; of a turn and a way, degrees; else -1.
     speed : float
         The highest: of a way in legs a second, of a turn in whole turns; below 0 not measured.
+    beside : int
+        The direction across the nearest border; -1: none.
     """
 
     start: int
@@ -71,6 +73,7 @@ class Event:
     foot: int = 0
     amount: int = -1
     speed: float = -0.01
+    beside: int = -1
 
 
 def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float]:

@@ -78,7 +78,10 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
         curved = round(float(np.ptp(path[start:stop]))) if code != PLACE else 0
         speed = float(pace[start:stop].max()) if code != PLACE else -0.01
         margin = min(max(margin, 0.0), 1.0)
-        found.append(Event(start, stop, code, -1, margin, amount=curved, speed=speed))
+        beside = (code + (1 if off > 0 else -1)) % 8 if code != PLACE else -1
+        found.append(
+            Event(start, stop, code, -1, margin, amount=curved, speed=speed, beside=beside)
+        )
     return found
 
 

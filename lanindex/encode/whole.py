@@ -97,6 +97,7 @@ def _written(
         row["amount"] = min(one.amount, MOST_AMOUNT)
         row["margin"] = max(one.margin, 0.0)
         row["speed"] = round(min(one.speed, FASTEST), 2)
+        row["runner_direction"] = one.beside
         if one.stop:
             row["start"] = begin + max(one.start, free)
             row["stop"] = begin + max(one.stop, one.start + 1)

@@ -79,7 +79,7 @@ def _told(symbol: Symbol, field: str) -> Value:
         if field == "bend":
             return Fraction(degree_of(symbol.amount))
         return kind.amount(symbol.amount) if kind.amounts else Fraction(symbol.amount)
-    said = getattr(symbol, field)
+    said = symbol.runner_direction if field == "else" else getattr(symbol, field)
     return Fraction(round(said * 1000), 1000) if isinstance(said, float | int) else said
 
 

@@ -1,4 +1,4 @@
-"""How well the patterns of bandai2.toml and mae.toml tell the labelled clips apart.
+"""How well the patterns of bandai1.toml, bandai2.toml and mae.toml tell the labelled clips apart.
 
     python tests/benchmarks/retrieval.py
 
@@ -90,6 +90,7 @@ class Collection:
 
 
 COLLECTIONS = (
+    Collection("bandai1", "bandai1.toml", tuple(CHANGES)[:7]),
     Collection("bandai2", "bandai2.toml", tuple(CHANGES)[:7]),
     Collection("mae_openni", "mae.toml", tuple(it for it in CHANGES if it != "mirrored")),
 )

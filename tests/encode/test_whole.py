@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lanindex import encode
-from lanindex.alphabet import DIRECTIONS, MOST_AMOUNT
+from lanindex.alphabet import DIRECTIONS, JOINT_CODES, MOST_AMOUNT
 from lanindex.encode.ground import grounds
 from lanindex.encode.heading import heading
 from lanindex.encode.profile import load
@@ -148,6 +148,20 @@ def test_travel(way):
     assert said(score, "body_travel") == ["place", way, "place"]
     (_, first), (_, second), (_, last) = times(score, "body_travel")
     assert close([first, second, last], [121, 481, score.frames], 25)
+
+
+@pytest.mark.parametrize(("turn", "beside"), [(10, "r_forward"), (-10, "l_forward")])
+def test_who_does_not_quite_go_as_he_faces_is_told_by_what_is_across_the_border(turn, beside):
+    motion = going("forward")
+    angle = np.radians(turn)  # the hips turn to the left, the way stays
+    places = motion.positions.copy()
+    middle = places[:, [JOINT_CODES["RHip"], JOINT_CODES["LHip"]]].mean(axis=1, keepdims=True)
+    x, _, z = np.moveaxis(places - middle, 2, 0)
+    places[..., 0] = middle[..., 0] + x * np.cos(angle) + z * np.sin(angle)
+    places[..., 2] = middle[..., 2] + z * np.cos(angle) - x * np.sin(angle)
+    way = encode(replace(motion, positions=places)).symbols("body_travel")[0]
+    assert (way.direction, way.runner_direction) == ("forward", beside)
+    assert way.margin == pytest.approx(1 - 10 / 22.5, abs=0.05)
 
 
 def test_stairs_are_climbed_with_a_word():

@@ -1,12 +1,14 @@
 """Steps, jumps, ways and turns: what the hand-worked cases of the page leave out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fast_search import find_fast
 from query_cases import recordings_of, track
 from sample import ENCODING
 
-from lanindex.alphabet import BODY
+from lanindex.alphabet import BODY, DIRECTIONS
 from lanindex.errors import PatternError, UsageError
 from lanindex.library.store import Store
 from lanindex.model import Span
@@ -131,6 +133,22 @@ def test_a_library_is_asked_for_what_the_body_does(library) -> None:
     ]
     assert len(library.search("jump leap")) == 3
     assert len(library.search("step left low where match.level = low")) == 3
+
+
+@pytest.mark.parametrize("search", [find, find_fast])
+def test_a_way_is_asked_for_its_speed_and_what_is_beside_it(search) -> None:
+    (recording,) = recordings_of("fps 10 frames 60; body_travel: forward 0 0 25, forward 5 30 60")
+    rows = recording.tracks["body_travel"].symbols.copy()
+    rows["speed"], rows["runner_direction"] = [1.5, 4.25], [DIRECTIONS.index("l_forward"), -1]
+    tracks = {"body_travel": replace(recording.tracks["body_travel"], symbols=rows)}
+
+    def spans(text: str) -> list[tuple[int, int]]:
+        hits = search(parse(text), [(recording.capture, tracks)], overlaps="all")
+        return [(hit.span.start, hit.span.stop) for hit in hits]
+
+    assert spans("travel where match.speed > 4") == [(30, 60)]
+    assert spans("a: travel where a.else = l_forward and a.speed < 2") == [(0, 25)]
+    assert spans("a: travel -> b: travel where a.else = b.direction") == []
 
 
 def test_a_fuzzy_search_has_no_edits_of_amounts(library) -> None:

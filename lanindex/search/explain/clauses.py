@@ -30,6 +30,7 @@ _COMPARED = {
 }
 _FIELDS = {
     **{"swings": "number of swings", "degrees": "angle"},
+    "else": "direction across the nearest border",
     **{"feet": "kind of jump", "bend": "degree of bending"},
 }
 _FIELDS |= {"speed": "highest speed (in its lengths a second)", "size": "size (in degrees)"}

@@ -225,7 +225,8 @@ class Clauses:
             here = (part == code) & (row >= 0)
             if here.any():
                 values[here] = self._of_rows(name, field.field)[row[here]]
-        kind = field.field if field.field in _CODES else "thousandths"
+        kind = "direction" if field.field == "else" else field.field
+        kind = kind if kind in _CODES else "thousandths"
         return _Column(kind, values, values >= 0)
 
     def _of_rows(self, part: str, field: str) -> Whole:
@@ -249,6 +250,7 @@ class Clauses:
                 told = {
                     "direction": (cell & 15) - 1,
                     "level": ((cell & CELL) >> 4) - 1,
+                    "else": (rows.runner.astype(np.int64) & 15) - 1,
                     "margin": THOUSANDTHS - rows.cost.astype(np.int64),
                 }[field]
             self._values[part, field] = told

@@ -16,7 +16,7 @@ CLIP, MATCH = "clip", "match"
 """What may be spoken of besides labels: the capture, and all that matched."""
 
 FIELDS = (
-    *("part", "direction", "level", "start", "end", "length", "swings", "margin"),
+    *("part", "direction", "level", "start", "end", "length", "swings", "margin", "else"),
     *("degrees", "feet", "bend", *MEASURES),
 )
 """What a label, or `MATCH`, has; `CLIP` has the capture's own columns."""

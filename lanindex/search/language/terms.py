@@ -34,6 +34,7 @@ _SORTS = {
     "level": "level",
     "swings": "number",
     "margin": "number",
+    "else": "direction",
     "degrees": "number",
     "bend": "number",
     "feet": "feet",
