@@ -71,6 +71,16 @@ Both and both, one and the same, one and the other, one and both, both and one; 
 """
 
 
+TOUCHED = ("hand", "head", "trunk", "arm", "thigh", "knee", "shank", "foot")
+"""What a hand touches, by the symbol's amount."""
+
+CARRIERS = ("knee", "seat", "trunk", "hand", "other")
+"""What carries the body beside feet or instead of them, by the symbol's amount.
+
+A knee, or both; the seat; the trunk of who lies; a hand, or both, whatever else does; or something
+that is not told.
+"""
+
 MOST_AMOUNT = (1 << 15) - 2
 """The largest amount of a symbol: that many degrees are 91 turns, and so are more."""
 
@@ -103,6 +113,7 @@ class Kind:
         ``gesture``: a limb points somewhere. ``support``: it takes the weight. ``step``: the
         weight goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere.
         ``turn``: it turns about the vertical. ``bend``: an elbow or a knee bends or stretches.
+        ``touch``: a hand touches something. ``carrier``: something else than feet takes the weight.
     words : tuple of str
         Which words of the pattern language can be said of it, by their kind: first those of its
         fields.
@@ -162,6 +173,8 @@ KINDS = {
             measures=("speed",),
         ),
         Kind("bend", ("bend",), ("amount",), "bend", amounts=DEGREES_BENT),
+        Kind("touch", ("touched",), ("amount",), "touch", amounts=TOUCHED),
+        Kind("carrier", ("carrier",), ("amount",), "carrier", amounts=CARRIERS),
     )
 }
 """Every kind of track, by name; a library stores its place in this table."""
@@ -232,7 +245,10 @@ BODY = ("r_support", "l_support", "step", "jump", "body_travel", "body_turn")
 BENDS = {part: f"{part}_bend" for part in PARTS if part[2:] in ("arm", "leg")}
 """The tracks of elbows and knees, by the limb that they are of."""
 
-TRACKS = (*PARTS, *BODY, *BENDS.values())
+CONTACTS = ("other_support", "hands_touch", "r_hand_touch", "l_hand_touch")
+"""The tracks of what touches what: the body the ground, the hands each other and the body."""
+
+TRACKS = (*PARTS, *BODY, *BENDS.values(), *CONTACTS)
 """Every track that there is, in the order in which they are shown."""
 
 GROUPS = (*_PAIRED, *_SINGLE)
@@ -267,10 +283,26 @@ def is_limb(part: str) -> bool:
     return kind_of(part) in ("gesture", "support", "bend")
 
 
+def amounts_of(part: str) -> tuple[str, ...]:
+    """Return what the amounts of a part's track may be; nothing where they are numbers.
+
+    Examples
+    --------
+    >>> from lanindex.alphabet import amounts_of
+    >>> amounts_of("hands_touch"), amounts_of("r_hand_touch")[:3], amounts_of("body_turn")
+    (('hand',), ('head', 'trunk', 'arm'), ())
+    """
+    if part == "hands_touch":
+        return TOUCHED[:1]
+    kind = KINDS[kind_of(part)]
+    return kind.amounts[1:] if kind.name == "touch" else kind.amounts
+
+
 _KIND_OF_GROUP = {
     **{"support": "support", "step": "step", "jump": "jump"},
     **{"body_travel": "travel", "body_turn": "turn"},
     **{"arm_bend": "bend", "leg_bend": "bend"},
+    **{"hands_touch": "touch", "hand_touch": "touch", "other_support": "carrier"},
 }
 
 

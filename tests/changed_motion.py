@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 from rapidfuzz.distance import Levenshtein
 
-from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, JOINTS, MIRRORED, mirrored_part
+from lanindex.alphabet import (
+    DIRECTION_CODES,
+    DIRECTIONS,
+    JOINTS,
+    KINDS,
+    MIRRORED,
+    kind_of,
+    mirrored_part,
+)
 from lanindex.model import Motion, Score, Symbol
 
 LIMBS = ("r_arm", "l_arm", "r_leg", "l_leg")
@@ -68,7 +76,7 @@ Row = tuple[str, str, int, int, bool, int]
 def row(symbol: Symbol) -> Row:
     return (
         symbol.direction,
-        symbol.level,
+        symbol.level or (symbol.words.split()[-1] if KINDS[kind_of(symbol.part)].amounts else None),
         symbol.span.start,
         symbol.span.stop,
         symbol.passing,

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from random import Random
 
-from lanindex.alphabet import KINDS, Kind, is_limb, kind_of
+from lanindex.alphabet import KINDS, Kind, amounts_of, is_limb, kind_of
 from lanindex.errors import PatternError
 from lanindex.search.language import parse
 
@@ -85,6 +85,8 @@ RELATIONS = (
 RELATIVE = ("side", "side_forward", "side_back", "across", "across_forward", "across_back")
 LEVELS = ("low", "mid", "high")
 AMOUNTS = {
+    "touched": ("trunk", "knee", "arms"),
+    "carrier": ("seat", "other", "knees"),
     "feet": ("spring", "hop", "leap"),
     "bend": ("bent", "straight", "bent 3+", "bent 1..2", "bent <5", "bent 4"),
     "degrees": ("90deg", "<=90deg", ">45deg", "100deg..400deg", "112deg+", "68deg"),
@@ -320,12 +322,7 @@ class Grammar:
         if self.takes("lnd"):
             part = self.one(*(part for part in self.parts if part != "step"))
             kind = KINDS[kind_of(part)]
-            words = {
-                "level": LEVELS,
-                "feet": kind.amounts,
-                "bend": kind.amounts,
-                "degrees": ("45", "90"),
-            }
+            words = {kind.names[-1]: amounts_of(part) or ("45", "90"), "level": LEVELS}
             words["direction"] = tuple(it for it in self.directions if it in kind.directions)
             said = " ".join(self.one(*words[name]) for name in kind.names)
             return f"{kind.keyword} {part} {said} 0 {self.random.randint(1, 2)}", part
@@ -335,10 +332,13 @@ class Grammar:
         mover = carried or self.mover()
         said = [] if carried and self.random.random() < 0.8 else [mover]
         manner = next((it for it in ("at", "hold", "via") if self.takes(it)), "")
+        if mover.endswith(("touch", "touches", "other_support")):
+            manner = "hold" if self.takes("hold") else ""
         sided = mover.removesuffix("s").removeprefix("r_").removeprefix("l_") != mover
         sided = sided or f"r_{mover}" in self.parts
         kind = KINDS[kind_of(mover if mover in self.parts else f"r_{mover.removesuffix('s')}")]
-        words = self.words(sided, manner, kind)
+        kind = KINDS["touch"] if mover.endswith("touches") else kind
+        words = self.words(mover, sided, manner, kind)
         if not words and (manner in ("at", "via") or not (said or manner)):
             words = self.one(*LEVELS) if "level" in kind.words else "any"
         return " ".join(filter(None, [*said, manner, words])), mover
@@ -350,10 +350,10 @@ class Grammar:
             return part
         if self.takes("either"):
             return part[2:]
-        plural = "feet" if part[2:] == "foot" else f"{part[2:]}s"
+        plural = {"foot": "feet", "hand_touch": "hand_touches"}.get(part[2:], f"{part[2:]}s")
         return plural if self.takes("both") else part
 
-    def words(self, sided: bool, manner: str, kind: Kind) -> str:
+    def words(self, mover: str, sided: bool, manner: str, kind: Kind) -> str:
         said = []
         if "direction" in kind.words and self.random.random() < 0.5:
             known = [it for it in self.directions if it in kind.directions]
@@ -367,7 +367,7 @@ class Grammar:
         for name, known in AMOUNTS.items():
             bends = name != "bend" or kind.name == "bend"
             if bends and name in kind.words and self.random.random() < 0.5:
-                said.append(self.word(known))
+                said.append(self.word(("hand",) if mover == "hands_touch" else known))
         for name, words in MEASURED.items():
             moving = name in kind.words and manner not in ("at", "hold")
             if moving and self.apart.random() < self.chances["measures"]:

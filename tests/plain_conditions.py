@@ -2,7 +2,9 @@
 
 from fractions import Fraction
 
-from lanindex.alphabet import DIRECTIONS, FEET, LEVELS, MIRRORED, mirrored_part
+from plain_things import AMOUNTS
+
+from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, MIRRORED, kind_of, mirrored_part
 from lanindex.search.language.clauses import Mirrors, Number, Reference, Text, Value
 from lanindex.search.language.times import Clock
 
@@ -74,16 +76,21 @@ def mirror(symbol):
 
 def amounts(part, amount):
     """Return what a symbol says by its amount, and what its mirror image must have, too."""
-    feet = amount if part == "jump" and amount >= 0 else None
-    degrees = amount if part == "body_turn" and amount >= 0 else None
+    kinds = KINDS[kind_of(part)].words
+    degrees = amount if "degrees" in kinds and amount >= 0 else None
     own = amount if part.endswith("_bend") else None
     bent = amount if part[2:] in ("arm", "leg", "arm_bend", "leg_bend") and amount >= 0 else None
-    about = (feet, None if degrees is None else round(degrees / 45), own)
+    said = {
+        kind: names[amount]
+        for kind, names in AMOUNTS.items()
+        if names and amount >= 0 and kind in kinds
+    }
     return {
+        **dict.fromkeys(AMOUNTS),
+        **said,
         "bend": None if bent is None else Fraction(bent if bent < 7 else bent - 7),
-        "feet": None if feet is None else FEET[feet],
         "degrees": None if degrees is None else Fraction(degrees),
-        "about": about,
+        "about": (said, None if degrees is None else round(degrees / 45), own),
     }
 
 

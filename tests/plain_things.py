@@ -4,10 +4,13 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 
-from lanindex.alphabet import DIRECTIONS, FEET, LEVELS
+from lanindex.alphabet import CARRIERS, DIRECTIONS, FEET, LEVELS, TOUCHED
 from lanindex.model.measures import LIMITS
 from lanindex.search.language.query import meaning
 from lanindex.search.language.times import Clock
+
+AMOUNTS = {"feet": FEET, "degrees": (), "bend": (), "touched": TOUCHED, "carrier": CARRIERS}
+"""What the amounts of symbols are called, by the kind of the word; of degrees their number."""
 
 MEASURED = {"pace": ("speed", "slow", "fast"), "extent": ("size", "small", "large")}
 
@@ -99,12 +102,8 @@ class Things:
             step.words, "direction", part
         ) and (LEVELS[level] if level >= 0 else "") in meaning(step.words, "level", part)
         amount = int(rows[row]["amount"])
-        number = (str(amount),)
-        for kind, said in (
-            ("feet", FEET[amount : amount + 1]),
-            ("degrees", number),
-            ("bend", number),
-        ):
+        for kind, names in AMOUNTS.items():
+            said = names[amount : amount + 1] if names else (str(amount),)
             if any(word.kind == kind for word in step.words):
                 told = said[0] if amount >= 0 else ""
                 fits = fits and told in meaning(step.words, kind, part)

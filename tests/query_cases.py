@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from lanindex.alphabet import DEGREES_BENT, DIRECTION_CODES, FEET, KINDS, LEVEL_CODES, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, kind_of
 from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.bends import with_bends
 from lanindex.model.symbol import blank
@@ -15,8 +15,7 @@ from lanindex.search.stages import Counted, Counts
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
 
-_AMOUNTS = {name: number for those in (FEET, DEGREES_BENT) for number, name in enumerate(those)}
-_CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES, "amount": _AMOUNTS}
+_CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES}
 
 
 @dataclass(frozen=True)
@@ -91,8 +90,9 @@ def track(part: str, text: str, frames: int, known: tuple[Span, ...] = ()) -> Tr
         for name, value in measured.items():
             row[name] = float(value)
         row["passing"] = symbol.count("*")
+        amounts = {name: number for number, name in enumerate(kind.amounts)}
         for name, word in zip(kind.fields, words, strict=True):
-            row[name] = _CODES[name].get(word.rstrip("*"), word)
+            row[name] = _CODES.get(name, amounts).get(word.rstrip("*"), word)
         row["start"], row["stop"], row["tick"] = int(start), int(stop), int(start)
         row["ticks"] = int(stop) - int(start)
         row["margin"] = 1

@@ -20,6 +20,7 @@ WHOLE = (
     "r_arm",
     "r_arm_bend",
 )
+TOUCHES = ("hands_touch", "r_hand_touch", "l_hand_touch", "other_support", "r_arm")
 DIRECTIONS = ("right", "left", "place")
 RATES = (Fraction(10), Fraction(10), Fraction(30), Fraction(30000, 1001))
 

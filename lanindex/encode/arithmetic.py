@@ -34,10 +34,10 @@ class Block(NamedTuple):
     within: slice
 
 
-def blocks(count: int, neighbours: int = 0) -> Iterator[Block]:
+def blocks(count: int, neighbours: int = 0, size: int = BLOCK) -> Iterator[Block]:
     """Yield `count` frames block by block, with the neighbours that each depends on."""
-    for start in range(0, count, BLOCK):
-        stop = min(start + BLOCK, count)
+    for start in range(0, count, size):
+        stop = min(start + size, count)
         first = max(start - neighbours, 0)
         outer = slice(first, min(stop + neighbours, count))
         yield Block(slice(start, stop), outer, slice(start - first, stop - first))

@@ -14,13 +14,16 @@ from numpy.typing import NDArray
 
 from lanindex.body.made import GAP
 from lanindex.encode import compiled
-from lanindex.encode.arithmetic import Block, blocks, runs
+from lanindex.encode.arithmetic import BLOCK, Block, blocks, runs
 from lanindex.encode.limbs import body, window
 from lanindex.encode.profile import Profile
 from lanindex.encode.resample import Resampling
 from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]
+
+FEW = 4
+"""Joints of which a whole block of frames is worked out at a time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,9 +70,10 @@ class Stretch:
             Frames counted from the stretch's first; by joint (outer, 3) float64, mm, y up.
         """
         work, width = self._work, window(self.profile.smoothing, self.profile.rate)
+        size = _size(len(self.names))
         for wide, block in zip(
-            blocks(len(work.frames), neighbours + width // 2),
-            blocks(len(work.frames), neighbours),
+            blocks(len(work.frames), neighbours + width // 2, size),
+            blocks(len(work.frames), neighbours, size),
             strict=True,
         ):
             some = work.frames[wide.outer]
@@ -80,6 +84,11 @@ class Stretch:
             first = block.outer.start - wide.outer.start
             calm = calm[:, first : first + block.outer.stop - block.outer.start]
             yield block, dict(zip(self.names, calm, strict=True))
+
+
+def _size(joints: int) -> int:
+    """Return how many frames of some joints are worked out at a time: fewer of more."""
+    return max(BLOCK * FEW // max(joints, FEW), 1)
 
 
 def at(motion: Motion, names: Sequence[str], frames: slice) -> Floats:
@@ -115,7 +124,7 @@ def stretches(
     """
     names = (*needed, *wished)
     seen = np.empty((len(names), len(motion)), bool)
-    for part in blocks(len(motion)):
+    for part in blocks(len(motion), size=_size(len(names))):
         seen[:, part.inner] = ~np.isnan(at(motion, names, part.inner).sum(axis=2)).T
     for start, stop in runs(np.logical_and.reduce(seen[: len(needed)])):
         there = zip(names, seen[:, start:stop], strict=True)

@@ -278,7 +278,7 @@ def load(name: str | Path = "default") -> Profile:
     )
 
 
-METHOD = b"3"
+METHOD = b"4"
 """Which method encodes: another one makes other symbols with the same numbers."""
 
 

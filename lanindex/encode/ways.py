@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,7 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     path = np.degrees(np.unwrap(np.arctan2(south, east)))
     codes = np.where(held(pace > GOES, pace > RESTS), np.round(azimuth / 45) % 8, PLACE).astype(int)
     found = []
-    for start, stop in _long(codes, round(BRIEF * rate)):
+    for start, stop in pieces(codes, round(BRIEF * rate)):
         code = int(codes[start])
         ahead, aside = float(forward[start:stop].mean()), float(right[start:stop].mean())
         off = (math.degrees(math.atan2(ahead, aside)) - 45 * code + 180) % 360 - 180
@@ -85,17 +86,17 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     return found
 
 
-def _long(codes: NDArray[np.int64], least: int) -> list[tuple[int, int]]:
+def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
     """Make of codes runs of some length, in place; return their frames.
 
     A run that is too short joins what was before it; at the beginning, what comes first that is
     long enough, or else the longest.
     """
     edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
-    pieces = [(a, b, int(codes[a])) for a, b in pairwise(edges)]
-    long = [piece for piece in pieces if piece[1] - piece[0] >= least]
-    last = (long or [max(pieces, key=lambda piece: piece[1] - piece[0])])[0][2]
-    for start, stop, code in pieces:
+    parts = [(a, b, int(codes[a])) for a, b in pairwise(edges)]
+    long = [part for part in parts if part[1] - part[0] >= least]
+    last = (long or [max(parts, key=lambda part: part[1] - part[0])])[0][2]
+    for start, stop, code in parts:
         last = code if stop - start >= least else last
         codes[start:stop] = last
     edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]

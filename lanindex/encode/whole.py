@@ -15,8 +15,10 @@ from lanindex.encode.bends import bends
 from lanindex.encode.ground import Ground, grounds, leg_of
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
+from lanindex.encode.rests import NEEDED, WISHED, apart, rests
 from lanindex.encode.steps import Event, events, stood
 from lanindex.encode.timing import to_source
+from lanindex.encode.touch import arm_of, touches
 from lanindex.encode.track import Written
 from lanindex.encode.ways import travel, turns
 from lanindex.model import Motion, Span
@@ -45,10 +47,14 @@ def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written]
     found, doubts = list[Written](), dict[str, None]()
     for part, known, begin, those in bends(motion, profile):
         found.append(_written(part, known, begin, those, motion, profile))
+    arm = arm_of(motion)
+    for part, one, those in touches(motion, profile, arm) if arm else ():
+        found.append(_written(part, one.known, one.frames.start, those, motion, profile))
     leg = leg_of(motion)
-    for ground in grounds(motion, profile, leg) if leg else ():
+    parts = stretches(motion, profile, NEEDED, WISHED) if leg else ()
+    for ground, places in zip(grounds(motion, profile, leg) if leg else (), parts, strict=True):
         doubts |= dict.fromkeys(ground.doubts)
-        found += _weight(ground, turn, motion, profile)
+        found += _weight(ground, places, turn)
     for hips in stretches(motion, profile, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
         for part, those in (
@@ -67,9 +73,12 @@ def _way(hips: Stretch) -> Floats:
     return found
 
 
-def _weight(ground: Ground, turn: Floats, motion: Motion, profile: Profile) -> Iterator[Written]:
+def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Written]:
+    motion, profile = places.motion, places.profile
     front = turn[ground.begin : ground.begin + ground.carries.shape[1]]
     landed, flights = events(ground, front)
+    carried = rests(ground, places)
+    landed = apart(landed, carried, len(front))
     for foot, side in enumerate("rl"):
         own = [one for one in landed if one.foot == foot]
         level = stood(ground, foot)
@@ -77,6 +86,7 @@ def _weight(ground: Ground, turn: Floats, motion: Motion, profile: Profile) -> I
             own = [Event(0, 0, PLACE, level, 1.0), *own]
         yield _written(f"{side}_support", ground.known, ground.begin, own, motion, profile)
     yield _written("jump", ground.known, ground.begin, flights, motion, profile)
+    yield _written("other_support", ground.known, ground.begin, carried, motion, profile)
 
 
 def _written(

@@ -21,6 +21,7 @@ from lanindex.alphabet import (
     PARTS,
     TRACKS,
     Kind,
+    amounts_of,
     kind_of,
 )
 from lanindex.errors import NotationError, shown
@@ -66,6 +67,9 @@ _RANKS = {part: rank for rank, part in enumerate(TRACKS)}
 
 _AS_WELL = {("direction", "support")}
 """Words that begin a symbol of another kind, too."""
+
+_RESERVED = ("support", "jump", "travel", "rotation")
+"""Words that may say of a limb what only the body as a whole can do as yet."""
 
 
 def rank(part: str) -> tuple[int, str]:
@@ -149,7 +153,7 @@ class Page:
 
     def _reserved(self, keyword: str, part: str = "", *_: str) -> bool:
         """Tell whether a line says of a limb what only the body as a whole can do as yet."""
-        return keyword != "direction" and part in PARTS
+        return keyword in _RESERVED and part in PARTS
 
     def _guard(self, word: str) -> None:
         """Refuse a slip of the pen; the line would be kept, but its symbol lost in silence."""
@@ -221,6 +225,9 @@ class Page:
             self._code(word, name, codes) if codes else self._degrees(word)
             for word, (name, codes) in zip(said, fields.items(), strict=True)
         )
+        name = kind.amounts[cell[-1]] if kind.amounts else ""
+        if name and name not in amounts_of(part):
+            raise self.fault(f'the {kind.names[-1]} "{name}"', " ".join(amounts_of(part)))
         times = self._number(start, "start"), self._number(stop, "end")
         if times[1] < times[0]:
             wanted = f"at {shown(start)} or later, where it starts"

@@ -15,10 +15,14 @@ from lanindex.model import SYMBOL, Motion, Score, Source
 from lanindex.perform.figure import Body, Limb, standard
 from lanindex.perform.going import WEIGHT, Going, going
 from lanindex.perform.reach import FOLDED, UP, Cell, Reach, bent, direction, great_circle, reaches
+from lanindex.perform.touching import TOUCHES, touch
 
 Floats = NDArray[np.float64]
 
-CARRIED = (*WEIGHT, "step", "body_travel", *BENDS.values())
+OTHER = "other_support"
+"""The track of what else than feet carries."""
+
+CARRIED = (*WEIGHT, *TOUCHES, "step", "body_travel", *BENDS.values(), OTHER)
 """Tracks of the whole body: what others of them tell is not carried out twice."""
 
 REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
@@ -55,11 +59,16 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     gone = going(score, times, body)
     bones = _bones(score, times, body)
     joints = _joints(body, bones if gone is None else bones | gone.legs, gone)
+    unreached = touch(joints, score, times, body)
     if noise:
         joints += _tremor(body, noise, seed, frames)
     source = Source("", "score", "mm", 1.0, "y")
     return Motion(
-        body.skeleton, rate, joints.astype(np.float32), source, warnings=_left_out(score, body)
+        body.skeleton,
+        rate,
+        joints.astype(np.float32),
+        source,
+        warnings=(*_left_out(score, body), *unreached),
     )
 
 
@@ -77,7 +86,8 @@ def _left_out(score: Score, body: Body) -> tuple[str, ...]:
         and PARTS[part].group not in body.limbs
         and _folds(_shown(score, part)).any()
     ]
-    return (*strange, *stiff)
+    stands = "the standard body stands on its feet: other supports are not carried out"
+    return (*strange, *stiff, *((stands,) if len(_shown(score, OTHER)) else ()))
 
 
 def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:

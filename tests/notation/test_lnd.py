@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scores import scores, seconds
 
-from lanindex.alphabet import BODY, kind_of
+from lanindex.alphabet import BODY, CONTACTS, kind_of
 from lanindex.errors import NotationError
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
@@ -66,6 +66,21 @@ def test_the_whole_body() -> None:
         "body_travel forward 20deg [0, 48)",
         "body_travel place [48, 96)",
         "body_turn left 90deg [16, 32)",
+    ]
+
+
+def test_touches_and_carriers() -> None:
+    text = (
+        "#speed=60\n#rhythm 4/4\n#unit_per_line 4\n#unit_total 1\n#unit1\n"
+        "carrier other_support knee 0 3\ntouch hands_touch hand 0 1\n"
+        "touch r_hand_touch head 1 2\ntouch l_hand_touch knee 2 4\n"
+    )
+    assert lnd.write(lnd.read(text)) == text
+    assert [str(it) for part in CONTACTS for it in lnd.read(text).symbols(part)] == [
+        "other_support knee [0, 24)",
+        "hands_touch hand [0, 8)",
+        "r_hand_touch head [8, 16)",
+        "l_hand_touch knee [16, 32)",
     ]
 
 
@@ -280,6 +295,13 @@ HEAD = "#speed=60\n#unit1\n"
         (HEAD + "support r_suport forward mid 0 1", 3, '"support" of r_suport, wanted "direction"'),
         (HEAD + "direction jump forward mid 0 1", 3, '"direction" of jump, wanted "jump"'),
         (HEAD + "direction step forward mid 0 1", 3, "of step, wanted the supports that it is"),
+        (HEAD + "touch r_hand head 0 1", 3, '"touch" of r_hand, wanted "direction"'),
+        (HEAD + "touch r_hand_touch elbow 0 1", 3, 'the touched "elbow", wanted hand head trunk'),
+        (HEAD + "touch r_hand_touch hand 0 1", 3, 'the touched "hand", wanted head trunk arm'),
+        (HEAD + "touch hands_touch knee 0 1", 3, 'the touched "knee", wanted hand'),
+        (HEAD + "touch r_hand_touch 0 1", 3, "3 words behind touch, wanted four: part touched"),
+        (HEAD + "carrier knee 0 1", 3, "3 words behind carrier, wanted four: part carrier start"),
+        (HEAD + "carier other_support knee 0 1", 3, '"carier", wanted "carrier"'),
         (HEAD + "suport r_support forward mid 0 1", 3, '"suport", wanted "support"'),
         (HEAD + "rotaton body_turn left 90 0 1", 3, '"rotaton", wanted "rotation"'),
         (HEAD + "travels body_travel left 0 0 1", 3, '"travels", wanted "travel"'),

@@ -28,6 +28,13 @@ TEXT = (
 )
 
 SENTENCES = {
+    "hands touch <0.3s": "The hands touch each other, for less than 0.3 s.",
+    "r_hand touch head/trunk 1s+ -> knee": (
+        "The right hand touches the head or the trunk, for at least 1 s, then touches a knee."
+    ),
+    "hand_touches knee -> hold": "Both hands touch a knee, then touch nothing.",
+    "hand touch via foot": "Either hand touches, if only in passing, a foot.",
+    "other support knee/seat": "The body rests on a knee or on the seat.",
     "turn left 90deg": "The body turns to the left, by 68 to 112 degrees.",
     "turn 360deg+ -> right <=90deg": (
         "The body turns by 360 degrees or more, then turns to the right, by 90 degrees or less."
@@ -65,6 +72,10 @@ def test_a_query_in_english(text: str) -> None:
         ("mirror(step side_forward)", "(step side_forward)"),
         ("rotation body_turn left 90 1 2", "body_turn left 90deg"),
         ("jump jump forward leap 0 1", "jump forward leap"),
+        ("Right Hand Touch Knees", "r_hand_touch knee"),
+        ("mirror(r_hand touch head)", "(l_hand_touch head)"),
+        ("touch hands_touch hand 0 1", "hands_touch hand"),
+        ("carrier other_support seat 0 1", "other_support seat"),
     ],
 )
 def test_what_is_read_is_printed(text: str, printed: str) -> None:
@@ -153,7 +164,7 @@ def test_a_way_is_asked_for_its_speed_and_what_is_beside_it(search) -> None:
 
 def test_a_fuzzy_search_has_no_edits_of_amounts(library) -> None:
     assert len(library.search("turn left -> right", fuzzy="1")) == 3
-    with pytest.raises(UsageError, match="in the feet of a jump, degrees of turns and bends, how"):
+    with pytest.raises(UsageError, match="in the feet of a jump, degrees of turns and bends, what"):
         library.search("turn left 90deg -> right", fuzzy="1")
 
 

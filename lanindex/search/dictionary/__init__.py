@@ -156,7 +156,7 @@ def absent(name: str) -> str:
     --------
     >>> from lanindex.search.dictionary import absent
     >>> absent("sitting")
-    'nothing tells yet what carries the body; try: thighs at forward/side_forward mid 1s+'
+    'there was no labelled capture to measure it on; try: other support seat/other 1s+'
     """
     with resources.as_file(resources.files(__name__).joinpath("absent.toml")) as path:
         words = read_toml(path)

@@ -34,6 +34,7 @@ _FIELDS = {
     **{"feet": "kind of jump", "bend": "degree of bending"},
 }
 _FIELDS |= {"speed": "highest speed (in its lengths a second)", "size": "size (in degrees)"}
+_FIELDS |= {"touched": "thing touched"}
 _OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
 

@@ -58,6 +58,18 @@ _VALUES = {
     "small": "a little way",
     "large": "a long way",
 }
+_OWN = {
+    "touched": {
+        **{"hand": "each other", "head": "the head", "trunk": "the trunk"},
+        **{"arm": "the other arm", "thigh": "a thigh", "knee": "a knee"},
+        **{"shank": "a shank", "foot": "a foot"},
+    },
+    "carrier": {
+        **{"knee": "on a knee", "seat": "on the seat", "trunk": "on the trunk"},
+        **{"hand": "on a hand", "other": "on something that is not told"},
+    },
+}
+"""By kind, words that mean something else elsewhere."""
 _PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
 _MANNERS = {
     "move": (("moves", "anywhere"), ("move", "anywhere")),
@@ -71,6 +83,7 @@ _DOINGS = {
     "jump": ("the body", "jumps"),
     "travel": ("the body", "travels"),
     "turn": ("the body", "turns"),
+    "carrier": ("the body", "rests"),
 }
 """By kind of track, who does it, and what."""
 _LENGTHS = {
@@ -197,7 +210,10 @@ def who(mover: Mover) -> str:
     """Return a part or pair as a person would name it."""
     if doing := _DOINGS.get(kind_of(mover.members[0])):
         return doing[0]
-    name = mover.name.replace("_bend", "", 1).replace("_", " ")
+    name = mover.name.replace("_bend", "", 1).replace("_touches", "s").replace("_touch", "")
+    name = name.replace("_", " ")
+    if name == "hands":
+        return "the hands" if mover.form == "one" else "both hands"
     if mover.form == "one":
         side = {"r": "right ", "l": "left "}.get(mover.name[:1], "") if mover.sided else ""
         return f"the {side}{name[2:] if side else name}"
@@ -212,6 +228,8 @@ def _step(step: Step) -> str:
     if kind_of(step.mover.members[0]) == "bend" and step.manner in ("move", "via"):
         bends = _bends(step) if many else re.sub("(bend|stretch)", _third, _bends(step))
         verb, place = re.sub("goes|go|moves?", bends, verb), ""
+    elif kind_of(step.mover.members[0]) == "touch":
+        verb, place = _touches(step)
     where = _where(step)
     if place and step.manner in ("move", "via") and {it.kind for it in step.words} == {"bend"}:
         where = f"{place}, {where}"
@@ -231,6 +249,16 @@ def _third(verb: re.Match[str]) -> str:
     return {"bend": "bends", "stretch": "stretches"}[verb[1]]
 
 
+def _touches(step: Step) -> tuple[str, str]:
+    """Return the verb of hands that touch, and what if no words tell."""
+    several = step.mover.form == "both" or step.mover.name == "hands_touch"
+    if step.manner == "hold":
+        return f"touch{'' if several else 'es'} nothing{' after' * bool(step.words)}", ""
+    passing = ", if only in passing," if step.manner == "via" else ""
+    thing = "each other" if step.mover.name == "hands_touch" else "something"
+    return f"touch{'' if several else 'es'}{passing}", thing
+
+
 def _where(step: Step) -> str:
     words, kind = step.words, kind_of(step.mover.members[0])
     told = {word.kind: word for word in words if not word.negated and len(word.values) == 1}
@@ -248,7 +276,9 @@ def _where(step: Step) -> str:
 
 
 def _word(word: Word, curves: str = "") -> str:
-    how = {"degrees": lambda it: curves + _angle(it), "bend": _degree}.get(word.kind, _value)
+    own = _VALUES | _OWN.get(word.kind, {})
+    hows = {"degrees": lambda it: curves + _angle(it), "bend": _degree}
+    how = hows.get(word.kind, lambda it: own.get(it, it))
     joined = " or ".join(filter(None, map(how, word.values)))
     if word.negated and word.values[0].split()[0] in ("bend", "stretch"):
         joined = " or ".join(f"{it.split()[0]}ing {_degree(it)}".rstrip() for it in word.values)
@@ -272,7 +302,3 @@ def _angle(value: str) -> str:
     if most is None:
         return f"by {least} degrees or more"
     return f"by {least} to {most} degrees" if least else f"by {most} degrees or less"
-
-
-def _value(value: str) -> str:
-    return _VALUES.get(value, value)

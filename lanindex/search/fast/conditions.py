@@ -48,7 +48,7 @@ _ROUND: dict[str, Callable[[Fraction], int]] = {"<": ceil, "<=": floor, ">": flo
 _CODES = {
     "direction": DIRECTION_CODES,
     "level": LEVEL_CODES,
-    "feet": WORD_KINDS["feet"].codes,
+    **{kind: WORD_KINDS[kind].codes for kind in AMOUNTS if kind != "degrees"},
 }
 _NO_FRAMES = Span(0, 0)
 

@@ -228,9 +228,8 @@ def _refuse(program: Program) -> None:
         ),
         '"hold", and "at" beside other steps or with a length': not stays
         and any(state.manner in ("at", "hold") for state in states),
-        "the feet of a jump, degrees of turns and bends, how fast or large a movement is": any(
-            it.beside_cells for it in states
-        ),
+        "the feet of a jump, degrees of turns and bends, what is touched or carries, "
+        "and how fast or large a movement is": any(it.beside_cells for it in states),
         "arrows to another part": any(not edge.same for edge in edges),
         "limits on an arrow": any(arrow.length or arrow.skips for arrow in arrows),
     }

@@ -17,7 +17,7 @@ CLIP, MATCH = "clip", "match"
 
 FIELDS = (
     *("part", "direction", "level", "start", "end", "length", "swings", "margin", "else"),
-    *("degrees", "feet", "bend", *MEASURES),
+    *("degrees", "feet", "bend", "touched", "carrier", *MEASURES),
 )
 """What a label, or `MATCH`, has; `CLIP` has the capture's own columns."""
 

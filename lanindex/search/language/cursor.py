@@ -77,17 +77,18 @@ class Cursor:
         return self.advance() if self.stands(kind, *texts) else None
 
     def mover_at(self) -> Mover | None:
-        """Read who moves, if it is said here, in one word or two: ``r_arm``, ``right arm``."""
-        first, second = self.token, self.ahead(1)
-        if first.kind != "word":
-            return None
-        apart = None
-        if second.kind == "word":
-            apart = self.vocabulary.spelt_apart(first.text, second.text)
-        mover = apart or self.vocabulary.mover(first.text)
-        for _ in range(bool(mover) + bool(apart)):
-            self.advance()
-        return mover
+        """Read who moves, if it is said here, in up to three words: ``r_arm``, ``right arm``."""
+        for count in (3, 2, 1):
+            some = [self.ahead(number) for number in range(count)]
+            if any(token.kind != "word" for token in some):
+                continue
+            words = [token.text for token in some]
+            apart = self.vocabulary.spelt_apart(*words) if count > 1 else None
+            if mover := apart or (None if count > 1 else self.vocabulary.mover(words[0])):
+                for _ in some:
+                    self.advance()
+                return mover
+        return None
 
     def said(self, first: Token, last: Token | None = None) -> str:
         """Return the text from one token to another, on one line, and cut where it is long."""

@@ -24,8 +24,9 @@ from lanindex.search.language.query import (
     Step,
     Word,
 )
+from lanindex.search.language.things import OWN, values
 from lanindex.search.language.times import Length, Time
-from lanindex.search.language.words import ANY, DEGREES, RELATIVE, VALUES, Mover
+from lanindex.search.language.words import ANY, DEGREES, RELATIVE, Mover
 
 if TYPE_CHECKING:
     from lanindex import model
@@ -152,9 +153,9 @@ def _short(cursor: Cursor, begin: Token) -> PatternError:
 def _word_at(cursor: Cursor, begin: Token, kind: str) -> Word:
     if kind == "degrees":
         return Word(kind, (_number_at(cursor, begin) + DEGREES,))
-    if is_strange(cursor):
+    if is_strange(cursor) and cursor.token.text not in OWN.get(kind, ()):
         raise stranger(cursor)
-    found = VALUES.get(cursor.token.text) if cursor.stands("word") else None
+    found = values((kind,)).get(cursor.token.text) if cursor.stands("word") else None
     if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
         raise _short(cursor, begin)
     cursor.advance()

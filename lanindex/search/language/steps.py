@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, kind_of
+from collections.abc import Mapping
+
+from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
 from lanindex.errors import PatternError
 from lanindex.search.language.bending import MOVES
 from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.measures import angle_at, bare_at, is_angle, sixths_at
 from lanindex.search.language.mistakes import is_strange, nothing, stranger
 from lanindex.search.language.query import Step, Word, meaning
+from lanindex.search.language.things import OWN, values
 from lanindex.search.language.words import (
     ACROSS,
     ANY,
@@ -63,10 +66,11 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
     PatternError
         No step begins here, or its words do not agree.
     """
+    _check_meant(cursor, carried)
     written = cursor.mover_at()
     if written:
         mover = written.mirrored() if mirror else written
-    elif cursor.stands("word", *MANNERS, "not", *VALUES) or is_angle(cursor):
+    elif cursor.stands("word", *MANNERS, "not", *_values(*carried)) or is_angle(cursor):
         mover = _carried(cursor, carried, after)
     else:
         raise nothing(cursor, after)
@@ -74,6 +78,8 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
     mover = bends or mover
     token = cursor.take("word", *MANNERS)
     manner = token.text if token else "move"
+    if manner == "at" and any(kind in OWN for kind in _kind(mover).words):
+        raise cursor.error(f"It lasts as long as its movement does: {mover} 1s+", cursor.before)
     words = _words(cursor, mover, manner)
     if manner in _WHERE and not words:
         raise cursor.error(_WHERE[manner], cursor.before)
@@ -114,15 +120,30 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
     raise cursor.error(_NO_PART.get(after, carries_nothing))
 
 
+def _check_meant(cursor: Cursor, carried: frozenset[Mover]) -> None:
+    """Refuse a bare word that may be who moves, or what whoever is carried over touches."""
+    word, after = cursor.token.text, cursor.ahead(1)
+    own = any(word in OWN[kind] for mover in carried for kind in _kind(mover).words if kind in OWN)
+    goes_on = after.kind == "word" and after.text in (*MANNERS, "not", *VALUES)
+    goes_on |= cursor.vocabulary.spelt_apart(word, after.text) is not None
+    if own and not goes_on and cursor.vocabulary.mover(word):
+        (mover, *_) = carried
+        raise cursor.error(f"Which is meant? {mover} {word}, or the part: {word} any")
+
+
+def _starts_jump(cursor: Cursor) -> bool:
+    return VALUES.get(cursor.token.text, ("", ""))[0] == "feet"
+
+
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
     words: list[Word] = []
     telling: list[Word] = []  # what is denied once more tells nothing, and is not looked at again
-    while (_says(cursor) or cursor.stands("word", "not")) and cursor.ahead(1).text != ":":
+    while (_says(cursor, mover) or cursor.stands("word", "not")) and cursor.ahead(1).text != ":":
         begin = cursor.token
         negated = cursor.take("word", "not") is not None
-        if not _says(cursor):
+        if not _says(cursor, mover):
             raise _no_value(cursor, "Not what? A direction or level follows: not low")
-        words.append(_word(cursor, negated))
+        words.append(_word(cursor, mover, negated))
         if not (negated and words[-1] in telling):
             telling.append(words[-1])
             if found := _complaint(tuple(telling), mover, manner):
@@ -131,6 +152,12 @@ def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
     if number:
         told = f"{number}deg is degrees, {number}s seconds, {number}b beats, {number}f frames."
         raise cursor.error(f"{number} what? {told}")
+    for own in OWN.keys() & _kind(mover).words:
+        if not words and is_strange(cursor):
+            known = " ".join(WORD_KINDS[own].codes)
+            raise cursor.error(
+                f'No {WORD_KINDS[own].noun} "{cursor.token.text}". There is: {known}'
+            )
     return tuple(words)
 
 
@@ -138,30 +165,35 @@ def _kind(mover: Mover) -> Kind:
     return KINDS[kind_of(mover.members[0])]
 
 
-def _says(cursor: Cursor) -> bool:
+def _values(*movers: Mover) -> Mapping[str, tuple[str, str]]:
+    """Return the words that may be understood of some, by spelling."""
+    return values({kind for mover in movers for kind in _kind(mover).words})
+
+
+def _says(cursor: Cursor, mover: Mover) -> bool:
     token = cursor.token
-    return token.text in VALUES if token.kind == "word" else is_angle(cursor)
+    return token.text in _values(mover) if token.kind == "word" else is_angle(cursor)
 
 
-def _value(cursor: Cursor) -> tuple[str, str]:
+def _value(cursor: Cursor, mover: Mover) -> tuple[str, str]:
     """Read a word that says something, or an angle: of which kind it is, and its own spelling."""
     angle = angle_at(cursor)
     if angle:
         return "degrees", angle
-    kind, value = VALUES[cursor.advance().text]
+    kind, value = _values(mover)[cursor.advance().text]
     degree = sixths_at(cursor) if kind == "bend" and value in ("bend", "stretch", "bent") else ""
     return kind, f"{value} {degree}".rstrip()
 
 
-def _word(cursor: Cursor, negated: bool) -> Word:
+def _word(cursor: Cursor, mover: Mover, negated: bool) -> Word:
     begin = cursor.token
-    kind, value = _value(cursor)
+    kind, value = _value(cursor, mover)
     values = [value]
     while cursor.take("mark", "/"):
-        if not _says(cursor):
+        if not _says(cursor, mover):
             raise _no_value(cursor, 'Or what? A word of the same kind follows "/": high/low')
         first = cursor.token
-        other, value = _value(cursor)
+        other, value = _value(cursor, mover)
         if other != kind:
             raise cursor.error(
                 '"/" joins words of one kind: right/left, high/low. Both at once have no "/": '
@@ -193,6 +225,8 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     if moves and kind.name == "gesture":
         bent = str(word).replace("bend", "bent").replace("stretch", "bent")
         return f'"{word}" is a movement of its own; that of {mover.name} may end {bent}.'
+    if found := _untouched(word, mover):
+        return found
     before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
     if before and not word.negated:
         return _twice(before[0], word)
@@ -213,6 +247,17 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     if not meaning(words, word.kind, mover.members[0]):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'
     return None
+
+
+def _untouched(word: Word, mover: Mover) -> str | None:
+    """Return why hands do not touch so: each other together, all else each by itself."""
+    if word.kind != "touched" or word.values == (ANY,):
+        return None
+    if set(word.values) <= set(amounts_of(mover.members[0])):
+        return None
+    if "hand" in word.values:
+        return "Hand touches hand by itself: hands touch"
+    return f"Hands touch each other. Both of them something else: hand_touches {word}"
 
 
 def _twice(first: Word, second: Word) -> str:

@@ -25,6 +25,7 @@ from lanindex.search.language.cursor import Cursor
 from lanindex.search.language.lexer import Token
 from lanindex.search.language.measures import decimal_at, time_at
 from lanindex.search.language.mistakes import COUNT
+from lanindex.search.language.things import OWN
 from lanindex.search.language.times import Time
 from lanindex.search.language.words import ANY, LANGUAGE, RELATIVE, UNITS, VALUES
 
@@ -37,7 +38,7 @@ _SORTS = {
     "else": "direction",
     "degrees": "number",
     "bend": "number",
-    "feet": "feet",
+    **{"feet": "feet", "touched": "touched", "carrier": "carrier"},
     **dict.fromkeys(MEASURES, "number"),
 }
 """What a field of a label is; all others are times."""
@@ -47,6 +48,8 @@ _NOUNS = {
     "direction": "a direction",
     "level": "a level",
     "feet": "a kind of jump",
+    "touched": "a thing touched",
+    "carrier": "a carrier",
     "number": "a number",
     "time": "a time",
     "text": "a text",
@@ -103,10 +106,23 @@ def condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
     if again := cursor.take("mark", "="):
         remedy = "Write != once." if compare.text == "!=" else 'One "=" is enough.'
         raise cursor.error(remedy, compare, again)
-    said = Comparison(left, compare.text, _sum_at(cursor, labels))
+    said = _own(Comparison(left, compare.text, _sum_at(cursor, labels)))
     if found := _complaint(cursor, said):
         raise cursor.error(found, begin, cursor.before)
     return said
+
+
+def _own(said: Comparison) -> Comparison:
+    """Understand a word that is compared with what a hand touches, or what carries, as such."""
+    sorts = [sort_of(side.terms[0][1]) for side in (said.left, said.right)]
+    known = next((OWN[sort] for sort in sorts if sort in OWN), {})
+    sides = []
+    for side in (said.left, said.right):
+        (sign, term), *more = side.terms
+        if isinstance(term, Text) and term.text in known and not more:
+            side = Sum(((sign, Value(*known[term.text])),))
+        sides.append(side)
+    return Comparison(sides[0], said.compare, sides[1])
 
 
 def _mirrors_at(cursor: Cursor, labels: Collection[str]) -> Mirrors:
@@ -232,6 +248,8 @@ def _term_at(cursor: Cursor, labels: Collection[str]) -> Term:
                 cursor.before,
             )
         return Text(mover.name)
+    if any(token.text in known for known in OWN.values()):
+        return Text(cursor.advance().text)
     raise _no_term(cursor, token, labels)
 
 

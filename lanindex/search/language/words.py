@@ -12,6 +12,7 @@ from functools import lru_cache
 
 from lanindex.alphabet import (
     BENDS,
+    CARRIERS,
     DIRECTION_CODES,
     DIRECTIONS,
     FEET,
@@ -19,6 +20,7 @@ from lanindex.alphabet import (
     LEVELS,
     MIRRORED,
     MOST_AMOUNT,
+    TOUCHED,
     TRACKS,
     is_limb,
     mirrored_part,
@@ -139,10 +141,14 @@ WORD_KINDS = {
         kind: WordKind(noun, "", {below: BELOW, "usual": USUAL, above: ABOVE})
         for kind, noun, (below, above) in (("pace", "speed", PACES), ("extent", "size", EXTENTS))
     },
+    "touched": WordKind(
+        "thing touched", "amount", {name: code for code, name in enumerate(TOUCHED)}
+    ),
+    "carrier": WordKind("carrier", "amount", {name: code for code, name in enumerate(CARRIERS)}),
 }
 """Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
 
-AMOUNTS = ("feet", "degrees", "bend")
+AMOUNTS = ("feet", "degrees", "bend", "touched", "carrier")
 """The kinds of words that speak of a symbol's amount: no two can be said of one track."""
 
 MOVING = ("change", *GRADES)
@@ -176,13 +182,16 @@ LANGUAGE = (
 DEFAULT_PARTS = TRACKS
 """The parts that a pattern may name where no library says otherwise."""
 
-APART = ("right", "left", "either", "both", "body")
+APART = (
+    *("right", "left", "either", "both", "body", "other"),
+    *("hand", "hands", "r_hand", "l_hand"),
+)
 """Words that may stand before a part and tell which: ``right arm``, ``body turn``."""
 
 _BODY = "body_"
 """What may be left out of a part's name: ``travel``."""
 
-_PLURALS = {"foot": "feet"}
+_PLURALS = {"foot": "feet", "hand_touch": "hand_touches"}
 
 
 def mirrored_value(kind: str, value: str) -> str:
@@ -303,9 +312,9 @@ class Vocabulary:
         those = (mover.form, members)
         return next((it for it in self.movers.values() if (it.form, it.members) == those), None)
 
-    def spelt_apart(self, first: str, second: str) -> Mover | None:
-        """Return whom two words name together: ``right arm``, ``both arms``; or None."""
-        return self.movers.get(f"{first}_{second}") if first in APART else None
+    def spelt_apart(self, *words: str) -> Mover | None:
+        """Return whom words name together: ``right arm``, ``right hand touch``; or None."""
+        return self.movers.get("_".join(words)) if words[0] in APART else None
 
     def taken(self, word: str) -> str:
         """Return what a word means, so that it can be no name; or nothing.
