@@ -21,10 +21,15 @@ LIMBS = ("r_arm", "l_arm", "r_leg", "l_leg")
 
 def turned(motion: Motion, degrees: float) -> Motion:
     """Return the whole capture turned about the vertical."""
-    angle = np.radians(degrees)
-    x, y, z = np.moveaxis(motion.positions.astype(np.float64), 2, 0)
-    front, side = np.cos(angle) * x + np.sin(angle) * z, np.cos(angle) * z - np.sin(angle) * x
-    return replace(motion, positions=np.stack((front, y, side), axis=2).astype(np.float32))
+
+    def turn(vectors: np.ndarray) -> np.ndarray:
+        angle = np.radians(degrees)
+        x, y, z = np.moveaxis(vectors.astype(np.float64), 2, 0)
+        front, side = np.cos(angle) * x + np.sin(angle) * z, np.cos(angle) * z - np.sin(angle) * x
+        return np.stack((front, y, side), axis=2).astype(np.float32)
+
+    axes = {joint: turn(own) for joint, own in motion.axes.items()}
+    return replace(motion, positions=turn(motion.positions), axes=axes)
 
 
 def moved(motion: Motion, way: tuple[float, float, float]) -> Motion:
@@ -42,15 +47,25 @@ def mirrored(motion: Motion) -> Motion:
         JOINTS.index({"L": "R", "R": "L"}.get(name[0], name[0]) + name[1:]) for name in JOINTS
     ]
     skeleton = replace(motion.skeleton, body=motion.skeleton.body[swapped])
-    flipped = motion.positions * np.array([1, 1, -1], np.float32)
-    return replace(motion, skeleton=skeleton, positions=flipped)
+    mirror = np.array([1, 1, -1], np.float32)
+    axes = {
+        joint: own * np.array([[-1], [1]], np.float32) * mirror
+        for joint, own in motion.axes.items()
+    }
+    return replace(motion, skeleton=skeleton, positions=motion.positions * mirror, axes=axes)
 
 
 def thinned(motion: Motion, step: int) -> Motion:
     """Return every `step`-th frame; the first of the movement stands in for those before it."""
-    kept = motion.positions[::step].copy()
-    kept[: -(-motion.first // step)] = motion.positions[motion.first]
-    return replace(motion, rate=motion.rate / step, positions=kept, first=0)
+
+    def thin(values: np.ndarray) -> np.ndarray:
+        kept = values[::step].copy()
+        kept[: -(-motion.first // step)] = values[motion.first]
+        return kept
+
+    axes = {joint: thin(own) for joint, own in motion.axes.items()}
+    places = thin(motion.positions)
+    return replace(motion, rate=motion.rate / step, positions=places, first=0, axes=axes)
 
 
 def noisy(motion: Motion, size: float, seed: int = 0) -> Motion:

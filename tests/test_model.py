@@ -27,7 +27,7 @@ def test_a_rate_may_be_any_number() -> None:
 def test_a_motion_without_frames_is_refused() -> None:
     motion = motion_of(swung(1, 40, Fraction(30), 0.0), Fraction(30))
     with pytest.raises(EncodeError, match="no frames, wanted one at least"):
-        encode(replace(motion, positions=motion.positions[:0]))
+        encode(replace(motion, positions=motion.positions[:0], axes={}))
 
 
 def test_what_is_nowhere_is_a_gap() -> None:

@@ -103,6 +103,47 @@ def plan(
     )
 
 
+def aimed(work: Plan, channels: Sequence[Sequence[int]], joint: int, axes: Array) -> Plan:
+    """Lay out the work for vectors that turn with one joint.
+
+    Parameters
+    ----------
+    work : Plan
+        Of the whole skeleton.
+    channels : sequence
+        (J) as for `plan`.
+    joint : int
+        Which.
+    axes : ndarray
+        (K, 3) the vectors at rest.
+
+    Returns
+    -------
+    Plan
+        For `positions`, of which the last K are where the vectors point.
+    """
+    chain = [joint]
+    while work.parents[chain[-1]] >= 0:
+        chain.append(int(work.parents[chain[-1]]))
+    chain.reverse()
+    begins = np.cumsum([0, *map(len, channels)]).tolist()
+    turns = [
+        [(code - 3, begins[one] + place) for place, code in enumerate(channels[one]) if code >= 3]
+        for one in chain
+    ]
+    count, many = len(chain), len(axes)
+    about = np.array([turn for those in turns for turn in those], np.int64).reshape(-1, 2)
+    return Plan(
+        np.array([*range(-1, count - 1), *[count - 1] * many], np.int64),
+        np.concatenate((np.zeros((count, 3)), axes)),
+        np.full((count + many, 3), -1, np.int64),
+        np.cumsum([0, *map(len, turns), *[0] * many], dtype=np.int64),
+        np.ascontiguousarray(about[:, 0]),
+        np.ascontiguousarray(about[:, 1]),
+        work.child_first,
+    )
+
+
 def sine_cosine(degrees: Array) -> tuple[Array, Array]:
     """Return sine and cosine of angles.
 

@@ -18,6 +18,7 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import Stated, Understanding, body_of, understand
 from lanindex.body.calibration import BEGINNING, UNITS, unit_of
 from lanindex.body.clusters import Clusters
+from lanindex.body.facing import axes_of
 from lanindex.body.made import GAP
 from lanindex.body.markers import Making, making_of
 from lanindex.body.standing import at_rest, hung
@@ -159,6 +160,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         (*doubts, *found.doubts, *gaps),
         rotations,
         markers,
+        axes_of(skeleton, rotations),
     )
 
 

@@ -152,6 +152,10 @@ class Motion:
         be told from positions.
     markers : Markers or None
         Of a source that has them, where all of it was read.
+    axes : mapping of str to ndarray
+        By joint of the body, where the source tells how that is turned: (T, 2, 3) float32, where
+        what at rest points to the body's right, and up, points now; unit vectors, NaN where
+        unknown.
 
     Examples
     --------
@@ -173,6 +177,7 @@ class Motion:
     warnings: tuple[str, ...] = ()
     rotations: NDArray[np.float32] | None = None
     markers: Markers | None = None
+    axes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check shapes and rate and freeze the arrays."""
@@ -192,6 +197,13 @@ class Motion:
                     f"rotations have shape {self.rotations.shape}", wanted=str(wanted)
                 )
             object.__setattr__(self, "rotations", frozen(self.rotations))
+        for joint, axes in self.axes.items():
+            if axes.shape != (len(self), 2, 3):
+                raise EncodeError(
+                    f"axes of {joint} have shape {axes.shape}", wanted=f"({len(self)}, 2, 3)"
+                )
+        frozen_axes = {joint: frozen(axes) for joint, axes in self.axes.items()}
+        object.__setattr__(self, "axes", frozen_axes)
 
     def __len__(self) -> int:
         """Return the number of frames."""

@@ -93,6 +93,7 @@ def stretch(motion: Motion, span: Span) -> Motion:
         first=max(motion.first - span.start, 0),
         rotations=None if turns is None else turns[frames],
         markers=None if markers is None else Markers(markers.names, markers.positions[frames]),
+        axes={joint: axes[frames] for joint, axes in motion.axes.items()},
     )
 
 
@@ -126,6 +127,7 @@ def from_origin(motion: Motion) -> Motion:
         positions=moved(motion.positions),
         rotations=None if motion.rotations is None else _turned(motion.rotations, turn),
         markers=None if markers is None else Markers(markers.names, moved(markers.positions)),
+        axes={joint: (it @ ring.T).astype(np.float32) for joint, it in motion.axes.items()},
     )
 
 

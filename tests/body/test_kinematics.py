@@ -71,6 +71,24 @@ def test_parent_first_is_what_scipy_gives(movement):
 
 
 @settings(deadline=None)
+@given(movements(), st.booleans(), st.integers(0, 7))
+def test_vectors_turn_with_a_joint_as_what_hangs_on_it_does(movement, child_first, joint):
+    parents, offsets, channels, values = movement
+    joint, axes = min(joint, len(parents) - 1), np.array([[0.0, 1, 0], [0.6, 0, 0.8]])
+    work = kinematics.plan(parents, offsets, channels, child_first)
+    aimed = kinematics.aimed(work, channels, joint, axes)
+    longer = kinematics.plan(
+        [*parents, joint, joint], [*offsets, *axes.tolist()], [*channels, [], []], child_first
+    )
+    places = kinematics.positions(longer, values)
+    wanted = places[:, -2:] - places[:, [joint]]
+    reach = 1.0 + np.abs(places).max(initial=0)
+    for module in (kinematics, kinematics_fast):
+        found = module.positions(aimed, values)[:, -2:]
+        np.testing.assert_allclose(found, wanted, atol=1e-9 * reach)
+
+
+@settings(deadline=None)
 @given(st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=30))
 def test_sine_and_cosine(degrees):
     angles = np.array(degrees)

@@ -21,7 +21,7 @@ def thinned(motion: Motion, like: Motion, first: int) -> Motion:
     """Return a motion at the times of one with fewer frames."""
     frames = np.round(np.arange(len(like)) * float(motion.rate / like.rate)).astype(int) + first
     places = motion.positions[frames[frames < len(motion)]]
-    return replace(motion, positions=places, rate=like.rate, first=0, rotations=None)
+    return replace(motion, positions=places, rate=like.rate, first=0, rotations=None, axes={})
 
 
 def alike(one: Score, other: Score) -> float:

@@ -92,7 +92,7 @@ def test_what_is_never_known_is_left_out(compass) -> None:
     above = found.skeleton.names[found.skeleton.parents[hand]]
     assert above == "RightArm"
     with pytest.raises(ExportError, match="no body to speak of"):
-        whole(replace(loose(compass), positions=np.full((5, 20, 3), np.nan, np.float32)))
+        whole(replace(loose(compass), positions=np.full((5, 20, 3), np.nan, np.float32), axes={}))
 
 
 def test_the_origin_is_below_and_ahead_is_forward(compass) -> None:

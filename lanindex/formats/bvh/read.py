@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import JOINT_CODES
 from lanindex.body import body_of, sampled, understand
 from lanindex.body.calibration import BEGINNING
-from lanindex.body.kinematics import Plan, plan
+from lanindex.body.facing import TURNING, rest_axes
+from lanindex.body.kinematics import Plan, aimed, plan
 from lanindex.body.names import exporter_of
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh import floats
@@ -46,8 +48,13 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
     positions = np.empty((len(layout.frames), len(skeleton.names), 3), np.float32)
-    for start, places in frames.blocks():
-        found.oriented(places, positions[start : start + len(places)], kept)
+    turning = _turning(work, layout, found.body)
+    axes = {name: np.empty((len(positions), 2, 3), np.float32) for name in turning}
+    for start, values, places in frames.blocks():
+        part = slice(start, start + len(places))
+        found.oriented(places, positions[part], kept)
+        for name, own in turning.items():
+            axes[name][part] = found.turned(frames.paths.positions(own, values)[:, -2:])
     source = Source(
         path,
         "bvh",
@@ -58,7 +65,21 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         joints=joints.names,
     )
     doubts = (*_count_doubt(layout), *rate_doubt(rate), *found.doubts)
-    return Motion(skeleton, rate, positions, source, found.first, doubts)
+    return Motion(skeleton, rate, positions, source, found.first, doubts, axes=axes)
+
+
+def _turning(work: Plan, layout: Layout, body: NDArray[np.int16]) -> dict[str, Plan]:
+    """Return what tells the axes of joints, of a skeleton that stands at rest."""
+    joints = layout.hierarchy
+    rest = rest_axes(joints.parents, joints.offsets, body)
+    if exporter_of(joints.names).get("turns") == "bones":
+        rest = None
+    played = {} if rest is None else {name: int(body[JOINT_CODES[name]]) for name in TURNING}
+    return {
+        name: aimed(work, joints.channels, joint, rest)
+        for name, joint in played.items()
+        if rest is not None and joint >= 0
+    }
 
 
 def _order(told: str | None, names: tuple[str, ...]) -> tuple[str, str]:
@@ -85,22 +106,22 @@ class _Frames:
         What leads from channels to places.
     paths : Paths
         What reads the numbers and carries the plan out.
-    kept : ndarray or None
-        (T, J, 3) float64: of a short file everything, read once.
+    kept : tuple of ndarray or None
+        (T, C) and (T, J, 3) float64: of a short file everything, read once.
     """
 
     file: File
     layout: Layout
     work: Plan
     paths: Paths
-    kept: Floats | None = None
+    kept: tuple[Floats, Floats] | None = None
 
     def looked_at(self) -> tuple[Floats, Floats]:
         """Return the poses that tell the body, (S, J, 3), and the first frames."""
         count = len(self.layout.frames)
         if count <= BLOCK:
             self.kept = self._places(0, count)
-            return self.kept[sampled(count)], self.kept[:BEGINNING]
+            return self.kept[1][sampled(count)], self.kept[1][:BEGINNING]
         chosen = np.unique(np.append(sampled(count), np.arange(BEGINNING)))
         lines = self.layout.frames[chosen]
         values, bad = self._numbers(
@@ -113,21 +134,21 @@ class _Frames:
         places = self.paths.positions(self.work, values)
         return places[np.searchsorted(chosen, sampled(count))], places[:BEGINNING]
 
-    def blocks(self) -> Iterator[tuple[int, Floats]]:
-        """Yield the first frame of each block and its places, (T, J, 3) in units of the file."""
+    def blocks(self) -> Iterator[tuple[int, Floats, Floats]]:
+        """Yield blocks: the first frame, the numbers (T, C), and the places (T, J, 3) they tell."""
         if self.kept is not None:
-            yield 0, self.kept
+            yield 0, *self.kept
             return
         for start in range(0, len(self.layout.frames), BLOCK):
-            yield start, self._places(start, start + BLOCK)
+            yield start, *self._places(start, start + BLOCK)
 
-    def _places(self, start: int, stop: int) -> Floats:
+    def _places(self, start: int, stop: int) -> tuple[Floats, Floats]:
         """Read some frames, or say which of them is damaged and how."""
         lines = self.layout.frames[start:stop]
         data, begin = holding(self.file.content, int(lines[0, 0]), int(lines[-1, 1]))
         values, bad = self._numbers(data, lines - begin)
         if bad is None:
-            return self.paths.positions(self.work, values)
+            return values, self.paths.positions(self.work, values)
         first, last = lines[bad].tolist()
         line, width = data[first - begin : last - begin], self.layout.hierarchy.width
         found, wanted = floats.fault(line, width)

@@ -8,6 +8,8 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import JOINT_CODES
+from lanindex.body.facing import rest_axes
 from lanindex.errors import ExportError
 from lanindex.model import Motion, Skeleton
 from lanindex.rotation import euler, rotations
@@ -63,6 +65,7 @@ def write(motion: Motion) -> bytes:
     skeleton, points = motion.skeleton, motion.positions.astype(np.float64)
     _check(motion, points)
     turns = rotations(points, skeleton.offsets.astype(float), skeleton.parents.astype(int))
+    _aim(motion, turns)
     places, angles = _channels(points, turns, skeleton.parents.astype(int))
     stiff = bool(np.abs(places[:, 1:] - skeleton.offsets[1:]).max(initial=0) <= RIGID)
     ends = _ends(skeleton)
@@ -78,6 +81,22 @@ def write(motion: Motion) -> bytes:
         (" ".join(map(_short, row)) for row in np.concatenate(columns, axis=1).tolist()),
     )
     return ("\n".join(lines) + "\n").encode()
+
+
+def _aim(motion: Motion, turns: Floats) -> None:
+    """Turn the joints as far as a motion knows more of them than positions tell."""
+    skeleton = motion.skeleton
+    rest = rest_axes(skeleton.parents.tolist(), skeleton.offsets, skeleton.body)
+    for name, axes in motion.axes.items() if rest is not None else ():
+        joint, known = int(skeleton.body[JOINT_CODES[name]]), np.isfinite(axes).all(axis=(1, 2))
+        now, then = _frames(axes[known].astype(float)), _frames(np.array(rest)[None])
+        turns[known, joint] = now @ np.swapaxes(then, 1, 2)
+
+
+def _frames(axes: Floats) -> Floats:
+    """Return right, up and what is at right angles to them, as the columns of (T, 3, 3)."""
+    third = np.cross(axes[:, 0], axes[:, 1])
+    return np.stack((axes[:, 0], axes[:, 1], third), axis=2)
 
 
 def _channels(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[Floats, Floats]:

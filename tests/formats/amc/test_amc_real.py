@@ -8,9 +8,10 @@ import pytest
 
 import lanindex
 from lanindex import formats
-from lanindex.alphabet import JOINTS
+from lanindex.alphabet import JOINTS, kind_of
 from lanindex.formats import amc
 from lanindex.model import Motion, Span
+from lanindex.pipeline.convert import stretch
 
 LEG = ("Hip", "Knee", "Ankle", "Toe")
 TAKES = ("01_01", "02_01", "02_03", "02_04", "02_05", "02_06", "11_01")
@@ -69,9 +70,9 @@ def test_a_clip_with_its_skeleton_reads_back_equal(
 def test_symbols_are_those_of_the_conversion(both: tuple[Motion, Motion]) -> None:
     """Of legs, forearms, upper arms and hands: the whole arms differ with the forearm's length."""
     ours = lanindex.encode(both[0])
-    theirs = lanindex.encode(replace(both[1], positions=both[1].positions[1:], first=0))
+    theirs = lanindex.encode(replace(stretch(both[1], Span(1, len(both[1]))), first=0))
     for part in ours.tracks:
-        if part in ("r_arm", "l_arm", "torso", "head"):
+        if part in ("r_arm", "l_arm", "torso", "head") or kind_of(part) in ("twist", "incline"):
             continue
         symbols, wanted = ours.symbols(part), theirs.symbols(part)
         assert [it.words for it in symbols] == [it.words for it in wanted], part

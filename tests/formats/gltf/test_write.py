@@ -162,7 +162,7 @@ def test_what_was_unknown_is_not_believed_of_other_frames() -> None:
 @pytest.mark.parametrize("rate", [Fraction(24), Fraction(30000, 1001), Fraction(120)])
 def test_a_single_pose_keeps_its_rate(rate: Fraction) -> None:
     motion = formats.read(COMPASS)
-    pose = replace(motion, positions=motion.positions[:1], rate=rate)
+    pose = replace(motion, positions=motion.positions[:1], axes={}, rate=rate)
     assert again(pose).rate == rate
     assert len(again(pose)) == 1
 
