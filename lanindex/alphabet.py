@@ -114,6 +114,8 @@ class Kind:
         weight goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere.
         ``turn``: it turns about the vertical. ``bend``: an elbow or a knee bends or stretches.
         ``touch``: a hand touches something. ``carrier``: something else than feet takes the weight.
+        ``twist``: a part is turned against the one below. ``incline``: a part leans out of the
+        vertical.
     words : tuple of str
         Which words of the pattern language can be said of it, by their kind: first those of its
         fields.
@@ -127,6 +129,9 @@ class Kind:
         What its amounts are called, by number; empty: they are degrees.
     measures : tuple of str
         Which of `MEASURES` can be known of it.
+    lasts : bool
+        Whether its symbols say where something is from then on, so that each known stretch begins
+        with a starting position.
     """
 
     name: str
@@ -136,6 +141,7 @@ class Kind:
     directions: tuple[str, ...] = DIRECTIONS
     amounts: tuple[str, ...] = ()
     measures: tuple[str, ...] = ()
+    lasts: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -159,8 +165,9 @@ KINDS = {
             *("gesture", (*_CELL, "change", "bend", "pace", "extent"), _CELL, "direction"),
             amounts=HOW_BENT,
             measures=MEASURES,
+            lasts=True,
         ),
-        Kind("support", (*_CELL, "change"), _CELL, "support"),
+        Kind("support", (*_CELL, "change"), _CELL, "support", lasts=True),
         Kind("step", (*_CELL, "change"), _CELL),
         Kind("jump", ("direction", "feet"), ("direction", "amount"), "jump", amounts=FEET),
         Kind(
@@ -172,9 +179,18 @@ KINDS = {
             ("right", "left"),
             measures=("speed",),
         ),
-        Kind("bend", ("bend",), ("amount",), "bend", amounts=DEGREES_BENT),
+        Kind("bend", ("bend",), ("amount",), "bend", amounts=DEGREES_BENT, lasts=True),
         Kind("touch", ("touched",), ("amount",), "touch", amounts=TOUCHED),
         Kind("carrier", ("carrier",), ("amount",), "carrier", amounts=CARRIERS),
+        Kind(
+            *("twist", ("direction", "degrees"), ("direction", "amount"), "twist"),
+            ("right", "left", "place"),
+            lasts=True,
+        ),
+        Kind(
+            *("incline", ("direction", "degrees"), ("direction", "amount"), "incline"),
+            lasts=True,
+        ),
     )
 }
 """Every kind of track, by name; a library stores its place in this table."""
@@ -239,7 +255,10 @@ PARTS: dict[str, Part] = {
 }
 """Every part that is encoded as a limb, by name."""
 
-BODY = ("r_support", "l_support", "step", "jump", "body_travel", "body_turn")
+BODY = (
+    *("r_support", "l_support", "step", "jump", "body_travel", "body_turn"),
+    *("torso_twist", "head_turn", "torso_incline", "head_incline"),
+)
 """The tracks of the whole body, in order."""
 
 BENDS = {part: f"{part}_bend" for part in PARTS if part[2:] in ("arm", "leg")}
@@ -303,6 +322,8 @@ _KIND_OF_GROUP = {
     **{"body_travel": "travel", "body_turn": "turn"},
     **{"arm_bend": "bend", "leg_bend": "bend"},
     **{"hands_touch": "touch", "hand_touch": "touch", "other_support": "carrier"},
+    **{"torso_twist": "twist", "head_turn": "twist"},
+    **{"torso_incline": "incline", "head_incline": "incline"},
 }
 
 

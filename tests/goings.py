@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, FEET, LEVEL_CODES, LEVELS
+from lanindex.alphabet import (
+    DIRECTION_CODES,
+    DIRECTIONS,
+    FEET,
+    KINDS,
+    LEVEL_CODES,
+    LEVELS,
+    kind_of,
+)
 from lanindex.encode.timing import quantise
 from lanindex.model import Meter, Score, Span, Symbol, Track
 from lanindex.model.symbol import blank
@@ -109,25 +118,32 @@ class Tally:
     stops: list[int] = field(default_factory=list)
 
 
-def compared(score: Score, found: Score, tally: dict[str, Tally]) -> None:
+DEGREES = 5
+"""How far an angle may be off."""
+
+
+def compared(
+    score: Score, found: Score, tally: dict[str, Tally], parts: Sequence[str] = WEIGHT
+) -> None:
     """Add what became of the symbols of a score that was carried out and written down again.
 
-    Those belong together that end nearest to each other; a turn may differ by 5 degrees.
+    Those belong together that end nearest to each other; angles may differ by 5 degrees.
     """
-    for part in WEIGHT:
+    for part in parts:
         counts = tally.setdefault(part, Tally())
         ours, left = (_moves(one, part) for one in (score, found))
         for symbol in ours:
             counts.wanted += 1
-            near = min(left, key=lambda it: abs(it.stop - symbol.stop), default=None)
-            if near is None or abs(near.stop - symbol.stop) > RATE // 3:
+            start, stop = (round(it * RATE / score.rate) for it in (symbol.start, symbol.stop))
+            near = min(left, key=lambda it: abs(it.stop - stop), default=None)
+            if near is None or abs(near.stop - stop) > RATE // 3:
                 continue
             left.remove(near)
             same = (symbol.direction, symbol.level) == (near.direction, near.level)
             apart = abs((symbol.amount or 0) - (near.amount or 0))
-            counts.exact += same and apart <= (5 if part == "body_turn" else 0)
-            counts.starts.append(abs(symbol.start - near.start))
-            counts.stops.append(abs(symbol.stop - near.stop))
+            counts.exact += same and apart <= (0 if KINDS[kind_of(part)].amounts else DEGREES)
+            counts.starts.append(abs(start - near.start))
+            counts.stops.append(abs(stop - near.stop))
         counts.added += len(left)
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.body.facing import TURNING
 from lanindex.body.made import GAP
 from lanindex.encode import compiled
 from lanindex.encode.arithmetic import BLOCK, Block, blocks, runs
@@ -24,6 +25,14 @@ Floats = NDArray[np.float64]
 
 FEW = 4
 """Joints of which a whole block of frames is worked out at a time."""
+
+
+AXES = {
+    f"{joint} {way}": (joint, number)
+    for joint in TURNING
+    for number, way in enumerate(("right", "up"))
+}
+"""What points to a joint's own right, and up, beside the joints themselves: ``Head up``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +48,7 @@ class Stretch:
     known : Span
         The frames of the source.
     names : tuple of str
-        The joints.
+        The joints, and what of `AXES` is with them.
     """
 
     motion: Motion
@@ -92,7 +101,10 @@ def _size(joints: int) -> int:
 
 
 def at(motion: Motion, names: Sequence[str], frames: slice) -> Floats:
-    """Return where joints are in some frames of the source, gaps filled: (n, K, 3) float64, mm."""
+    """Return where joints are in some frames of the source, gaps filled: (n, K, 3) float64, mm.
+
+    Of `AXES` it is the way in which one points.
+    """
     reach = math.floor(GAP * motion.rate) + 1  # a gap that is filled ends within
     first, last = max(frames.start - reach, 0), max(frames.stop + reach, motion.first + 1)
     some = replace(
@@ -100,10 +112,23 @@ def at(motion: Motion, names: Sequence[str], frames: slice) -> Floats:
         positions=motion.positions[first:last],
         first=max(motion.first - first, 0),
         rotations=None,
+        axes={joint: axes[first:last] for joint, axes in motion.axes.items()},
     )
     joints = body(some, names)
-    order = [joints.names.index(name) for name in names]
-    return joints.places[frames.start - first : frames.stop - first].take(order, axis=1)
+    points = np.empty((len(joints), len(names), 3), order="F")
+    for column, name in enumerate(names):
+        points[:, column] = _axis(some, *AXES[name]) if name in AXES else joints[name]
+    return points[frames.start - first : frames.stop - first]
+
+
+def _axis(motion: Motion, joint: str, number: int) -> Floats:
+    """Return the way in which a joint's axis points, (T, 3); NaN where nothing tells."""
+    if joint not in motion.axes:
+        return np.full((len(motion), 3), np.nan)
+    axis = motion.axes[joint][:, number].astype(np.float64)
+    if 0 < motion.first < len(axis):
+        axis[: motion.first] = axis[motion.first]
+    return axis
 
 
 def stretches(

@@ -6,6 +6,7 @@ Source: ``encode/BODY.md``.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
 from lanindex.encode.bends import bends
 from lanindex.encode.ground import Ground, grounds, leg_of
+from lanindex.encode.inclines import inclines
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.rests import NEEDED, WISHED, apart, rests
@@ -20,6 +22,7 @@ from lanindex.encode.steps import Event, events, stood
 from lanindex.encode.timing import to_source
 from lanindex.encode.touch import arm_of, touches
 from lanindex.encode.track import Written
+from lanindex.encode.twists import twists
 from lanindex.encode.ways import travel, turns
 from lanindex.model import Motion, Span
 from lanindex.model.symbol import blank
@@ -62,6 +65,9 @@ def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written]
             ("body_turn", turns(front, profile)),
         ):
             found.append(_written(part, hips.known, begin, those, motion, profile))
+    for part, over, begun, those in chain(twists(motion, profile), inclines(motion, turn, profile)):
+        begin = over.frames.start
+        found.append(_written(part, over.known, begin, [begun, *those], motion, profile))
     return found, tuple(doubts)
 
 

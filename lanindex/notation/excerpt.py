@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import KINDS, is_limb
+from lanindex.alphabet import KINDS
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.bends import with_bends
 from lanindex.model.score import HEADING_RATE
@@ -97,8 +97,7 @@ def _cut(track: Track, span: Span) -> Track:
         known.append(Span(max(one.start - span.start, 0), min(one.stop, span.stop) - span.start))
         here = shown[(shown["start"] >= one.start) & (shown["start"] < one.stop)]
         in_force = here[here["stop"] <= span.start][-1:].copy()
-        if not (is_limb(track.part) or "level" in KINDS[track.kind].fields):
-            # what is over is nowhere any more
+        if not KINDS[track.kind].lasts:  # what is over is nowhere any more
             in_force = in_force[:0]
         in_force["start"] = in_force["stop"] = span.start
         in_force["ticks"] = in_force["swings"] = 0

@@ -17,7 +17,8 @@ def perform(
     Limbs are straight. Each symbol is one reach along the great circle from the direction in
     force to the symbol's, with minimum jerk, from its first frame to its end; between symbols the
     part rests. Forearm and shank have tracks of their own or follow the arm and leg, hands follow
-    the forearms, the head the torso, feet their shanks. The lower foot stands on the floor.
+    the forearms, the head the torso, feet their shanks. The lower foot stands on the floor. Chest
+    and head twist and lean on straight ways.
     Parts without a track hang or stand; passing symbols are passed over. Hands come to what they
     touch, whatever their arms' tracks say, if they reach it.
 

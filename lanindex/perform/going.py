@@ -240,6 +240,8 @@ def _foot(
     beside = place + offset[2] * _over(front)
     over, raised = np.tile(beside[0], (len(times), 1)), high.copy()
     own = [move for move in moves if side in move.feet or move.flies]
+    if not own:  # a body that turns without a step takes its feet along
+        return beside, raised
     begins = [int(np.searchsorted(times, move.start)) for move in own]
     free = False
     for move, now, until in zip(own, begins, [*begins, len(times)][1:], strict=True):

@@ -16,13 +16,14 @@ from lanindex.perform.figure import Body, Limb, standard
 from lanindex.perform.going import WEIGHT, Going, going
 from lanindex.perform.reach import FOLDED, UP, Cell, Reach, bent, direction, great_circle, reaches
 from lanindex.perform.touching import TOUCHES, touch
+from lanindex.perform.turning import TURNED, angles, head_right, leaning, twisted
 
 Floats = NDArray[np.float64]
 
 OTHER = "other_support"
 """The track of what else than feet carries."""
 
-CARRIED = (*WEIGHT, *TOUCHES, "step", "body_travel", *BENDS.values(), OTHER)
+CARRIED = (*WEIGHT, *TOUCHES, *TURNED, "step", "body_travel", *BENDS.values(), OTHER)
 """Tracks of the whole body: what others of them tell is not carried out twice."""
 
 REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
@@ -58,18 +59,28 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     body = standard()
     gone = going(score, times, body)
     bones = _bones(score, times, body)
-    joints = _joints(body, bones if gone is None else bones | gone.legs, gone)
+    chest = twisted(bones["torso"], angles(score, "torso_twist", times).real)
+    joints = _joints(body, bones if gone is None else bones | gone.legs, chest, gone)
     unreached = touch(joints, score, times, body)
+    axes = _axes(score, times, bones, gone)
     if noise:
         joints += _tremor(body, noise, seed, frames)
     source = Source("", "score", "mm", 1.0, "y")
-    return Motion(
-        body.skeleton,
-        rate,
-        joints.astype(np.float32),
-        source,
-        warnings=(*_left_out(score, body), *unreached),
-    )
+    places, said = joints.astype(np.float32), (*_left_out(score, body), *unreached)
+    return Motion(body.skeleton, rate, places, source, warnings=said, axes=axes)
+
+
+def _axes(
+    score: Score, times: Floats, bones: dict[str, Floats], gone: Going | None
+) -> dict[str, NDArray[np.float32]]:
+    """Return how the head is turned, where the score tells anything of it."""
+    if not {"head_turn", "head_incline"} & score.tracks.keys():
+        return {}
+    turn = (angles(score, part, times).real for part in ("torso_twist", "head_turn"))
+    _, across = twisted(bones["torso"], sum(turn, np.zeros(len(times))))
+    right = head_right(bones["head"], bones["torso"], across)
+    axes = np.stack((_seen(right), _seen(bones["head"])), axis=1)
+    return {"Head": (axes if gone is None else _fronted(axes, gone)).astype(np.float32)}
 
 
 def _left_out(score: Score, body: Body) -> tuple[str, ...]:
@@ -94,12 +105,17 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
     """Return the direction of each bone, (T, 3) unit vectors of the body frame.
 
     A bone's own track counts first, then that of its limb; a lower bone without either
-    follows the upper one.
+    follows the upper one. Of torso and head their inclines count before: they are finer.
     """
     own = {
         part: _pointed(score, part, times)
         for part in score.tracks
         if part in PARTS and PARTS[part].group not in body.limbs
+    }
+    own |= {
+        part: leaning(angles(score, f"{part}_incline", times))
+        for part in ("torso", "head")
+        if f"{part}_incline" in score.tracks
     }
     bones = {"torso": own.get("torso", np.broadcast_to(UP, (len(times), 3)))}
     bones["head"] = own.get("head", bones["torso"])
@@ -202,7 +218,9 @@ def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
     return turned
 
 
-def _joints(body: Body, bones: dict[str, Floats], gone: Going | None) -> Floats:
+def _joints(
+    body: Body, bones: dict[str, Floats], chest: tuple[Floats, Floats], gone: Going | None
+) -> Floats:
     """Return positions (T, J, 3), mm, y up; facing +z, left +x at first.
 
     A body that goes nowhere has the lower foot on the floor.
@@ -214,7 +232,8 @@ def _joints(body: Body, bones: dict[str, Floats], gone: Going | None) -> Floats:
     for joint, (parent, bone) in enumerate(zip(skeleton.parents, body.bones, strict=True)):
         offset = np.broadcast_to(offsets[joint], (frames, 3))
         if bone == "torso":
-            offset = _seen(_turned(_felt(offset), UP, bones[bone]))
+            axes = np.stack((chest[0], bones[bone], chest[1]), axis=1)
+            offset = _seen(np.einsum("ti,tij->tj", _felt(offset), axes))
         elif bone:
             offset = np.linalg.norm(offsets[joint]) * _seen(bones[bone])
         joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
@@ -227,12 +246,15 @@ def _joints(body: Body, bones: dict[str, Floats], gone: Going | None) -> Floats:
 
 def _gone(joints: Floats, gone: Going) -> Floats:
     """Turn a body about its root, and bring it to its place."""
-    own = joints - joints[:, :1]
-    sine, cosine = np.sin(gone.front)[:, None], np.cos(gone.front)[:, None]
-    x, z = own[..., 0].copy(), own[..., 2].copy()
-    own[..., 0], own[..., 2] = x * cosine + z * sine, z * cosine - x * sine
-    found: Floats = own + _seen(gone.hips)[:, None]
+    found: Floats = _fronted(joints - joints[:, :1], gone) + _seen(gone.hips)[:, None]
     return found
+
+
+def _fronted(vectors: Floats, gone: Going) -> Floats:
+    """Turn vectors, (T, K, 3), as a body has turned."""
+    sine, cosine = np.sin(gone.front)[:, None], np.cos(gone.front)[:, None]
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.stack((x * cosine + z * sine, y, z * cosine - x * sine), axis=-1)
 
 
 def _seen(vectors: Floats) -> Floats:

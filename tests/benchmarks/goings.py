@@ -1,9 +1,9 @@
-"""Steps, jumps and turns drawn at random, carried out, and written down again.
+"""Steps, jumps, turns, twists and inclines drawn at random, carried out, and written down again.
 
     python tests/benchmarks/goings.py [SCORES]
 
 Prints, without noise and with 2 mm on every coordinate: how many symbols there were, how many came
-back exactly (a turn within 5 degrees), how many came that were not there, and how many frames of 60
+back exactly (angles within 5 degrees), how many came that were not there, and how many frames of 60
 their borders are off.
 """
 
@@ -16,6 +16,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from lanindex import encode
 from lanindex.perform import perform
+from lanindex.perform.going import WEIGHT
+from lanindex.perform.turning import TURNED
+from tests import turnings
 from tests.goings import RATE, Tally, compared, drawn
 
 
@@ -24,13 +27,14 @@ def main() -> int:
     for noise in (0.0, 2.0):
         tally: dict[str, Tally] = {}
         for seed in range(count):
-            score = drawn(seed)
-            compared(score, encode(perform(score, rate=RATE, noise=noise, seed=seed)), tally)
+            for score, parts in ((drawn(seed), WEIGHT), (turnings.drawn(seed), TURNED)):
+                motion = perform(score, rate=RATE, noise=noise, seed=seed)
+                compared(score, encode(motion), tally, parts)
         print(f"{count} scores, noise {noise:g} mm; borders in frames, p50 p95")
         for part, it in tally.items():
             starts, stops = (np.percentile(off, [50, 95]) for off in (it.starts, it.stops))
             print(
-                f"{part:10} {it.exact:5} of {it.wanted:5} ({it.exact / it.wanted:.4f}), "
+                f"{part:13} {it.exact:5} of {it.wanted:5} ({it.exact / it.wanted:.4f}), "
                 f"{it.added} added; starts {starts[0]:.0f} {starts[1]:.0f}, "
                 f"stops {stops[0]:.0f} {stops[1]:.0f}"
             )

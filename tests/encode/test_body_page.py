@@ -2,13 +2,27 @@
 
 import re
 
-from lanindex.encode import bends, ground, measures, rests, steps, tempo, touch, ways
+from lanindex.encode import (
+    bends,
+    ground,
+    inclines,
+    measures,
+    rests,
+    steps,
+    swings,
+    tempo,
+    touch,
+    twists,
+    ways,
+)
 from lanindex.encode.profile import BUILT_IN
 from lanindex.model.measures import LIMITS
 from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
-MODULES = (bends, ground, steps, rests, ways, touch, measures, tempo, beats)
+MODULES = (
+    *(bends, ground, inclines, steps, rests, swings, twists, ways, touch, measures, tempo, beats),
+)
 
 
 def test_every_number_is_that_of_the_code():

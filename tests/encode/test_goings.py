@@ -5,6 +5,8 @@ import pytest
 
 from lanindex import encode, read_lnd, write_lnd
 from lanindex.perform import perform
+from lanindex.perform.turning import TURNED
+from tests import turnings
 from tests.goings import RATE, Tally, compared, drawn
 
 SEEDS = range(6)
@@ -45,3 +47,24 @@ def test_what_goes_through_lnd_is_carried_out_the_same():
     frames = min(len(ours), len(theirs))
     apart = np.abs(ours.positions[:frames] - theirs.positions[:frames]).max(axis=(1, 2))
     assert np.percentile(apart, 95) < 150  # ticks are an eighth of a second
+
+
+@pytest.mark.parametrize(("noise", "least"), [(0.0, 0.99), (2.0, 0.97)])
+def test_twists_and_inclines_come_back(noise, least):
+    tally: dict[str, Tally] = {}
+    for seed in SEEDS:
+        score = turnings.drawn(seed)
+        found = encode(perform(score, rate=RATE, noise=noise, seed=seed))
+        compared(score, found, tally, TURNED)
+    for part, counts in tally.items():
+        assert counts.wanted > 50, part
+        assert counts.exact >= least * counts.wanted, part
+        assert counts.added <= 1, part
+        assert np.percentile(counts.starts, 95) <= 9, part
+        assert np.percentile(counts.stops, 95) <= 9, part
+
+
+def test_a_body_that_turns_without_a_step_takes_its_feet_along():
+    motion = perform(read_lnd("#unit1\nrotation body_turn left 90 0 2\n"), rate=30)
+    toes = motion.positions[:, motion.skeleton.names.index("LeftToeBase")]
+    assert toes[-1][[0, 2]] == pytest.approx([toes[0][2], -toes[0][0]], abs=1)

@@ -39,13 +39,19 @@ BODY_LINES = """\
 direction r_arm place low 0 0
 support r_support place mid 0 0
 support l_support place mid 0 0
+twist torso_twist place 0 0 0
+twist head_turn right 40 0 0
+incline torso_incline forward 20 0 0
+incline head_incline place 0 0 0
 #unit1
 support r_support forward mid 0 1
 travel body_travel forward 20 0 6
 jump jump r_forward leap 1 1.25
 support l_support forward low 1.25 2
 rotation body_turn left 90 2 4
+twist torso_twist left 45 2 3
 #unit2
+incline torso_incline l_back 25 1 2
 travel body_travel place 0 2 8
 jump jump place spring 3 3.5
 """
@@ -66,6 +72,12 @@ def test_the_whole_body() -> None:
         "body_travel forward 20deg [0, 48)",
         "body_travel place [48, 96)",
         "body_turn left 90deg [16, 32)",
+        "torso_twist place [0, 0)",
+        "torso_twist left 45deg [16, 24)",
+        "head_turn right 40deg [0, 0)",
+        "torso_incline forward 20deg [0, 0)",
+        "torso_incline l_back 25deg [40, 48)",
+        "head_incline place [0, 0)",
     ]
 
 

@@ -8,7 +8,7 @@ from fast_search import find_fast
 from query_cases import recordings_of, track
 from sample import ENCODING
 
-from lanindex.alphabet import BODY, DIRECTIONS
+from lanindex.alphabet import DIRECTIONS
 from lanindex.errors import PatternError, UsageError
 from lanindex.library.store import Store
 from lanindex.model import Span
@@ -48,6 +48,16 @@ SENTENCES = {
         "The body travels forward, on a way that curves by 45 degrees or more."
     ),
     "travel via side": "The body travels, if only in passing, to either side.",
+    "torso twist left 45deg -> place": (
+        "The torso twists to the left, by 23 to 67 degrees (or begins there), then twists in place."
+    ),
+    "head turn at right >60deg 2s+": (
+        "The head is to the right, by 61 degrees or more, for at least 2 s."
+    ),
+    "incline forward >40deg -> hold": (
+        "The torso inclines forward, by 41 degrees or more (or begins there), "
+        "then stays where it is."
+    ),
     "step place low -> at left": ("A foot steps in place, low, then is to the left."),
 }
 
@@ -71,6 +81,9 @@ def test_a_query_in_english(text: str) -> None:
         ("mirror(jump r_forward leap)", "(jump l_forward leap)"),
         ("mirror(step side_forward)", "(step side_forward)"),
         ("rotation body_turn left 90 1 2", "body_turn left 90deg"),
+        ("Torso Twist left", "torso_twist left"),
+        ("mirror(head turn left -> twist place)", "(head_turn right -> torso_twist place)"),
+        ("head incline r_forward 30deg", "head_incline r_forward 30deg"),
         ("jump jump forward leap 0 1", "jump forward leap"),
         ("Right Hand Touch Knees", "r_hand_touch knee"),
         ("mirror(r_hand touch head)", "(l_hand_touch head)"),
@@ -135,7 +148,7 @@ def library(tmp_path):
 
 
 def test_a_library_is_asked_for_what_the_body_does(library) -> None:
-    assert library.parts() == [part for part in BODY if part[:2] not in ("r_", "l_")]
+    assert library.parts() == ["step", "jump", "body_travel", "body_turn"]
     hits = library.search("turn >90deg with travel place")
     assert [(hit.span.start, hit.span.stop) for hit in hits] == [(25, 60)] * 3
     assert [str(it) for it in hits[0].symbols] == [

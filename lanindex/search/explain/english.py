@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from lanindex.alphabet import is_limb, kind_of
+from lanindex.alphabet import KINDS, kind_of
 from lanindex.model.measures import GRADES
 from lanindex.search.explain.clauses import endings, time
 from lanindex.search.language.query import (
@@ -84,8 +84,12 @@ _DOINGS = {
     "travel": ("the body", "travels"),
     "turn": ("the body", "turns"),
     "carrier": ("the body", "rests"),
+    "torso_twist": ("the torso", "twists"),
+    "head_turn": ("the head", "turns"),
+    "torso_incline": ("the torso", "inclines"),
+    "head_incline": ("the head", "inclines"),
 }
-"""By kind of track, who does it, and what."""
+"""By kind of track, or by part, who does it, and what."""
 _LENGTHS = {
     "<": "less than {}",
     "<=": "at most {}",
@@ -163,7 +167,7 @@ def _may_be_there(item: Item) -> bool:
     step = item.unit
     return (
         isinstance(step, Step)
-        and is_limb(step.mover.members[0])
+        and KINDS[kind_of(step.mover.members[0])].lasts
         and (step.manner, item.length, item.repeat) == ("move", None, ONCE)
         and not any(word.kind == "change" and not word.negated for word in step.words)
         and not any(word.kind in GRADES for word in step.words)
@@ -206,9 +210,14 @@ def _length(length: Length) -> str:
     return _LENGTHS[length.form].format(time(length.time))
 
 
+def _doing(mover: Mover) -> tuple[str, str] | None:
+    part = mover.members[0]
+    return _DOINGS.get(part) or _DOINGS.get(kind_of(part))
+
+
 def who(mover: Mover) -> str:
     """Return a part or pair as a person would name it."""
-    if doing := _DOINGS.get(kind_of(mover.members[0])):
+    if doing := _doing(mover):
         return doing[0]
     name = mover.name.replace("_bend", "", 1).replace("_touches", "s").replace("_touch", "")
     name = name.replace("_", " ")
@@ -223,7 +232,7 @@ def who(mover: Mover) -> str:
 def _step(step: Step) -> str:
     many = step.mover.form == "both"
     verb, place = _MANNERS[step.manner][many]
-    if step.manner in ("move", "via") and (doing := _DOINGS.get(kind_of(step.mover.members[0]))):
+    if step.manner in ("move", "via") and (doing := _doing(step.mover)):
         verb, place = verb.replace("goes", "moves").replace("moves", doing[1]), ""
     if kind_of(step.mover.members[0]) == "bend" and step.manner in ("move", "via"):
         bends = _bends(step) if many else re.sub("(bend|stretch)", _third, _bends(step))

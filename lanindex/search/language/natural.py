@@ -33,33 +33,15 @@ _HIGH["thigh"] = _HIGH["leg"]
 _BENT = {"upper_arm": "arm", "thigh": "leg", "arm": "arm", "leg": "leg"}
 """What bends, by what is said to: ``thigh`` stands for the knee, too."""
 
-_TILT = "  (a tilt: the head's turns are not written down)"
 
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """What plain words say.
-
-    Attributes
-    ----------
-    pattern : str
-        The same in the language.
-    remark : str
-        What it does not say.
-    """
-
-    pattern: str
-    remark: str = ""
-
-
-def reading(text: str) -> Reading | None:
-    """Return what plain words say, None where that is not clear to the last word.
+def reading(text: str) -> str | None:
+    """Return the pattern that plain words say, None where that is not clear to the last word.
 
     Examples
     --------
     >>> from lanindex.search.language.natural import reading
     >>> reading("raise the right hand"), reading("walk")
-    (Reading(pattern='r_arm high', remark=''), None)
+    ('r_arm high', None)
     """
     if len(text) > _LONGEST:
         return None
@@ -83,12 +65,12 @@ def offer_reading(error: PatternError, understood: Callable[[str], Any]) -> None
     if read is None:
         return
     try:
-        understood(read.pattern)
+        understood(read)
     except PatternError:
         return
     found = _GUESS.sub("", error.found)
     stop = "" if found.endswith((".", "?")) else "."
-    error.found = f"{found}{stop} Did you mean:  {read.pattern}{read.remark}"
+    error.found = f"{found}{stop} Did you mean:  {read}"
     error.args = (error.found,)
 
 
@@ -181,7 +163,7 @@ def _clauses(meanings: Iterator[Meaning]) -> Iterator[_Clause]:
     yield clause
 
 
-def _said(clauses: list[_Clause]) -> Reading:
+def _said(clauses: list[_Clause]) -> str:
     """Return what the clauses say together."""
     clauses = _joined(clauses)
     if not clauses[0].limb and clauses[0].verbs in (["lean"], ["bend"]):
@@ -194,14 +176,13 @@ def _said(clauses: list[_Clause]) -> Reading:
         raise UnclearError
     if all(clause.values + clause.verbs == [] for clause in clauses):
         raise UnclearError
-    pattern, remark = _step(clauses[0], clauses[0].mover), _remark(clauses[0])
+    pattern = _step(clauses[0], clauses[0].mover)
     for before, clause in pairwise(clauses):
         name = clause.mover if clause.limb else ""
         if not clause.limb and clause.link in ("->", "..."):
             clause.limb, clause.side = before.limb, before.side
         pattern += f" {clause.link} {_step(clause, name)}"
-        remark = remark or _remark(clause)
-    return Reading(pattern, remark)
+    return pattern
 
 
 def _joined(clauses: list[_Clause]) -> list[_Clause]:
@@ -235,6 +216,7 @@ def _step(clause: _Clause, name: str) -> str:
     manner = _MANNERS.get(clause.verbs[0], "") if clause.verbs else ""
     if len(clause.verbs) > 1 or (not words and manner != "hold") or (words and manner == "hold"):
         raise UnclearError
+    name = "head_turn" if "turn" in clause.verbs else name
     return " ".join(filter(None, (name, manner, *words)))
 
 
@@ -322,7 +304,3 @@ _VERBS = {
     "put": _put,
 }
 """By verb, what checks whether its limb can do that, and adds what it says."""
-
-
-def _remark(clause: _Clause) -> str:
-    return _TILT if "turn" in clause.verbs else ""

@@ -219,7 +219,7 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     kind = _kind(mover)
     moves = word.kind == "bend" and word.values[0].split()[0] in MOVES
     if word.kind not in kind.words and word.values != (ANY,):
-        return f'"{word}" cannot be said of {mover.name}: a {kind.name} has no {noun}.'
+        return f'"{word}" cannot be said of {mover.name}: {_a(kind.name)} has no {noun}.'
     if word.kind == "bend" and any(it not in _BENDING for it in mover.members):
         return f'"{word}" cannot be said of {mover.name}: only arms and legs bend and stretch.'
     if moves and kind.name == "gesture":
@@ -258,6 +258,10 @@ def _untouched(word: Word, mover: Mover) -> str | None:
     if "hand" in word.values:
         return "Hand touches hand by itself: hands touch"
     return f"Hands touch each other. Both of them something else: hand_touches {word}"
+
+
+def _a(noun: str) -> str:
+    return f"{'an' if noun[0] in 'aeio' else 'a'} {noun}"
 
 
 def _twice(first: Word, second: Word) -> str:

@@ -183,13 +183,16 @@ DEFAULT_PARTS = TRACKS
 """The parts that a pattern may name where no library says otherwise."""
 
 APART = (
-    *("right", "left", "either", "both", "body", "other"),
+    *("right", "left", "either", "both", "body", "other", "torso", "head"),
     *("hand", "hands", "r_hand", "l_hand"),
 )
 """Words that may stand before a part and tell which: ``right arm``, ``body turn``."""
 
-_BODY = "body_"
-"""What may be left out of a part's name: ``travel``."""
+_SHORT = {
+    **{"travel": "body_travel", "turn": "body_turn"},
+    **{"twist": "torso_twist", "incline": "torso_incline"},
+}
+"""What parts are called for short."""
 
 _PLURALS = {"foot": "feet", "hand_touch": "hand_touches"}
 
@@ -280,8 +283,9 @@ def _movers(parts: Collection[str]) -> dict[str, Mover]:
                 if mover in movers:
                     said = f"{word}_{plural if word == 'both' else group}"
                     movers.setdefault(said, movers[mover])
-        elif name.startswith(_BODY):
-            movers.setdefault(name.removeprefix(_BODY), movers[name])
+    for short, name in _SHORT.items():
+        if name in movers:
+            movers.setdefault(short, movers[name])
     return movers
 
 

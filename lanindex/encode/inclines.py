@@ -1,0 +1,84 @@
+"""How far torso and head lean out of the vertical, and which way.
+
+Source: ``encode/BODY.md``, "Inclines".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encode.places import stretches
+from lanindex.encode.profile import Profile
+from lanindex.encode.swings import Angles, arrivals
+from lanindex.encode.twists import TRUNK, Told, trunk
+from lanindex.model import Motion
+
+Floats = NDArray[np.float64]
+
+INCLINED = 15.0
+"""Degrees: what leans less is in place."""
+
+
+def inclines(motion: Motion, turn: Floats, profile: Profile) -> Iterator[Told]:
+    """Yield what leans, stretch by stretch.
+
+    Parameters
+    ----------
+    motion : Motion
+        The capture.
+    turn : ndarray
+        (N,) radians, as from `lanindex.encode.limbs.heading`.
+    profile : Profile
+        Rate and smoothing.
+
+    Yields
+    ------
+    tuple
+        As from `lanindex.encode.twists.twists`.
+    """
+    for part, needed, upward in (
+        ("torso_incline", TRUNK, trunk),
+        ("head_incline", ("Head up",), _top),
+    ):
+        for over in stretches(motion, profile, needed):
+            front = turn[over.frames.start : over.frames.stop]
+            angles = np.empty(len(over.frames), np.complex128)
+            for block, places in over.blocks():
+                angles[block.inner] = leaning(upward(places), front[block.inner])
+            yield part, over, *arrivals(angles, INCLINED, profile, True)
+
+
+def _top(places: dict[str, Floats]) -> Floats:
+    return places["Head up"]
+
+
+def leaning(upward: Floats, turn: Floats) -> Angles:
+    """Return how far something leans to the right, and (the imaginary part) forward.
+
+    Parameters
+    ----------
+    upward : ndarray
+        (N, 3) float64: where it points, in the axes of the capture.
+    turn : ndarray
+        (N,) radians, the heading.
+
+    Returns
+    -------
+    ndarray
+        (N,) complex128, degrees.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.inclines import leaning
+    >>> leaning(np.array([[1.0, 1, 0]]), np.zeros(1)).round(6)
+    array([0.+45.j])
+    """
+    east, up, south = upward.T
+    flat = np.hypot(east, south)
+    size = np.degrees(np.arctan2(flat, up)) / np.maximum(flat, 1e-9)
+    lean: Angles = size * (south + 1j * east) * np.exp(-1j * turn)
+    return lean

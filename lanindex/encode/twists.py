@@ -1,0 +1,101 @@
+"""How the chest is turned against the pelvis, and the head against the chest.
+
+Source: ``encode/BODY.md``, "Twists".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encode.places import Stretch, stretches
+from lanindex.encode.profile import Profile
+from lanindex.encode.steps import Event
+from lanindex.encode.swings import Angles, arrivals
+from lanindex.model import Motion
+
+Floats = NDArray[np.float64]
+
+TWISTED = 30.0
+"""Degrees: what is turned less is in place."""
+
+TRUNK = ("RHip", "LHip", "RShoulder", "LShoulder")
+
+Told = tuple[str, Stretch, Event, list[Event]]
+"""A part and a stretch; where the part is at first, and what it does."""
+
+
+def twists(motion: Motion, profile: Profile) -> Iterator[Told]:
+    """Yield what twists, stretch by stretch.
+
+    Parameters
+    ----------
+    motion : Motion
+        The capture.
+    profile : Profile
+        Rate and smoothing.
+
+    Yields
+    ------
+    tuple
+        Of the torso, and of the head where the source tells how that is turned.
+    """
+    for part, needed, turned in (
+        ("torso_twist", TRUNK, torso),
+        ("head_turn", (*TRUNK, "Head right"), head),
+    ):
+        for over in stretches(motion, profile, needed):
+            angles = np.empty(len(over.frames), np.complex128)
+            for block, places in over.blocks():
+                angles[block.inner] = turned(places)
+            yield part, over, *arrivals(angles, TWISTED, profile, False)
+
+
+def torso(places: dict[str, Floats]) -> Angles:
+    """Return how far the shoulders are turned to the right of the hips, (N,) degrees."""
+    hips, shoulders = (places["R" + it] - places["L" + it] for it in ("Hip", "Shoulder"))
+    return between(hips, shoulders, trunk(places))
+
+
+def head(places: dict[str, Floats]) -> Angles:
+    """Return how far the head is turned to the right of the shoulders, (N,) degrees."""
+    shoulders = places["RShoulder"] - places["LShoulder"]
+    return between(shoulders, places["Head right"], trunk(places))
+
+
+def trunk(places: dict[str, Floats]) -> Floats:
+    """Return the way from the middle of the hips to that of the shoulders, (N, 3)."""
+    hips, shoulders = (places["R" + it] + places["L" + it] for it in ("Hip", "Shoulder"))
+    way: Floats = (shoulders - hips) / 2
+    return way
+
+
+def between(first: Floats, second: Floats, about: Floats) -> Angles:
+    """Return by how many degrees lines are turned against others about an axis.
+
+    Parameters
+    ----------
+    first, second, about : ndarray
+        (N, 3) float64.
+
+    Returns
+    -------
+    ndarray
+        (N,) complex128, degrees to the right, at most 180; to the left they are below 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.twists import between
+    >>> between(np.array([[1.0, 0, 0]]), np.array([[1.0, 3, 1]]), np.array([[0.0, 1, 0]]))
+    array([45.+0.j])
+    """
+    axis = about / np.maximum(np.linalg.norm(about, axis=1, keepdims=True), 1e-9)
+    one, other = (
+        some - (some * axis).sum(axis=1, keepdims=True) * axis for some in (first, second)
+    )
+    left = (np.cross(one, other) * axis).sum(axis=1)
+    angles: Angles = np.degrees(np.arctan2(-left, (one * other).sum(axis=1))) + 0j
+    return angles
