@@ -113,7 +113,8 @@ class Kind:
         ``gesture``: a limb points somewhere. ``support``: it takes the weight. ``step``: the
         weight goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere.
         ``turn``: it turns about the vertical. ``bend``: an elbow or a knee bends or stretches.
-        ``touch``: a hand touches something. ``carrier``: something else than feet takes the weight.
+        ``stance``: a foot holds the weight. ``touch``: a hand touches something. ``carrier``:
+        something else than feet takes the weight.
         ``twist``: a part is turned against the one below. ``incline``: a part leans out of the
         vertical.
     words : tuple of str
@@ -181,6 +182,7 @@ KINDS = {
         ),
         Kind("bend", ("bend",), ("amount",), "bend", amounts=DEGREES_BENT, lasts=True),
         Kind("touch", ("touched",), ("amount",), "touch", amounts=TOUCHED),
+        Kind("stance", ("level",), ("level",), "stance"),
         Kind("carrier", ("carrier",), ("amount",), "carrier", amounts=CARRIERS),
         Kind(
             *("twist", ("direction", "degrees"), ("direction", "amount"), "twist"),
@@ -264,7 +266,7 @@ BODY = (
 BENDS = {part: f"{part}_bend" for part in PARTS if part[2:] in ("arm", "leg")}
 """The tracks of elbows and knees, by the limb that they are of."""
 
-CONTACTS = ("other_support", "hands_touch", "r_hand_touch", "l_hand_touch")
+CONTACTS = ("r_stance", "l_stance", "other_support", "hands_touch", "r_hand_touch", "l_hand_touch")
 """The tracks of what touches what: the body the ground, the hands each other and the body."""
 
 TRACKS = (*PARTS, *BODY, *BENDS.values(), *CONTACTS)
@@ -321,6 +323,7 @@ _KIND_OF_GROUP = {
     **{"support": "support", "step": "step", "jump": "jump"},
     **{"body_travel": "travel", "body_turn": "turn"},
     **{"arm_bend": "bend", "leg_bend": "bend"},
+    "stance": "stance",
     **{"hands_touch": "touch", "hand_touch": "touch", "other_support": "carrier"},
     **{"torso_twist": "twist", "head_turn": "twist"},
     **{"torso_incline": "incline", "head_incline": "incline"},

@@ -141,6 +141,14 @@ def stood(ground: Ground, foot: int) -> int | None:
     return _level(ground, foot, 0) if ground.carries[foot][0] else None
 
 
+def stances(ground: Ground, foot: int) -> list[Event]:
+    """Return how long a foot holds weight each time, and how the leg takes it at first."""
+    return [
+        Event(start, stop, -1, _level(ground, foot, start), 1.0, foot)
+        for start, stop in runs(ground.carries[foot])
+    ]
+
+
 def _together(
     ground: Ground, landings: list[tuple[int, int, int]], brief: int
 ) -> list[tuple[int, int, int]]:

@@ -18,7 +18,7 @@ from lanindex.encode.inclines import inclines
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.rests import NEEDED, WISHED, apart, rests
-from lanindex.encode.steps import Event, events, stood
+from lanindex.encode.steps import Event, events, stances, stood
 from lanindex.encode.timing import to_source
 from lanindex.encode.touch import arm_of, touches
 from lanindex.encode.track import Written
@@ -91,6 +91,8 @@ def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Written]:
         if level is not None:
             own = [Event(0, 0, PLACE, level, 1.0), *own]
         yield _written(f"{side}_support", ground.known, ground.begin, own, motion, profile)
+        held = stances(ground, foot)
+        yield _written(f"{side}_stance", ground.known, ground.begin, held, motion, profile)
     yield _written("jump", ground.known, ground.begin, flights, motion, profile)
     yield _written("other_support", ground.known, ground.begin, carried, motion, profile)
 

@@ -23,7 +23,17 @@ Floats = NDArray[np.float64]
 OTHER = "other_support"
 """The track of what else than feet carries."""
 
-CARRIED = (*WEIGHT, *TOUCHES, *TURNED, "step", "body_travel", *BENDS.values(), OTHER)
+CARRIED = (
+    *WEIGHT,
+    *TOUCHES,
+    *TURNED,
+    "step",
+    "body_travel",
+    *BENDS.values(),
+    "r_stance",
+    "l_stance",
+    OTHER,
+)
 """Tracks of the whole body: what others of them tell is not carried out twice."""
 
 REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}

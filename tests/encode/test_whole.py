@@ -271,3 +271,16 @@ def test_a_short_run_goes_as_fast_as_it_does():
     some = slice(64, 88)  # of a step
     score = encode(replace(motion, positions=motion.positions[some]))
     assert said(score, "body_travel") == ["forward"]
+
+
+def test_a_foot_holds_weight_from_its_step_until_it_leaves():
+    score = encode(going("forward"))
+    right, left = (times(score, f"{side}_stance") for side in "rl")
+    assert [len(right), len(left)] == [3, 3]
+    assert right[0][0] == left[0][0] == 0
+    ends = [stop for _, stop in times(score, "r_support")]
+    assert close([start for start, _ in right[1:]], ends, 1)
+    assert close([start for start, _ in left[1:]], [91, 151], 3)
+    assert right[-1][1] == left[-1][1] == score.frames
+    low = encode(going("forward", bent=0.35))
+    assert said(low, "r_stance")[1:] == ["low", "low"]

@@ -84,11 +84,14 @@ def test_the_whole_body() -> None:
 def test_touches_and_carriers() -> None:
     text = (
         "#speed=60\n#rhythm 4/4\n#unit_per_line 4\n#unit_total 1\n#unit1\n"
+        "stance r_stance mid 0 1\nstance l_stance low 0 2\n"
         "carrier other_support knee 0 3\ntouch hands_touch hand 0 1\n"
         "touch r_hand_touch head 1 2\ntouch l_hand_touch knee 2 4\n"
     )
     assert lnd.write(lnd.read(text)) == text
     assert [str(it) for part in CONTACTS for it in lnd.read(text).symbols(part)] == [
+        "r_stance mid [0, 8)",
+        "l_stance low [0, 16)",
         "other_support knee [0, 24)",
         "hands_touch hand [0, 8)",
         "r_hand_touch head [8, 16)",

@@ -58,6 +58,11 @@ SENTENCES = {
         "The torso inclines forward, by 41 degrees or more (or begins there), "
         "then stays where it is."
     ),
+    "r_stance 2s+ without l_stance": (
+        "The right foot holds weight, for at least 2 s; and in the meantime never: the left foot "
+        "holds weight."
+    ),
+    "stances low": "Both feet together hold weight low.",
     "step place low -> at left": ("A foot steps in place, low, then is to the left."),
 }
 

@@ -220,7 +220,7 @@ def who(mover: Mover) -> str:
     if doing := _doing(mover):
         return doing[0]
     name = mover.name.replace("_bend", "", 1).replace("_touches", "s").replace("_touch", "")
-    name = name.replace("_", " ")
+    name = name.replace("stances", "feet").replace("stance", "foot").replace("_", " ")
     if name == "hands":
         return "the hands" if mover.form == "one" else "both hands"
     if mover.form == "one":
@@ -237,6 +237,8 @@ def _step(step: Step) -> str:
     if kind_of(step.mover.members[0]) == "bend" and step.manner in ("move", "via"):
         bends = _bends(step) if many else re.sub("(bend|stretch)", _third, _bends(step))
         verb, place = re.sub("goes|go|moves?", bends, verb), ""
+    elif kind_of(step.mover.members[0]) == "stance" and step.manner in ("move", "via"):
+        verb, place = f"hold{'' if many else 's'} weight", ""
     elif kind_of(step.mover.members[0]) == "touch":
         verb, place = _touches(step)
     where = _where(step)
