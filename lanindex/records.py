@@ -60,6 +60,7 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
         "fps": _rate(capture),
         "frames": capture.frames,
         **of_symbol(symbol),
+        "amount": symbol.amount,
         "start": seconds(capture, symbol.start),
         "end": seconds(capture, symbol.stop),
         **more,

@@ -201,7 +201,8 @@ class TestSearch:
         assert hit["labels"] == {}
         assert hit["label"] == "raise"
         (symbol,) = hit["symbols"]
-        assert list(symbol) == ["part", "direction", "level", "start_frame", "end_frame"]
+        keys = ["part", "direction", "level", "start_frame", "end_frame", "amount"]
+        assert list(symbol) == keys  # of an arm: how far it is bent
         assert hit["pattern"] == "r_arm place high"
 
     def test_labels_in_json(self, filled) -> None:

@@ -59,7 +59,7 @@ class TestCompletion:
     @pytest.mark.parametrize(
         ("typed", "offered"),
         [
-            ('search "r_a', {"r_arm"}),
+            ('search "r_a', {"r_arm", "r_arm_bend"}),
             ('search "', {"r_arm", "arms", "head"}),
             ('search "r_arm ri', {"r_arm right", "r_arm rising"}),
             ('search "r_arm low -> hi', {"r_arm low -> high"}),

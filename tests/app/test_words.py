@@ -98,8 +98,8 @@ class TestSearch:
             library.label(1, "sit deep")
         done = run("search", "sit")
         assert done.exit_code == 2
-        assert 'no word "sit" in the dictionary of movement: nothing tells yet what' in done.stderr
-        assert "try: thighs at forward/side_forward mid" in done.stderr
+        assert 'no word "sit" in the dictionary of movement: there was no labelled' in done.stderr
+        assert "try: other support seat/other" in done.stderr
         assert 'lanindex list --where "label=sit deep"' in done.stderr
 
     @pytest.mark.parametrize("asked", ["walk with raise", "raise with head"])

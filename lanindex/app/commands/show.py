@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from lanindex.model import Capture, Track
 
 
+_WIDE = 94
+"""Cells of a terminal that shows measures, too."""
+
+
 def run(
     capture: Annotated[
         str | None,
@@ -72,10 +76,12 @@ def _check_parts(wanted: list[str] | None, parts: list[str]) -> None:
 
 def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
     from lanindex import records
+    from lanindex.app.columns import room
 
+    more = MEASURES if not out.terminal or room() >= _WIDE else ()
     if not out.json:
         out.line(out.paint(capture.path, "path"))
-        head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else", *MEASURES)
+        head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else", *more)
     rows = []
     for track in tracks.values():
         for symbol in track.listed():
@@ -93,7 +99,7 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
                     f"{symbol.margin:.2f}",
                     symbol.swings or "",
                     line["runner_up"] or "",
-                    *map(_number, (symbol.speed, symbol.size, symbol.straightness)),
+                    *(_number(getattr(symbol, name)) for name in more),
                 )
             )
     if not out.json:

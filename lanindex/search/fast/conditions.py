@@ -48,7 +48,7 @@ _ROUND: dict[str, Callable[[Fraction], int]] = {"<": ceil, "<=": floor, ">": flo
 _CODES = {
     "direction": DIRECTION_CODES,
     "level": LEVEL_CODES,
-    **{kind: WORD_KINDS[kind].codes for kind in AMOUNTS if kind != "degrees"},
+    **{kind: WORD_KINDS[kind].codes for kind in AMOUNTS if kind not in ("degrees", "bend")},
 }
 _NO_FRAMES = Span(0, 0)
 
@@ -244,7 +244,7 @@ class Clauses:
                 none = told < 0
                 if field == "bend":
                     told = degree_of(told)
-                told *= THOUSANDTHS if field != "feet" else 1
+                told *= 1 if field in _CODES else THOUSANDTHS
                 told[none | (field not in KINDS[kind_of(part)].words)] = -1
             else:
                 told = {
