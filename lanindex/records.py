@@ -51,6 +51,12 @@ def of_symbol(symbol: Symbol) -> dict[str, Any]:
     return {"part": symbol.part, **_said(symbol, _BRIEF), **amount}
 
 
+def _beside(symbol: Symbol) -> str | None:
+    """Return what lies across the nearest border: of a way, which has no level, its direction."""
+    words = (symbol.runner_direction, symbol.runner_level)
+    return " ".join(word for word in words if word) or None
+
+
 def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
     """Return all that a capture says of a symbol: a line of ``show``."""
     more = _said(symbol, _MORE)
@@ -65,7 +71,7 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
         "end": seconds(capture, symbol.stop),
         **more,
         "margin": round(symbol.margin, 3),
-        "runner_up": " ".join(symbol.runner_up) if symbol.runner_up else None,
+        "runner_up": _beside(symbol),
     }
 
 
@@ -95,8 +101,8 @@ def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
 
 def of_matched(symbol: Symbol) -> dict[str, Any]:
     """Return a symbol with how clearly it is what it is, as a line of ``search --why`` has it."""
-    runner_up = " ".join(symbol.runner_up) if symbol.runner_up else None
-    return {**of_symbol(symbol), "margin": round(symbol.margin, 3), "runner_up": runner_up}
+    margin = round(symbol.margin, 3)
+    return {**of_symbol(symbol), "margin": margin, "runner_up": _beside(symbol)}
 
 
 def of_capture(capture: Capture) -> dict[str, Any]:

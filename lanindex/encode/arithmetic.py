@@ -68,6 +68,19 @@ def dist(one: Sequence[float], other: Sequence[float]) -> float:
     return sqrt(x * x + z * z + y * y)
 
 
+def bend(upper: Floats, lower: Floats) -> Floats:
+    """Return by how many degrees lower bones are turned from upper ones, (N,); 0: straight on.
+
+    Parameters
+    ----------
+    upper, lower : ndarray
+        (N, 3) float64, each bone from the joint nearer to the trunk to the one farther off.
+    """
+    along = upper[:, 0] * lower[:, 0] + upper[:, 2] * lower[:, 2] + upper[:, 1] * lower[:, 1]
+    angle: Floats = np.degrees(np.arctan2(sizes(np.cross(upper, lower)), along))
+    return angle
+
+
 def median(values: NDArray[Any]) -> float:
     """Return the middle value, in a tenth of the time of numpy's median, which checks for NaN.
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from lanindex.alphabet import BENDS, PARTS, SIXTHS
-from lanindex.encode.arithmetic import Floats, runs, sizes
+from lanindex.encode.arithmetic import Floats, bend, runs
 from lanindex.encode.limbs import smooth, window
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
@@ -73,9 +73,7 @@ def _angle(stretch: Stretch, chain: Sequence[str]) -> Floats:
     angle = np.empty(len(stretch.frames))
     for block, places in stretch.blocks():
         upper, middle, lower = (places[joint] for joint in chain)
-        one, two = middle - upper, lower - middle
-        along = one[:, 0] * two[:, 0] + one[:, 2] * two[:, 2] + one[:, 1] * two[:, 1]
-        angle[block.inner] = np.degrees(np.arctan2(sizes(np.cross(one, two)), along))
+        angle[block.inner] = bend(middle - upper, lower - middle)
     return angle
 
 

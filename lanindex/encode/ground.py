@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
-from lanindex.encode.arithmetic import blocks, median, runs
+from lanindex.encode.arithmetic import bend, blocks, median, runs
 from lanindex.encode.limbs import body, lengths
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
@@ -201,7 +201,7 @@ def _feet(one: Stretch, leg: float, rate: float) -> Feet:
         for side, bent in zip(SIDES, found.bent, strict=True):
             if side + "Knee" in places:
                 hip, knee, ankle = (places[side + it][block.within] for it in LEG)
-                bent[block.inner] = bend(hip - knee, ankle - knee)
+                bent[block.inner] = bend(knee - hip, ankle - knee)
     return found
 
 
@@ -210,14 +210,6 @@ def slope(points: Floats, rate: float) -> Floats:
     if points.shape[-2] < 2:
         return np.zeros_like(points)
     found: Floats = np.gradient(points, axis=-2) * rate
-    return found
-
-
-def bend(upper: Floats, lower: Floats) -> Floats:
-    """Return by how many degrees a joint is bent from straight, of (N, 3) bones away from it."""
-    cosine = (upper * lower).sum(axis=1)
-    cosine /= np.linalg.norm(upper, axis=1) * np.linalg.norm(lower, axis=1) + 1e-9
-    found: Floats = 180 - np.degrees(np.arccos(np.clip(cosine, -1, 1)))
     return found
 
 
