@@ -79,7 +79,7 @@ def encode(
     """
     import numpy as np
 
-    from lanindex.encode import compiled, heading, limbs
+    from lanindex.encode import compiled, heading, joints, limbs
     from lanindex.encode.tempo import count
     from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
@@ -89,17 +89,18 @@ def encode(
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
-    turn = heading.heading(motion, chosen.rate)
+    body = joints.Body(motion, chosen)
+    turn = heading.heading(motion, chosen.rate, body.joints)
     found: dict[str, list[Written]] = {}
     stages = compiled.chosen(len(turn) * len(PARTS))
-    for group in limbs.limbs(motion, turn, chosen, make=stages.curves):
+    for group in limbs.limbs(body, turn, make=stages.curves):
         for one in stages.written(group, chosen):
             found.setdefault(one.part, []).append(one)
     if not found:
         raise EncodeError(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
-    of_all, doubts = whole(motion, turn, chosen)
+    of_all, doubts = whole(body, turn)
     for one in of_all:
         found.setdefault(one.part, []).append(one)
     ordered = sorted(
@@ -111,9 +112,9 @@ def encode(
         {part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered}
     )
     if chosen.rate != HEADING_RATE:
-        turn = heading.heading(motion, Fraction(HEADING_RATE))
+        turn = heading.heading(motion, Fraction(HEADING_RATE), body.joints)
     degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
-    lost = limbs.unmeasured(motion, [part for part in PARTS if part not in tracks])
+    lost = joints.unmeasured(body, [part for part in PARTS if part not in tracks])
     said = (f"{part} is left out: how long it is was never seen" for part in lost)
     doubts = (*doubts, *time.doubts, *said)
     return Score(motion.rate, len(motion), time.meter, tracks, degrees, time.header, doubts)
@@ -165,16 +166,14 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     """
     from lanindex.encode import limbs
     from lanindex.encode.heading import heading
+    from lanindex.encode.joints import Body
     from lanindex.encode.track import write_limbs
 
     chosen = _profile(profile)
-    turn = heading(motion, chosen.rate)
+    body = Body(motion, chosen)
+    turn = heading(motion, chosen.rate, body.joints)
     parts = [name for name in PARTS if name == part]
-    found = [
-        one
-        for group in limbs.limbs(motion, turn, chosen, parts)
-        for one in write_limbs(group, chosen)
-    ]
+    found = [one for group in limbs.limbs(body, turn, parts) for one in write_limbs(group, chosen)]
     if not found:
         raise EncodeError(f'no part "{part}" is known', place=motion.source.path)
     return found

@@ -12,12 +12,13 @@ import numpy as np
 
 from lanindex.alphabet import BENDS, PARTS, SIXTHS
 from lanindex.encode.arithmetic import Floats, bend, runs
+from lanindex.encode.joints import Body
 from lanindex.encode.limbs import smooth, window
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event
 from lanindex.encode.ways import swings
-from lanindex.model import Motion, Span
+from lanindex.model import Span
 from lanindex.model.bends import DEGREE, bending, stretching
 
 SWING = 20.0
@@ -33,15 +34,13 @@ LULL = 0.25
 """Seconds that a joint is slow for where it rests."""
 
 
-def bends(motion: Motion, profile: Profile) -> Iterator[tuple[str, Span, int, list[Event]]]:
+def bends(body: Body) -> Iterator[tuple[str, Span, int, list[Event]]]:
     """Yield how each arm and leg bends, stretch by stretch.
 
     Parameters
     ----------
-    motion : Motion
+    body : Body
         The capture; a limb without its middle joint has no bends.
-    profile : Profile
-        Rate and smoothing.
 
     Yields
     ------
@@ -53,8 +52,9 @@ def bends(motion: Motion, profile: Profile) -> Iterator[tuple[str, Span, int, li
     --------
     >>> import lanindex
     >>> from lanindex.encode.bends import bends
-    >>> motion = lanindex.read("corpus/compass.bvh")
-    >>> for part, known, begin, found in bends(motion, lanindex.load_profile()):
+    >>> from lanindex.encode.joints import Body
+    >>> body = Body(lanindex.read("corpus/compass.bvh"), lanindex.load_profile())
+    >>> for part, known, begin, found in bends(body):
     ...     print(part, known, [one.amount for one in found])
     r_arm_bend Span(start=0, stop=840) [0, 6, 7]
     l_arm_bend Span(start=0, stop=840) [0]
@@ -63,8 +63,8 @@ def bends(motion: Motion, profile: Profile) -> Iterator[tuple[str, Span, int, li
     """
     for limb, part in BENDS.items():
         chain = PARTS[limb].chain
-        for stretch in stretches(motion, profile, chain):
-            found = _found(_angle(stretch, chain), profile)
+        for stretch in stretches(body, chain):
+            found = _found(_angle(stretch, chain), body.profile)
             yield part, stretch.known, stretch.frames.start, found
 
 

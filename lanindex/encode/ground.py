@@ -12,12 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import PARTS
 from lanindex.encode.arithmetic import bend, blocks, median, runs
-from lanindex.encode.limbs import body, lengths
+from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
-from lanindex.encode.profile import Profile
-from lanindex.model import Motion, Span
+from lanindex.model import Span
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -132,31 +130,30 @@ class Ground:
     doubts: tuple[str, ...] = ()
 
 
-def grounds(motion: Motion, profile: Profile, leg: float) -> Iterator[Ground]:
+def grounds(body: Body, leg: float) -> Iterator[Ground]:
     """Yield how a body stands and goes, stretch by stretch.
 
     Parameters
     ----------
-    motion : Motion
+    body : Body
         The capture.
-    profile : Profile
-        Rate and smoothing.
     leg : float
-        As from `leg_of`.
+        How long its legs are, mm.
 
     Examples
     --------
     >>> import lanindex
-    >>> from lanindex.encode.ground import grounds, leg_of
-    >>> motion = lanindex.read("corpus/jumping_jacks.bvh")
-    >>> (found,) = grounds(motion, lanindex.load_profile(), leg_of(motion))
+    >>> from lanindex.encode.ground import LEGS, grounds
+    >>> from lanindex.encode.joints import Body
+    >>> body = Body(lanindex.read("corpus/jumping_jacks.bvh"), lanindex.load_profile())
+    >>> (found,) = grounds(body, body.length(LEGS))
     >>> found.carries.shape
     (2, 719)
     """
     needed = [side + name for side in SIDES for name in ("Hip", "Ankle")]
     wished = [side + name for side in SIDES for name in ("Knee", "Toe")]
-    rate = float(profile.rate)
-    for one in stretches(motion, profile, needed, wished):
+    rate = float(body.profile.rate)
+    for one in stretches(body, needed, wished):
         feet = _feet(one, leg, rate)
         carries, doubts = _carries(feet, rate)
         air = _flights(carries, feet.pelvis[:, 1] / leg, feet.pace, rate)
@@ -165,13 +162,6 @@ def grounds(motion: Motion, profile: Profile, leg: float) -> Iterator[Ground]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
         usual = tuple(map(_flat, feet.points, carries))
         yield Ground(one.known, one.frames.start, rate, leg, feet, carries, air, usual, doubts)
-
-
-def leg_of(motion: Motion) -> float | None:
-    """Return the length of the legs in mm, the mean of both; None where neither is known."""
-    found = [lengths(body(motion, PARTS[part].chain), (part,)).item() for part in LEGS]
-    known = [size for size in found if size > 0]
-    return sum(known) / len(known) if known else None
 
 
 def _feet(one: Stretch, leg: float, rate: float) -> Feet:

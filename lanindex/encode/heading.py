@@ -6,13 +6,15 @@ Source: ``encode/METHOD.md``, stage 1; Matsumoto and Hachimura (2001), 4.2.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encode.arithmetic import runs
-from lanindex.encode.limbs import body, unknown_of
+from lanindex.encode.joints import Joints, body, unknown_of
 from lanindex.encode.resample import resample
 from lanindex.model import Motion
 
@@ -25,7 +27,10 @@ SHORTEST_AXIS = 1.0
 """Millimetres: a hip axis shorter than this on the ground tells no heading."""
 
 
-def heading(motion: Motion, target: Fraction) -> Floats:
+Reading = Callable[[Iterable[str]], Joints]
+
+
+def heading(motion: Motion, target: Fraction, read: Reading | None = None) -> Floats:
     """Return the turn that brings the hip axis to +z, frame by frame.
 
     Parameters
@@ -34,6 +39,8 @@ def heading(motion: Motion, target: Fraction) -> Floats:
         The capture.
     target : Fraction
         Frames a second of the result.
+    read : callable, optional
+        What gives its joints, where they have been read.
 
     Returns
     -------
@@ -50,7 +57,7 @@ def heading(motion: Motion, target: Fraction) -> Floats:
     >>> turn.shape, round(float(turn[0]), 3)  # faces +z; forward shall be +x
     ((1679,), -1.571)
     """
-    axis = _axis(motion)
+    axis = _axis(read or partial(body, motion))
     count = math.floor((len(axis) - 1) * target / motion.rate) + 1
     across = np.full((2, count), np.nan).T
     for start, stop in runs(~unknown_of(axis)):
@@ -68,10 +75,10 @@ def heading(motion: Motion, target: Fraction) -> Floats:
     return held
 
 
-def _axis(motion: Motion) -> Floats:
+def _axis(read: Reading) -> Floats:
     """Return the way from left to right over the ground, (T, 2)."""
     for pair in AXES:
-        joints = body(motion, pair)
+        joints = read(pair)
         left, right = (joints[name] for name in pair)
         axis = np.stack([right[:, level] - left[:, level] for level in (0, 2)]).T
         if not unknown_of(axis).all():

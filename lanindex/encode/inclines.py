@@ -10,11 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.encode.joints import Body
 from lanindex.encode.places import stretches
-from lanindex.encode.profile import Profile
 from lanindex.encode.swings import Angles, arrivals
 from lanindex.encode.twists import TRUNK, Told, trunk
-from lanindex.model import Motion
 
 Floats = NDArray[np.float64]
 
@@ -22,17 +21,15 @@ INCLINED = 15.0
 """Degrees: what leans less is in place."""
 
 
-def inclines(motion: Motion, turn: Floats, profile: Profile) -> Iterator[Told]:
+def inclines(body: Body, turn: Floats) -> Iterator[Told]:
     """Yield what leans, stretch by stretch.
 
     Parameters
     ----------
-    motion : Motion
+    body : Body
         The capture.
     turn : ndarray
         (N,) radians, as from `lanindex.encode.limbs.heading`.
-    profile : Profile
-        Rate and smoothing.
 
     Yields
     ------
@@ -43,12 +40,12 @@ def inclines(motion: Motion, turn: Floats, profile: Profile) -> Iterator[Told]:
         ("torso_incline", TRUNK, trunk),
         ("head_incline", ("Head up",), _top),
     ):
-        for over in stretches(motion, profile, needed):
+        for over in stretches(body, needed):
             front = turn[over.frames.start : over.frames.stop]
             angles = np.empty(len(over.frames), np.complex128)
             for block, places in over.blocks():
                 angles[block.inner] = leaning(upward(places), front[block.inner])
-            yield part, over, *arrivals(angles, INCLINED, profile, True)
+            yield part, over, *arrivals(angles, INCLINED, body.profile, True)
 
 
 def _top(places: dict[str, Floats]) -> Floats:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.encode.joints import Body
 from lanindex.encode.limbs import smooth, window
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
@@ -257,10 +258,10 @@ def _speed(period: float) -> Fraction:
 def activity(motion: Motion, profile: Profile) -> Floats:
     """Return how much faster hands and feet move than in the seconds around, (N,) mm/s."""
     frames = int((len(motion) - 1) * profile.rate / motion.rate) + 1
-    total = np.zeros(frames)
+    total, body = np.zeros(frames), Body(motion, profile)
     wide = window(LONGEST, profile.rate)
     for end in ENDS:
-        for stretch in stretches(motion, profile, ("RHip", "LHip", end)):
+        for stretch in stretches(body, ("RHip", "LHip", end)):
             speed = _fast(stretch, end) * float(profile.rate)
             calm = smooth(speed[None, :, None], wide)[0, :, 0]
             total[stretch.frames.start : stretch.frames.stop] += speed - calm

@@ -13,15 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import PARTS, TOUCHED
-from lanindex.encode.arithmetic import blocks, runs
+from lanindex.alphabet import TOUCHED
+from lanindex.encode.arithmetic import runs
 from lanindex.encode.ground import FLICKER, held
-from lanindex.encode.limbs import body, lengths
-from lanindex.encode.places import Stretch, at, stretches
-from lanindex.encode.profile import Profile
+from lanindex.encode.joints import Body
+from lanindex.encode.places import Stretch, ever, stretches
 from lanindex.encode.steps import Event
 from lanindex.encode.ways import pieces
-from lanindex.model import Motion
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -62,6 +60,7 @@ RUBS = 1.5
 MEETS = 1.0
 """Lengths of an arm a second: hands that never pass each other slower do not touch."""
 
+ARMS = ("r_arm", "l_arm")
 HANDS = ("RWrist", "LWrist")
 CORE = ("RHip", "LHip", "Neck")
 _OTHERS = (
@@ -140,31 +139,19 @@ class _Near:
         self.apart[nearer], self.pace[nearer] = apart[nearer], pace[nearer]
 
 
-def arm_of(motion: Motion) -> float | None:
-    """Return the length of the arms in mm, the mean of both; None where neither is known."""
-    parts = ("r_arm", "l_arm")
-    found = [lengths(body(motion, PARTS[part].chain), (part,)).item() for part in parts]
-    known = [size for size in found if size > 0]
-    return sum(known) / len(known) if known else None
-
-
-def touches(
-    motion: Motion, profile: Profile, arm: float
-) -> Iterator[tuple[str, Stretch, list[Event]]]:
+def touches(body: Body, arm: float) -> Iterator[tuple[str, Stretch, list[Event]]]:
     """Yield what the hands touch: track, stretch, symbols.
 
     Parameters
     ----------
-    motion : Motion
+    body : Body
         The capture.
-    profile : Profile
-        Rate and smoothing.
     arm : float
-        As from `arm_of`.
+        How long its arms are, mm.
     """
-    rate = float(profile.rate)
-    core = [name for name in CORE if _seen(motion, name)]
-    for one in stretches(motion, profile, (*HANDS, *core), _OTHERS):
+    rate = float(body.profile.rate)
+    core = [name for name in CORE if ever(body, name)]
+    for one in stretches(body, (*HANDS, *core), _OTHERS):
         found = {part: _Near.far(len(one.frames), part) for part in _TRACKS}
         for block, places in one.blocks(1):
             some = {name: points / arm for name, points in places.items()}
@@ -173,12 +160,6 @@ def touches(
                     whole[block.inner] = own[block.within]
         for part, near in found.items():
             yield part, one, _events(near, rate)
-
-
-def _seen(motion: Motion, name: str) -> bool:
-    """Tell whether a joint is known in any frame."""
-    some = (at(motion, (name,), part.inner) for part in blocks(len(motion)))
-    return any(not np.isnan(it.sum(axis=2)).all() for it in some)
 
 
 def _points(places: Places) -> Places:

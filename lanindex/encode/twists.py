@@ -10,11 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
-from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event
 from lanindex.encode.swings import Angles, arrivals
-from lanindex.model import Motion
 
 Floats = NDArray[np.float64]
 
@@ -27,15 +26,13 @@ Told = tuple[str, Stretch, Event, list[Event]]
 """A part and a stretch; where the part is at first, and what it does."""
 
 
-def twists(motion: Motion, profile: Profile) -> Iterator[Told]:
+def twists(body: Body) -> Iterator[Told]:
     """Yield what twists, stretch by stretch.
 
     Parameters
     ----------
-    motion : Motion
+    body : Body
         The capture.
-    profile : Profile
-        Rate and smoothing.
 
     Yields
     ------
@@ -46,11 +43,11 @@ def twists(motion: Motion, profile: Profile) -> Iterator[Told]:
         ("torso_twist", TRUNK, torso),
         ("head_turn", (*TRUNK, "Head right"), head),
     ):
-        for over in stretches(motion, profile, needed):
+        for over in stretches(body, needed):
             angles = np.empty(len(over.frames), np.complex128)
             for block, places in over.blocks():
                 angles[block.inner] = turned(places)
-            yield part, over, *arrivals(angles, TWISTED, profile, False)
+            yield part, over, *arrivals(angles, TWISTED, body.profile, False)
 
 
 def torso(places: dict[str, Floats]) -> Angles:

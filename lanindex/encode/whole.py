@@ -13,14 +13,15 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
 from lanindex.encode.bends import bends
-from lanindex.encode.ground import Ground, grounds, leg_of
+from lanindex.encode.ground import LEGS, Ground, grounds
 from lanindex.encode.inclines import inclines
+from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.rests import NEEDED, WISHED, apart, rests
 from lanindex.encode.steps import Event, events, stances, stood
 from lanindex.encode.timing import to_source
-from lanindex.encode.touch import arm_of, touches
+from lanindex.encode.touch import ARMS, touches
 from lanindex.encode.track import Written
 from lanindex.encode.twists import twists
 from lanindex.encode.ways import travel, turns
@@ -30,17 +31,15 @@ from lanindex.model.symbol import blank
 Floats = NDArray[np.float64]
 
 
-def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written], tuple[str, ...]]:
+def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
     """Write down what the whole body does.
 
     Parameters
     ----------
-    motion : Motion
+    body : Body
         The capture.
     turn : ndarray
         (N,) radians, as from `lanindex.encode.heading.heading`.
-    profile : Profile
-        Rate and smoothing.
 
     Returns
     -------
@@ -48,24 +47,24 @@ def whole(motion: Motion, turn: Floats, profile: Profile) -> tuple[list[Written]
         Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
     """
     found, doubts = list[Written](), dict[str, None]()
-    for part, known, begin, those in bends(motion, profile):
+    motion, profile = body.motion, body.profile
+    for part, known, begin, those in bends(body):
         found.append(_written(part, known, begin, those, motion, profile))
-    arm = arm_of(motion)
-    for part, one, those in touches(motion, profile, arm) if arm else ():
+    arm, leg = body.length(ARMS), body.length(LEGS)
+    for part, one, those in touches(body, arm) if arm else ():
         found.append(_written(part, one.known, one.frames.start, those, motion, profile))
-    leg = leg_of(motion)
-    parts = stretches(motion, profile, NEEDED, WISHED) if leg else ()
-    for ground, places in zip(grounds(motion, profile, leg) if leg else (), parts, strict=True):
+    parts = stretches(body, NEEDED, WISHED) if leg else ()
+    for ground, places in zip(grounds(body, leg) if leg else (), parts, strict=True):
         doubts |= dict.fromkeys(ground.doubts)
         found += _weight(ground, places, turn)
-    for hips in stretches(motion, profile, ("RHip", "LHip")):
+    for hips in stretches(body, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
         for part, those in (
             ("body_travel", travel(_way(hips), front, leg, profile) if leg else []),
             ("body_turn", turns(front, profile)),
         ):
             found.append(_written(part, hips.known, begin, those, motion, profile))
-    for part, over, begun, those in chain(twists(motion, profile), inclines(motion, turn, profile)):
+    for part, over, begun, those in chain(twists(body), inclines(body, turn)):
         begin = over.frames.start
         found.append(_written(part, over.known, begin, [begun, *those], motion, profile))
     return found, tuple(doubts)
@@ -80,7 +79,7 @@ def _way(hips: Stretch) -> Floats:
 
 
 def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Written]:
-    motion, profile = places.motion, places.profile
+    motion, profile = places.body.motion, places.body.profile
     front = turn[ground.begin : ground.begin + ground.carries.shape[1]]
     landed, flights = events(ground, front)
     carried = rests(ground, places)

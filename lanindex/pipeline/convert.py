@@ -103,7 +103,7 @@ def from_origin(motion: Motion) -> Motion:
     The turn is that of the hips in the first frame (``encode/METHOD.md``, stage 1).
     """
     from lanindex.encode.heading import heading
-    from lanindex.encode.limbs import body
+    from lanindex.encode.joints import body
 
     joints = body(motion)
     middle = next(

@@ -67,7 +67,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
 
     from lanindex.alphabet import JOINTS, PARTS
     from lanindex.encode.heading import heading
-    from lanindex.encode.limbs import body, lengths
+    from lanindex.encode.joints import body, lengths
 
     turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
     played = motion.source.made or motion.skeleton.played()
@@ -113,7 +113,7 @@ def _height(motion: Motion) -> float:
     import numpy as np
 
     from lanindex.alphabet import JOINTS
-    from lanindex.encode.limbs import body
+    from lanindex.encode.joints import body
 
     highest, lowest = np.full(len(motion), -np.inf), np.full(len(motion), np.inf)
     for joint in JOINTS:

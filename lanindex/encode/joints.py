@@ -1,0 +1,256 @@
+"""Stage 0: the joints of the body as a capture has them, read once for all that is made of them.
+
+Source: ``encode/METHOD.md``, stage 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, cached_property, reduce
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, JOINTS, PARTS
+from lanindex.body.facing import TURNING
+from lanindex.body.made import GAP, MADE, weighted
+from lanindex.encode.arithmetic import blocks, median, runs
+from lanindex.encode.profile import Profile
+from lanindex.model import Motion
+
+Floats = NDArray[np.float64]
+
+KEPT = 1 << 20
+"""Frames times joints of a capture that is short: all that is worked out of it is kept, 50 MB."""
+
+AXES = {
+    f"{joint} {way}": (joint, number)
+    for joint in TURNING
+    for number, way in enumerate(("right", "up"))
+}
+"""What points to a joint's own right, and up, beside the joints themselves: ``Head up``."""
+
+NAMES = (*JOINTS, *AXES)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joints:
+    """Joints of the body over a whole capture.
+
+    Attributes
+    ----------
+    names : tuple of str
+        (K) of ``alphabet.JOINTS``, and of `AXES`.
+    places : ndarray
+        (T, K, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere. Of `AXES` unit
+        vectors.
+    unknown : ndarray
+        (T, K) bool, where they are.
+    """
+
+    names: tuple[str, ...]
+    places: Floats
+    unknown: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.places)
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return the places of one joint, (T, 3)."""
+        return self.places[:, self.names.index(name)]
+
+
+class Body:
+    """The joints of one capture, for all tracks: of a short capture they are worked out once.
+
+    Attributes
+    ----------
+    motion : Motion
+        The capture.
+    profile : Profile
+        Rate and smoothing.
+    short : bool
+        Whether what is worked out of all joints may be kept.
+    calm : dict of tuple of int and int to ndarray
+        What is kept by `lanindex.encode.places`: by the first frame of a stretch and the one behind
+        the last (K, N, 3) float64, all of `NAMES`, resampled and smoothed.
+    """
+
+    def __init__(self, motion: Motion, profile: Profile) -> None:
+        """Read nothing yet."""
+        self.motion, self.profile = motion, profile
+        frames = len(motion) * max(profile.rate / motion.rate, Fraction(1))
+        self.short = frames * len(NAMES) <= KEPT
+        self.calm: dict[tuple[int, int], Floats] = {}
+        self._lengths: dict[str, float] = {}
+
+    @cached_property
+    def _all(self) -> Joints:
+        return body(self.motion, NAMES)
+
+    def joints(self, names: Iterable[str]) -> Joints:
+        """Return these joints, or more; those of a long capture are read anew."""
+        return self._all if self.short else body(self.motion, names)
+
+    def lengths(self, parts: Sequence[str]) -> Floats:
+        """Return the length of each part, (P,) mm; NaN where it was never seen."""
+        new = [part for part in parts if part not in self._lengths]
+        if new:
+            joints = self.joints(joint for part in new for joint in PARTS[part].chain)
+            self._lengths |= zip(new, lengths(joints, new).tolist(), strict=True)
+        return np.array([self._lengths[part] for part in parts])
+
+    def length(self, parts: Sequence[str]) -> float | None:
+        """Return the mean length of parts, mm; None where none was ever seen whole."""
+        known = [size for size in self.lengths(parts).tolist() if size > 0]
+        return sum(known) / len(known) if known else None
+
+
+def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
+    """Return joints of the body model, with a calibration pose replaced and gaps filled.
+
+    Parameters
+    ----------
+    motion : Motion
+        Any skeleton.
+    names : iterable of str
+        Which joints, and `AXES`; all of a long capture are many.
+
+    Returns
+    -------
+    Joints
+        In the order of `NAMES`.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.joints import body
+    >>> joints = body(lanindex.read("corpus/compass.bvh"), ["RShoulder", "RWrist"])
+    >>> joints.names, joints["RWrist"][0].round()
+    (('RShoulder', 'RWrist'), array([-185.,  805.,    0.]))
+    """
+    wanted = set(names)
+    ordered = tuple(name for name in NAMES if name in wanted)
+    places = _seen(motion, ordered)
+    for column, name in enumerate(ordered):
+        if name in AXES:
+            places[:, column] = _axis(motion, *AXES[name])
+        elif name in MADE and motion.skeleton.body[JOINT_CODES[name]] < 0:
+            shares = MADE[name].items()
+            places[:, column] = weighted(
+                (_seen(motion, (of,))[:, 0], share) for of, share in shares
+            )
+    if 0 < motion.first < len(places):
+        places[: motion.first] = places[motion.first]
+    unknown = unknown_of(places)
+    for column in np.flatnonzero(unknown.any(axis=0)).tolist():
+        if ordered[column] not in AXES:
+            _fill(places[:, column], unknown[:, column], math.floor(GAP * motion.rate))
+    return Joints(ordered, places, unknown)
+
+
+def _seen(motion: Motion, names: Sequence[str]) -> Floats:
+    """Return joints as the file has them, (T, K, 3); NaN where it has none."""
+    codes = [JOINT_CODES.get(name, -1) for name in names]
+    index = np.where(np.array(codes) < 0, -1, motion.skeleton.body[codes])
+    # a coordinate's frames lie side by side in memory, here and in all that is made of it
+    places = np.empty((len(motion), len(names), 3), order="F")
+    for part in blocks(len(motion)):
+        some = motion.positions[part.inner].take(index, axis=1)
+        some[np.isinf(some)] = np.nan
+        places[part.inner] = some
+    places[:, index < 0] = np.nan
+    return places
+
+
+def _axis(motion: Motion, joint: str, number: int) -> NDArray[np.float32] | float:
+    """Return the way in which a joint's axis points, (T, 3); NaN where nothing tells."""
+    return motion.axes[joint][:, number] if joint in motion.axes else math.nan
+
+
+def _fill(points: Floats, unknown: NDArray[np.bool_], longest: int) -> None:
+    """Fill gaps of at most `longest` frames of (T, 3) points in place, by straight lines."""
+    for start, stop in runs(unknown):
+        if start > 0 and stop < len(points) and stop - start <= longest:
+            share = np.arange(1, stop - start + 1)[:, None] / (stop - start + 1)
+            points[start:stop] = points[start - 1] * (1 - share) + points[stop] * share
+            unknown[start:stop] = False
+
+
+def unknown_of(points: Floats) -> NDArray[np.bool_]:
+    """Return which points (..., 2 or 3) lack a coordinate."""
+    mask: NDArray[np.bool_] = np.isnan(points.sum(axis=-1))
+    return mask
+
+
+def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
+    """Return the length of each part: median over time of the sum of its bones.
+
+    Parameters
+    ----------
+    joints : Joints
+        Those of the parts' chains among them.
+    parts : iterable of str
+        (P) names.
+
+    Returns
+    -------
+    ndarray
+        (P,) float64, mm; NaN where a part was never seen.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encode.joints import body, lengths
+    >>> joints = body(lanindex.read("corpus/compass.bvh"))
+    >>> lengths(joints, ["r_arm", "r_leg"]).round()
+    array([570., 820.])
+    """
+    seen = np.flatnonzero(~joints.unknown.all(axis=0)).tolist()
+    nowhere = set(joints.names) - {joints.names[column] for column in seen}
+    bone = cache(lambda *pair: _bone(*(joints[joint] for joint in pair)))
+    result = []
+    for name in parts:
+        chain = PARTS[name].chain
+        inner = [joint for joint in chain[1:-1] if joint not in nowhere]
+        pairs = list(pairwise((chain[0], *inner, chain[-1])))
+        size = reduce(np.add, (bone(*pair) for pair in pairs))
+        known = size[~np.isnan(size)]
+        result.append(median(known) if len(known) else math.nan)
+    return np.array(result)
+
+
+def _bone(one: Floats, other: Floats) -> Floats:
+    """Return how far two joints are from each other, (T,)."""
+    size = np.empty(len(one))
+    for part in blocks(len(one)):
+        x, y, z = (other[part.inner] - one[part.inner]).T
+        size[part.inner] = np.sqrt(x * x + y * y + z * z)
+    return size
+
+
+def unmeasured(body: Body, parts: Sequence[str]) -> list[str]:
+    """Return the parts whose ends are seen together, but whose length is not to be told.
+
+    The joint between is there, yet never in a frame with both of its neighbours.
+
+    Parameters
+    ----------
+    body : Body
+        The capture.
+    parts : sequence of str
+        Those that have no track.
+    """
+    found = []
+    for name, length in zip(parts, body.lengths(parts), strict=True):
+        ends = PARTS[name].chain[0], PARTS[name].chain[-1]
+        joints = body.joints(ends)
+        unknown = [unknown_of(joints[joint]) for joint in ends]
+        if math.isnan(length) and not np.logical_or(*unknown).all():
+            found.append(name)
+    return found
