@@ -74,6 +74,8 @@ class Body:
         The capture.
     profile : Profile
         Rate and smoothing.
+    step : Fraction
+        Frames of the source from one resampled frame to the next.
     short : bool
         Whether what is worked out of all joints may be kept.
     calm : dict of tuple of int and int to ndarray
@@ -84,7 +86,8 @@ class Body:
     def __init__(self, motion: Motion, profile: Profile) -> None:
         """Read nothing yet."""
         self.motion, self.profile = motion, profile
-        frames = len(motion) * max(profile.rate / motion.rate, Fraction(1))
+        self.step = motion.rate / profile.rate
+        frames = len(motion) / min(self.step, Fraction(1))
         self.short = frames * len(NAMES) <= KEPT
         self.calm: dict[tuple[int, int], Floats] = {}
         self._lengths: dict[str, float] = {}
@@ -92,6 +95,12 @@ class Body:
     @cached_property
     def _all(self) -> Joints:
         return body(self.motion, NAMES)
+
+    @cached_property
+    def always(self) -> frozenset[str]:
+        """Joints of a short capture that are known in every frame."""
+        gone = np.any(self._all.unknown, axis=0).tolist()
+        return frozenset(name for name, some in zip(NAMES, gone, strict=True) if not some)
 
     def joints(self, names: Iterable[str]) -> Joints:
         """Return these joints, or more; those of a long capture are read anew."""

@@ -135,14 +135,20 @@ def stretches(whole: Body, needed: Sequence[str], wished: Sequence[str] = ()) ->
         Joints that are there if they are known over the whole of it.
     """
     names = (*needed, *wished)
+    if whole.short and whole.always.issuperset(names):
+        yield from _stretch(whole, 0, len(whole.motion), names)
+        return
     seen = _seen(whole, names)
-    step = whole.motion.rate / whole.profile.rate
     for start, stop in runs(np.logical_and.reduce(seen[: len(needed)])):
-        there = zip(names, map(np.all, seen[:, start:stop]), strict=True)
-        work = Resampling(start, stop - start, step)
-        if frames := work.frames:
-            known = tuple(name for name, known in there if known)
-            yield Stretch(whole, Span(start, stop), known, work, frames)
+        there = zip(names, np.all(seen[:, start:stop], axis=1).tolist(), strict=True)
+        yield from _stretch(whole, start, stop, tuple(name for name, known in there if known))
+
+
+def _stretch(whole: Body, start: int, stop: int, names: tuple[str, ...]) -> Iterator[Stretch]:
+    """Yield a stretch, if any frame lies within."""
+    work = Resampling(start, stop - start, whole.step)
+    if frames := work.frames:
+        yield Stretch(whole, Span(start, stop), names, work, frames)
 
 
 def _seen(whole: Body, names: Sequence[str]) -> NDArray[np.bool_]:

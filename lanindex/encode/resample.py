@@ -5,7 +5,6 @@ Source: ``encode/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -38,12 +37,14 @@ class Resampling:
     @property
     def frames(self) -> range:
         """Frame k of the result lies at frame k · step of the source, none after the last."""
-        begin = math.ceil(self.start / self.step)
-        return range(begin, math.floor((self.start + self.count - 1) / self.step) + 1)
+        over, under = self.step.as_integer_ratio()
+        last = self.start + self.count - 1
+        return range(-(-self.start * under // over), last * under // over + 1)
 
     def sources(self, frames: range) -> slice:
         """Return which points, counted from the first, some frames (one at least) are made of."""
-        first, last = (int(frame * self.step) - self.start for frame in (frames[0], frames[-1]))
+        over, under = self.step.as_integer_ratio()
+        first, last = (frame * over // under - self.start for frame in (frames[0], frames[-1]))
         if self.step == 1 or self.count < 2:
             return slice(first, last + 1)
         return slice(max(min(first, self.count - 2) - 1, 0), min(last + 3, self.count))
