@@ -62,6 +62,21 @@ def sizes(vectors: Floats) -> Floats:
     return size
 
 
+def dot(one: Floats, other: Floats) -> Floats:
+    """Return the scalar products of (3, N) vectors, (N,)."""
+    product: Floats = one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+    return product
+
+
+def cross(one: Floats, other: Floats) -> Floats:
+    """Return the vector products of (3, N) vectors, (3, N): numpy's take ten times as long."""
+    product = np.empty(one.shape)
+    for axis in range(3):
+        second, third = (axis + 1) % 3, (axis + 2) % 3
+        product[axis] = one[second] * other[third] - one[third] * other[second]
+    return product
+
+
 def dist(one: Sequence[float], other: Sequence[float]) -> float:
     """Return how far two points (3,) are apart, summed as `sizes` does."""
     x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
@@ -77,7 +92,8 @@ def bend(upper: Floats, lower: Floats) -> Floats:
         (N, 3) float64, each bone from the joint nearer to the trunk to the one farther off.
     """
     along = upper[:, 0] * lower[:, 0] + upper[:, 2] * lower[:, 2] + upper[:, 1] * lower[:, 1]
-    angle: Floats = np.degrees(np.arctan2(sizes(np.cross(upper, lower)), along))
+    x, y, z = cross(upper.T, lower.T)
+    angle: Floats = np.degrees(np.arctan2(np.sqrt(x**2 + z**2 + y**2), along))
     return angle
 
 

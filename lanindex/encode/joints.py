@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, cached_property, reduce
+from functools import cached_property, reduce
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, JOINTS, PARTS
 from lanindex.body.facing import TURNING
 from lanindex.body.made import GAP, MADE, weighted
-from lanindex.encode.arithmetic import blocks, median, runs
+from lanindex.encode.arithmetic import blocks, runs
 from lanindex.encode.profile import Profile
 from lanindex.model import Motion
 
@@ -220,27 +220,32 @@ def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
     >>> lengths(joints, ["r_arm", "r_leg"]).round()
     array([570., 820.])
     """
-    seen = np.flatnonzero(~joints.unknown.all(axis=0)).tolist()
-    nowhere = set(joints.names) - {joints.names[column] for column in seen}
-    bone = cache(lambda *pair: _bone(*(joints[joint] for joint in pair)))
-    result = []
-    for name in parts:
-        chain = PARTS[name].chain
-        inner = [joint for joint in chain[1:-1] if joint not in nowhere]
-        pairs = list(pairwise((chain[0], *inner, chain[-1])))
-        size = reduce(np.add, (bone(*pair) for pair in pairs))
-        known = size[~np.isnan(size)]
-        result.append(median(known) if len(known) else math.nan)
-    return np.array(result)
+    nowhere = np.all(joints.unknown, axis=0).tolist()
+    gone = {name for name, never in zip(joints.names, nowhere, strict=True) if never}
+    chains = [
+        list(pairwise((first, *(joint for joint in inner if joint not in gone), last)))
+        for first, *inner, last in (PARTS[name].chain for name in parts)
+    ]
+    pairs = list(dict.fromkeys(pair for chain in chains for pair in chain))
+    bones = dict(zip(pairs, _bones(joints, pairs), strict=True))
+    sizes = np.array([reduce(np.add, (bones[pair] for pair in chain)) for chain in chains])
+    counts = len(joints) - np.count_nonzero(np.isnan(sizes), axis=1)
+    middle = np.maximum(np.stack((counts - 1, counts)) // 2, 0).T
+    sizes.partition(np.unique(middle), axis=1)  # those that are not known come last
+    found: Floats = np.take_along_axis(sizes, middle, axis=1).sum(axis=1) / 2
+    return found
 
 
-def _bone(one: Floats, other: Floats) -> Floats:
-    """Return how far two joints are from each other, (T,)."""
-    size = np.empty(len(one))
-    for part in blocks(len(one)):
-        x, y, z = (other[part.inner] - one[part.inner]).T
-        size[part.inner] = np.sqrt(x * x + y * y + z * z)
-    return size
+def _bones(joints: Joints, pairs: Sequence[tuple[str, str]]) -> Floats:
+    """Return how far joints are from others, (B, T)."""
+    ends = np.array([list(map(joints.names.index, pair)) for pair in pairs]).T
+    sizes = np.empty((len(pairs), len(joints)))
+    places = joints.places.T
+    for part in blocks(len(joints)):
+        some = places[..., part.inner]
+        x, y, z = some[:, ends[1]] - some[:, ends[0]]
+        sizes[:, part.inner] = np.sqrt(x * x + y * y + z * z)
+    return sizes
 
 
 def unmeasured(body: Body, parts: Sequence[str]) -> list[str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
-from lanindex.encode.arithmetic import median, runs
+from lanindex.encode.arithmetic import runs
 from lanindex.encode.ground import FLICKER, STIRS, Ground
 
 Floats = NDArray[np.float64]
@@ -123,7 +124,10 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
     """
     brief = round(FLICKER * ground.rate)
     found, full = list[Event](), 0  # when the last foot stood
-    for release, stop, foot in _together(ground, _landings(ground), brief):
+    landed = _together(ground, _landings(ground), brief)
+    feet = [[stop for _, stop, foot in landed if foot == own] for own in range(2)]
+    levels = [iter(_levels(ground, foot, stops)) for foot, stops in enumerate(feet)]
+    for release, stop, foot in landed:
         flight = _flown(ground, stop, brief)
         both = ground.carries[1 - foot][flight[1] : stop + brief].any() if flight else False
         if flight and both:
@@ -131,21 +135,18 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
         else:
             begun = full if release - full <= stop - release else _left(ground, foot, release, full)
         direction, margin = way(ground, turn, begun, stop)
-        found.append(Event(begun, stop, direction, _level(ground, foot, stop), margin, foot))
+        found.append(Event(begun, stop, direction, next(levels[foot]), margin, foot))
         full = stop
     return found, [_flight(ground, turn, start, stop, brief) for start, stop in ground.air]
 
 
-def stood(ground: Ground, foot: int) -> int | None:
-    """Return the level at which a foot carries in the first frame; None where it does not."""
-    return _level(ground, foot, 0) if ground.carries[foot][0] else None
-
-
 def stances(ground: Ground, foot: int) -> list[Event]:
     """Return how long a foot holds weight each time, and how the leg takes it at first."""
+    held = runs(ground.carries[foot])
+    levels = _levels(ground, foot, [start for start, _ in held])
     return [
-        Event(start, stop, -1, _level(ground, foot, start), 1.0, foot)
-        for start, stop in runs(ground.carries[foot])
+        Event(start, stop, -1, level, 1.0, foot)
+        for (start, stop), level in zip(held, levels, strict=True)
     ]
 
 
@@ -190,19 +191,24 @@ def _landings(ground: Ground) -> list[tuple[int, int, int]]:
     return sorted(found, key=lambda one: (one[1], one[2]))
 
 
-def _level(ground: Ground, foot: int, frame: int) -> int:
-    """Return the level of a step: how the leg takes the weight."""
-    some = slice(frame, frame + max(round(WEIGHT * ground.rate), 1))
-    carried = ground.carries[foot][some]
-    if not carried.any():
-        return MID
-    if ground.feet.bent[foot][some][carried].min() > BENT:  # where it is not known it is not more
-        return LOW
-    usual = ground.usual[foot]
-    if usual is None:
-        return MID
-    ankle, toe = ground.feet.points[foot, :, some, 1][:, carried]
-    return HIGH if median(ankle - toe) - usual > TOES else MID
+def _levels(ground: Ground, foot: int, frames: Sequence[int]) -> list[int]:
+    """Return the levels of steps, by how the leg takes the weight from some frames on."""
+    width, count = max(round(WEIGHT * ground.rate), 1), ground.carries.shape[1]
+    near = np.array(frames, np.int64)[:, None] + np.arange(width)
+    there = np.minimum(near, count - 1)
+    carried = ground.carries[foot][there] & (near < count)
+    bent = np.where(carried, ground.feet.bent[foot][there], np.inf).min(axis=1)
+    low = (bent > BENT) & (bent < np.inf)  # where it is not known it is not more
+    usual, high = ground.usual[foot], np.zeros(len(near), bool)
+    if usual is not None:
+        ankle, toe = ground.feet.points[foot, ..., 1]
+        rise = np.sort(np.where(carried, ankle[there] - toe[there], np.inf), axis=1)
+        middle = np.count_nonzero(carried, axis=1)[:, None]
+        middle = np.concatenate((middle - 1, middle), axis=1) // 2
+        one, other = np.take_along_axis(rise, np.maximum(middle, 0), axis=1).T
+        high = ((one + other) / 2 - usual > TOES) & carried.any(axis=1)
+    levels: list[int] = np.where(low, LOW, np.where(high, HIGH, MID)).tolist()
+    return levels
 
 
 def _flight(ground: Ground, turn: Floats, start: int, stop: int, brief: int) -> Event:

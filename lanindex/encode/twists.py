@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.encode.arithmetic import cross, dot
 from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.steps import Event
@@ -89,10 +90,8 @@ def between(first: Floats, second: Floats, about: Floats) -> Angles:
     >>> between(np.array([[1.0, 0, 0]]), np.array([[1.0, 3, 1]]), np.array([[0.0, 1, 0]]))
     array([45.+0.j])
     """
-    axis = about / np.maximum(np.linalg.norm(about, axis=1, keepdims=True), 1e-9)
-    one, other = (
-        some - (some * axis).sum(axis=1, keepdims=True) * axis for some in (first, second)
-    )
-    left = (np.cross(one, other) * axis).sum(axis=1)
-    angles: Angles = np.degrees(np.arctan2(-left, (one * other).sum(axis=1))) + 0j
+    axis = about.T / np.maximum(np.sqrt(dot(about.T, about.T)), 1e-9)
+    one, other = (some.T - dot(some.T, axis) * axis for some in (first, second))
+    left = dot(cross(one, other), axis)
+    angles: Angles = np.degrees(np.arctan2(-left, dot(one, other))) + 0j
     return angles

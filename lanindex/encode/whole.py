@@ -19,7 +19,7 @@ from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.rests import NEEDED, WISHED, apart, rests
-from lanindex.encode.steps import Event, events, stances, stood
+from lanindex.encode.steps import Event, events, stances
 from lanindex.encode.timing import to_source
 from lanindex.encode.touch import ARMS, touches
 from lanindex.encode.track import Written
@@ -86,11 +86,10 @@ def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Written]:
     landed = apart(landed, carried, len(front))
     for foot, side in enumerate("rl"):
         own = [one for one in landed if one.foot == foot]
-        level = stood(ground, foot)
-        if level is not None:
-            own = [Event(0, 0, PLACE, level, 1.0), *own]
-        yield _written(f"{side}_support", ground.known, ground.begin, own, motion, profile)
         held = stances(ground, foot)
+        if held and not held[0].start:
+            own = [Event(0, 0, PLACE, held[0].level, 1.0), *own]
+        yield _written(f"{side}_support", ground.known, ground.begin, own, motion, profile)
         yield _written(f"{side}_stance", ground.known, ground.begin, held, motion, profile)
     yield _written("jump", ground.known, ground.begin, flights, motion, profile)
     yield _written("other_support", ground.known, ground.begin, carried, motion, profile)
