@@ -30,8 +30,8 @@ ROUNDS = 5
 LONG = 12.0
 STAGES = {
     "heading": "heading.heading",
-    "joints": "limbs.body",
-    "lengths": "limbs.lengths",
+    "joints": "joints.body",
+    "lengths": "joints.lengths",
     "curves": "limbs._known",
     "limbs": "track.written written_fast.written",
     "ticks": "timing.quantise tempo.count",

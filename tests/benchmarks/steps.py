@@ -17,8 +17,9 @@ from places import CAPTURES
 
 from lanindex import formats
 from lanindex.encode.arithmetic import runs
-from lanindex.encode.ground import Ground, grounds, leg_of
+from lanindex.encode.ground import LEGS, Ground, grounds
 from lanindex.encode.heading import heading
+from lanindex.encode.joints import Body
 from lanindex.encode.profile import load
 from lanindex.encode.steps import events, faced
 from lanindex.errors import LanindexError
@@ -64,9 +65,10 @@ def main() -> int:
             motion = formats.read(path)
         except LanindexError:
             continue
-        turn = heading(motion, profile.rate)
+        body = Body(motion, profile)
+        turn = heading(motion, profile.rate, body.joints)
         steps, rule, alternate, air, frames = 0, 0, True, 0, 0
-        for ground in grounds(motion, profile, leg_of(motion)):
+        for ground in grounds(body, body.length(LEGS)):
             front = turn[ground.begin : ground.begin + len(ground.feet.pelvis)]
             found, flights = events(ground, front)
             steps, rule = steps + len(found), rule + swings(apart(ground, front))
@@ -84,8 +86,8 @@ def main() -> int:
     print(f"{near} of {total} within one of the rule, {turns} alternate")
     off = []
     for name, marked in STRIKES.items():
-        motion = formats.read(CAPTURES / name)
-        (ground,) = grounds(motion, profile, leg_of(motion))
+        body = Body(formats.read(CAPTURES / name), profile)
+        (ground,) = grounds(body, body.length(LEGS))
         for foot, side in enumerate("RL"):
             begun = [start / ground.rate for start, _ in runs(ground.carries[foot]) if start]
             off += [min((it - wanted for it in begun), key=abs) for wanted in marked[side]]

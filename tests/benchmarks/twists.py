@@ -14,8 +14,9 @@ from collections import defaultdict
 import numpy as np
 from places import CAPTURES
 
-from lanindex.encode import limbs
+from lanindex.encode.heading import heading
 from lanindex.encode.inclines import leaning
+from lanindex.encode.joints import Body
 from lanindex.encode.places import stretches
 from lanindex.encode.profile import load
 from lanindex.encode.twists import TRUNK, TWISTED, head, torso, trunk
@@ -25,11 +26,11 @@ from lanindex.formats import read
 
 def measured(path: str, profile) -> dict[str, np.ndarray]:
     """Return the angles of a capture, degrees."""
-    motion = read(path, body_only=True)
-    turn = limbs.heading(motion, profile.rate)
+    body = Body(read(path, body_only=True), profile)
+    turn = heading(body.motion, profile.rate, body.joints)
     found = defaultdict(list)
     for needed in (TRUNK, (*TRUNK, "Head right")):
-        for over in stretches(motion, profile, needed):
+        for over in stretches(body, needed):
             front = turn[over.frames.start : over.frames.stop]
             for block, places in over.blocks():
                 if len(needed) > len(TRUNK):

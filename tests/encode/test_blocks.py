@@ -7,7 +7,7 @@ import pytest
 from made_motion import motion_of, swung, with_gaps
 
 from lanindex.alphabet import JOINTS
-from lanindex.encode import arithmetic, encode, limbs
+from lanindex.encode import arithmetic, encode, joints, limbs, places
 from lanindex.encode.heading import heading
 from lanindex.encode.profile import load
 from lanindex.model import Score
@@ -24,22 +24,26 @@ def facts(score: Score) -> list[object]:
 @pytest.mark.parametrize("rate", [24, 60, 120])
 @pytest.mark.parametrize("profile", ["default", "paper"])
 @pytest.mark.parametrize("block", [5, 64])
+@pytest.mark.parametrize(("kept", "stretches"), [(0, 0), (1 << 20, 50), (1 << 20, 1 << 20)])
 def test_blocks_leave_no_trace(
-    monkeypatch: pytest.MonkeyPatch, rate: int, profile: str, block: int
+    monkeypatch: pytest.MonkeyPatch, rate: int, profile: str, block: int, kept: int, stretches: int
 ) -> None:
     motion = motion_of(with_gaps(swung(3, 100, Fraction(rate), 5.0), GAPS), Fraction(rate))
     whole = facts(encode(motion, profile))
     monkeypatch.setattr(arithmetic, "BLOCK", block)
     monkeypatch.setattr(limbs, "TOGETHER", 3 * len(motion))
+    monkeypatch.setattr(joints, "KEPT", kept)
+    monkeypatch.setattr(places, "KEPT", stretches)
     assert facts(encode(motion, profile)) == whole
 
 
 def test_a_few_parts_at_a_time_are_all_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     motion, profile = motion_of(swung(5, 60, Fraction(60), 0.0), Fraction(60)), load("default")
+    body = joints.Body(motion, profile)
     turn = heading(motion, profile.rate)
-    (together,) = limbs.limbs(motion, turn, profile)
+    (together,) = limbs.limbs(body, turn)
     monkeypatch.setattr(limbs, "TOGETHER", 1)
-    alone = list(limbs.limbs(motion, turn, profile))
+    alone = list(limbs.limbs(body, turn))
     assert [one.parts for one in alone] == [(part,) for part in together.parts]
     assert all(
         np.array_equal(one.curve[0], curve)

@@ -7,7 +7,7 @@ import pytest
 from made_motion import motion_of, swung
 
 from lanindex.alphabet import DIRECTION_CODES, JOINT_CODES, LEVEL_CODES, PARTS
-from lanindex.encode import encode, limbs, trace
+from lanindex.encode import encode, joints, trace
 from lanindex.encode.achieve import Run
 from lanindex.encode.direction import space
 from lanindex.encode.heading import heading
@@ -109,8 +109,8 @@ class TestLimbs:
         body[:, JOINT_CODES["RWrist"]] = (0.0, 300.0, 400.0)
         for frames, length in ((slice(1, 9), 700.0), (slice(None), 500.0)):
             motion = motion_of(changed(body, "RElbow", frames, np.nan), RATE)
-            joints = limbs.body(motion, PARTS["r_arm"].chain)
-            assert limbs.lengths(joints, ["r_arm"]).tolist() == [length]
+            seen = joints.body(motion, PARTS["r_arm"].chain)
+            assert joints.lengths(seen, ["r_arm"]).tolist() == [length]
 
     def test_a_missing_pelvis_is_the_middle_of_the_hips(self) -> None:
         body = swung(4, 50, RATE, 0.0)
@@ -118,15 +118,15 @@ class TestLimbs:
         without = motion_of(changed(body, "Pelvis", slice(None), np.nan), RATE)
         hips = body[:, [JOINT_CODES["LHip"], JOINT_CODES["RHip"]]]
         hips[7, 0] = np.nan
-        found = limbs.body(without)["Pelvis"]
+        found = joints.body(without)["Pelvis"]
         assert np.array_equal(np.delete(found, 7, axis=0), np.delete(hips.mean(axis=1), 7, axis=0))
         assert found[7] == pytest.approx((found[6] + found[8]) / 2)  # a gap that is filled
 
     def test_a_calibration_pose_is_replaced_before_gaps_are_filled(self) -> None:
         body = changed(swung(5, 50, RATE, 0.0), "RWrist", slice(0, 1), np.nan)
-        found = limbs.body(motion_of(body, RATE, first=1))
+        found = joints.body(motion_of(body, RATE, first=1))
         assert np.array_equal(found.places[0], found.places[1])
-        alone = limbs.body(motion_of(body[:1], RATE, first=1))  # nothing to stand in
+        alone = joints.body(motion_of(body[:1], RATE, first=1))  # nothing to stand in
         assert np.array_equal(alone.places, body[:1], equal_nan=True)
 
 

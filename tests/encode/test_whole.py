@@ -12,6 +12,7 @@ from lanindex import encode
 from lanindex.alphabet import DIRECTIONS, JOINT_CODES, MOST_AMOUNT
 from lanindex.encode.ground import grounds
 from lanindex.encode.heading import heading
+from lanindex.encode.joints import Body
 from lanindex.encode.profile import load
 from lanindex.encode.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
 from lanindex.encode.whole import whole
@@ -169,9 +170,8 @@ def test_stairs_are_climbed_with_a_word():
     places = motion.positions.copy()
     climbed = np.maximum.accumulate(places[:, 0, 0]) * 0.5
     places[:, :, 1] += climbed[:, None].astype(np.float32)
-    (found,) = grounds(
-        Motion(motion.skeleton, motion.rate, places, motion.source), load("default"), LEG
-    )
+    moved = Motion(motion.skeleton, motion.rate, places, motion.source)
+    (found,) = grounds(Body(moved, load("default")), LEG)
     assert found.doubts
 
 
@@ -250,7 +250,7 @@ def test_memory_grows_by_little_a_frame():
     long = replace(motion, positions=np.tile(motion.positions, (times, 1, 1)))
     tracemalloc.start()
     try:
-        whole(long, np.tile(turns, times), load("default"))
+        whole(Body(long, load("default")), np.tile(turns, times))
         _, most = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
