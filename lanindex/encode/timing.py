@@ -5,7 +5,7 @@ Source: ``encode/METHOD.md``, stage 6; Matsumoto and Hachimura (2001), 4.7.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -14,32 +14,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model import Meter, Span
+from lanindex.model.symbol import SYMBOL
 from lanindex.notation.beats import Beats, ticks_at
 
 Rows = NDArray[Any]
+Whole = NDArray[np.int64]
 
 FINEST = 1 << 16
 """Ticks in a unit beyond which the grid is not refined."""
 
 
-def to_source(rows: Rows, known: Span, rate: Fraction, target: Fraction) -> Rows:
+def to_source(
+    tracks: Sequence[Rows], known: Sequence[Span], rate: Fraction, target: Fraction
+) -> list[Rows]:
     """Replace resampled frames by frames of the source.
 
     Parameters
     ----------
-    rows : ndarray
-        (S,) of `model.SYMBOL`, in order of time, start and stop in resampled frames; the first is
-        the starting position.
-    known : Span
-        The stretch of the source that they belong to.
+    tracks : sequence of ndarray
+        (S,) of `model.SYMBOL` each, in order of time, start and stop in resampled frames; the first
+        is the starting position.
+    known : sequence of Span
+        By track: the stretch of the source that it belongs to.
     rate, target : Fraction
-        Frames a second of the source and of `rows`.
+        Frames a second of the source and of `tracks`.
 
     Returns
     -------
-    ndarray
-        (S,) of `model.SYMBOL`: every row but the first has a frame at least, none overlap, and a
-        passing row lies inside the row after it. Where the stretch has fewer frames than symbols,
+    list of ndarray
+        (S,) of `model.SYMBOL` each: every row but the first has a frame at least, none overlap, and
+        a passing row lies inside the row after it. Where a stretch has fewer frames than symbols,
         the first of them become passing.
 
     Examples
@@ -50,51 +54,66 @@ def to_source(rows: Rows, known: Span, rate: Fraction, target: Fraction) -> Rows
     >>> from lanindex.model.symbol import blank
     >>> rows = blank(2)
     >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
-    >>> seen = to_source(rows, Span(0, 30), Fraction(30), Fraction(60))
+    >>> (seen,) = to_source([rows], [Span(0, 30)], Fraction(30), Fraction(60))
     >>> seen["start"], seen["stop"]
     (array([ 0, 16], dtype=int32), array([ 0, 27], dtype=int32))
     """
-    rows = rows.copy()
+    if not tracks:
+        return []
+    table, counts = np.concatenate(tracks, dtype=SYMBOL), list(map(len, tracks))
+    owner, ends = np.arange(len(tracks)).repeat(counts), np.cumsum(counts)
+    first = ends - counts
+    low, high = np.array([(one.start, one.stop) for one in known], np.int64).T
     step = rate / target
-    frames = np.array((rows["start"], rows["stop"]), np.int64)
+    frames = np.array((table["start"], table["stop"]), np.int64)
     borders = -(-frames * step.numerator // step.denominator)
-    starts, stops = np.clip(borders, known.start, known.stop).tolist()
-    starts[0] = stops[0] = known.start
-    passing = rows["passing"].tolist()
-    shown = [index for index, gone in enumerate(passing) if index and not gone]
-    surplus = max(len(shown) - len(known), 0)
-    for index in shown[:surplus]:
-        passing[index] = True
-    _spread(starts, stops, shown[surplus:], known)
-    _nest(starts, stops, passing)
-    rows["start"], rows["stop"], rows["passing"] = starts, stops, passing
-    return rows
+    borders = np.minimum(np.maximum(borders, low[owner]), high[owner])
+    borders[:, first] = low
+    passing, later = table["passing"], np.ones(len(table), np.bool_)
+    later[first] = False
+    shown = np.flatnonzero(later & ~passing)
+    many = np.bincount(owner[shown], minlength=len(tracks))
+    surplus = np.maximum(many - (high - low), 0)
+    over = _places(many) < surplus[owner[shown]]
+    passing[shown[over]] = True
+    shown, many = shown[~over], many - surplus
+    begin, end = low[owner[shown]], high[owner[shown]]
+    starts, stops = _apart(borders[:, shown] - begin, many) + begin
+    stops = np.minimum(stops, end - (many[owner[shown]] - 1 - _places(many)))
+    borders[:, shown] = np.minimum(starts, stops - 1), stops
+    if len(gone := np.flatnonzero(later & passing)):
+        outer = np.union1d(shown, ends - 1)
+        outer = outer[np.searchsorted(outer, gone)]
+        borders[:, gone] = _nested(borders[:, gone], *borders[:, outer])
+    table["start"], table["stop"] = borders
+    return np.split(table, ends[:-1])
 
 
-def _spread(starts: list[int], stops: list[int], shown: list[int], known: Span) -> None:
-    """Give every shown symbol a frame: of the next one, at the end of the previous ones."""
-    free = known.start
-    for index in shown:
-        starts[index] = max(starts[index], free)
-        stops[index] = free = max(stops[index], starts[index] + 1)
-    limit = known.stop
-    for index in reversed(shown):
-        if stops[index] <= limit:
-            break
-        stops[index] = limit
-        starts[index] = limit = min(starts[index], limit - 1)
+def _nested(spans: Whole, low: Whole, high: Whole) -> Whole:
+    """Lay each span inside another, so that it has a frame; (2, S)."""
+    starts = np.minimum(np.maximum(spans[0], low), high - 1)
+    return np.array((starts, np.minimum(np.maximum(spans[1], starts + 1), high)))
 
 
-def _nest(starts: list[int], stops: list[int], passing: list[bool]) -> None:
-    """Lay each passing row inside the shown row that follows it."""
-    outer = len(passing) - 1
-    for index in range(len(passing) - 1, 0, -1):
-        if not passing[index]:
-            outer = index
-            continue
-        low, high = starts[outer], stops[outer]
-        starts[index] = min(max(starts[index], low), high - 1)
-        stops[index] = min(max(stops[index], starts[index] + 1), high)
+def _apart(spans: Whole, counts: Whole) -> Whole:
+    """Give every span room of one at least, from 0 on and behind those before it on its track.
+
+    Spans are (2, S), track by track, of which `counts` tells how many each has.
+    """
+    place = _places(counts)
+    least = np.maximum(np.maximum(spans[1], spans[0] + 1) - place, 1)
+    over = np.arange(len(counts)).repeat(counts) * least.max(initial=0)  # no track reaches the next
+    free = np.maximum.accumulate(least + over) - over + place
+    before = np.append(0, free[:-1])
+    before[place == 0] = 0
+    return np.array((np.maximum(spans[0], before), free))
+
+
+def _places(counts: Whole) -> Whole:
+    """Return how many come before each on its own track: (S,)."""
+    begins = np.cumsum(counts) - counts
+    places: Whole = np.arange(counts.sum()) - begins.repeat(counts)
+    return places
 
 
 def quantise(
@@ -135,24 +154,24 @@ def quantise(
     (32, array([0, 8], dtype=int32), array([0, 6], dtype=int32))
     """
     tracks = list(tracks)
-    while not all([_fits(rows, frames, rate, meter, beats) for rows in tracks]):
-        if meter.division >= FINEST:
+    starts, stops, passing = (
+        np.concatenate([rows[name] for rows in tracks]) for name in ("start", "stop", "passing")
+    )
+    borders, end = np.array((starts, stops), np.int64), np.array([frames])
+    owner = np.arange(len(tracks)).repeat(list(map(len, tracks)))
+    shown = np.flatnonzero((starts != stops) & ~passing)
+    counts = np.bincount(owner[shown], minlength=len(tracks))
+    while True:
+        ticks = ticks_at(borders, meter, rate, beats)
+        ticks[:, shown] = _apart(ticks[:, shown], counts)
+        last = ticks_at(end, meter, rate, beats, up=True)
+        if meter.division >= FINEST or (ticks[1, shown] <= last).all():
             break
         meter = replace(meter, division=meter.division * 2)
+    ticks[1] -= ticks[0]
+    ticks[0, (starts == 0) & (stops == 0)] = 0  # unit 1 may begin before the capture does
+    first = 0
+    for rows in tracks:
+        rows["tick"], rows["ticks"] = ticks[:, first : first + len(rows)]
+        first += len(rows)
     return meter
-
-
-def _fits(rows: Rows, frames: int, rate: Fraction, meter: Meter, beats: Beats | None) -> bool:
-    last = int(ticks_at(np.array([frames]), meter, rate, beats, up=True)[0])
-    borders = np.array((rows["start"], rows["stop"]), np.int64)
-    starts, stops = ticks_at(borders, meter, rate, beats).tolist()
-    free = 0
-    lone = (rows["start"] == rows["stop"]) | rows["passing"]
-    for index in np.flatnonzero(~lone).tolist():
-        starts[index] = max(starts[index], free)
-        stops[index] = free = max(stops[index], starts[index] + 1)
-    rows["tick"] = starts
-    rows["ticks"] = np.subtract(stops, starts)
-    first = (rows["start"] == 0) & (rows["stop"] == 0)
-    rows["tick"][first] = 0  # unit 1 may begin before the capture does
-    return free <= last

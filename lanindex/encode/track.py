@@ -143,10 +143,10 @@ def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Itera
     ]
     listed = tables([writer for _, writer in followed], limbs.begin)
     measure(listed, limbs, profile)
-    for part, stops, cells, (found, _), table in zip(
-        parts, moved, passed, followed, listed, strict=True
+    sourced = to_source(listed, [limbs.known] * len(listed), limbs.rate, profile.rate)
+    for part, stops, cells, (found, _), rows in zip(
+        parts, moved, passed, followed, sourced, strict=True
     ):
-        rows = to_source(table, limbs.known, limbs.rate, profile.rate)
         yield Trace(part[0], limbs.known, limbs.begin, *part[1:], cells, *stops, found, rows)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import chain
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,11 @@ from lanindex.model.symbol import blank
 
 Floats = NDArray[np.float64]
 
+_Told = tuple[str, Span, int, Sequence[Event]]
+"""A track over one stretch: its name, the frames of the source, the first resampled one, events."""
+
+_KEPT = ("start", "stop", "direction", "level", "margin", "amount", "speed", "beside")
+
 
 def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
     """Write down what the whole body does.
@@ -46,13 +52,11 @@ def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
     tuple of list of Written and tuple of str
         Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
     """
-    found, doubts = list[Written](), dict[str, None]()
     motion, profile = body.motion, body.profile
-    for part, known, begin, those in bends(body):
-        found.append(_written(part, known, begin, those, motion, profile))
+    found, doubts = list[_Told](bends(body)), dict[str, None]()
     arm, leg = body.length(ARMS), body.length(LEGS)
     for part, one, those in touches(body, arm) if arm else ():
-        found.append(_written(part, one.known, one.frames.start, those, motion, profile))
+        found.append((part, one.known, one.frames.start, those))
     parts = stretches(body, NEEDED, WISHED) if leg else ()
     for ground, places in zip(grounds(body, leg) if leg else (), parts, strict=True):
         doubts |= dict.fromkeys(ground.doubts)
@@ -63,11 +67,11 @@ def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
             ("body_travel", travel(_way(hips), front, leg, profile) if leg else []),
             ("body_turn", turns(front, profile)),
         ):
-            found.append(_written(part, hips.known, begin, those, motion, profile))
+            found.append((part, hips.known, begin, those))
     for part, over, begun, those in chain(twists(body), inclines(body, turn)):
         begin = over.frames.start
-        found.append(_written(part, over.known, begin, [begun, *those], motion, profile))
-    return found, tuple(doubts)
+        found.append((part, over.known, begin, [begun, *those]))
+    return _written(found, motion, profile), tuple(doubts)
 
 
 def _way(hips: Stretch) -> Floats:
@@ -78,8 +82,7 @@ def _way(hips: Stretch) -> Floats:
     return found
 
 
-def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Written]:
-    motion, profile = places.body.motion, places.body.profile
+def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[_Told]:
     front = turn[ground.begin : ground.begin + ground.carries.shape[1]]
     landed, flights = events(ground, front)
     carried = rests(ground, places)
@@ -89,34 +92,43 @@ def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Written]:
         held = stances(ground, foot)
         if held and not held[0].start:
             own = [Event(0, 0, PLACE, held[0].level, 1.0), *own]
-        yield _written(f"{side}_support", ground.known, ground.begin, own, motion, profile)
-        yield _written(f"{side}_stance", ground.known, ground.begin, held, motion, profile)
-    yield _written("jump", ground.known, ground.begin, flights, motion, profile)
-    yield _written("other_support", ground.known, ground.begin, carried, motion, profile)
+        yield f"{side}_support", ground.known, ground.begin, own
+        yield f"{side}_stance", ground.known, ground.begin, held
+    yield "jump", ground.known, ground.begin, flights
+    yield "other_support", ground.known, ground.begin, carried
 
 
-def _written(
-    part: str,
-    known: Span,
-    begin: int,
-    those: Sequence[Event],
-    motion: Motion,
-    profile: Profile,
-) -> Written:
-    """Return the rows of a track; an event without frames is its starting position."""
-    starts = bool(those) and those[0].stop == 0
-    rows = blank(len(those) + (not starts))
-    rows["start"][0] = rows["stop"][0] = begin
-    free = 0
-    for row, one in zip(rows[not starts :], those, strict=True):
-        row["direction"], row["level"] = one.direction, one.level
-        row["amount"] = min(one.amount, MOST_AMOUNT)
-        row["margin"] = max(one.margin, 0.0)
-        row["speed"] = round(min(one.speed, FASTEST), 2)
-        row["runner_direction"] = one.beside
-        if one.stop:
-            row["start"] = begin + max(one.start, free)
-            row["stop"] = begin + max(one.stop, one.start + 1)
-        free = one.stop
-    told = to_source(rows, known, motion.rate, profile.rate)
-    return Written(part, known, told if starts else told[1:])
+def _written(told: Sequence[_Told], motion: Motion, profile: Profile) -> list[Written]:
+    """Return the rows of tracks; an event without frames is its track's starting position."""
+    if not told:
+        return []
+    parts, known, begun, each = zip(*told, strict=True)
+    bare = np.array([not those or those[0].stop > 0 for those in each], np.int64)
+    counts = np.array(list(map(len, each)))
+    events = list(map(attrgetter(*_KEPT), chain.from_iterable(each)))
+    start, stop, direction, level, margin, amount, speed, beside = (
+        np.array(events, np.float64).reshape(-1, len(_KEPT)).T
+    )
+    rows = blank(len(events) + int(bare.sum()))
+    place = np.arange(len(events)) + np.cumsum(bare).repeat(counts)
+    begin, free = np.repeat(begun, counts), np.zeros(len(rows))
+    free[place] = stop
+    for name, values in (
+        ("direction", direction),
+        ("level", level),
+        ("amount", np.minimum(amount, MOST_AMOUNT)),
+        ("margin", np.maximum(margin, 0.0)),
+        ("speed", np.round(np.minimum(speed, FASTEST), 2)),
+        ("runner_direction", beside),
+        ("start", begin + np.maximum(start, free[place - 1])),
+        ("stop", begin + np.maximum(stop, start + 1)),
+    ):
+        rows[name][place] = values
+    ends = np.cumsum(counts + bare)
+    first = ends - counts - bare
+    rows["start"][first] = rows["stop"][first] = begun
+    sourced = to_source(np.split(rows, ends[:-1]), known, motion.rate, profile.rate)
+    return [
+        Written(part, span, own[without:])
+        for part, span, own, without in zip(parts, known, sourced, bare, strict=True)
+    ]

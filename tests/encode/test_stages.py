@@ -297,35 +297,52 @@ def spans(table: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(table["start"].tolist(), table["stop"].tolist(), strict=True))
 
 
+def sourced(table: np.ndarray, known: Span, rate: Fraction) -> np.ndarray:
+    (found,) = to_source([table], [known], rate, Fraction(60))
+    return found
+
+
 class TestTiming:
     def test_borders_round_up(self) -> None:
-        table = to_source(rows((0, 0), (3, 7), (7, 11)), Span(0, 9), Fraction(30), Fraction(60))
+        table = sourced(rows((0, 0), (3, 7), (7, 11)), Span(0, 9), Fraction(30))
         assert spans(table) == [(0, 0), (2, 4), (4, 6)]
 
     def test_an_empty_symbol_takes_a_frame_of_the_next(self) -> None:
-        table = to_source(
-            rows((0, 0), (1, 2), (2, 3), (3, 9)), Span(0, 9), Fraction(30), Fraction(60)
-        )
+        table = sourced(rows((0, 0), (1, 2), (2, 3), (3, 9)), Span(0, 9), Fraction(30))
         assert spans(table) == [(0, 0), (1, 2), (2, 3), (3, 5)]
 
     def test_at_the_end_of_the_previous(self) -> None:
-        table = to_source(
-            rows((0, 0), (0, 8), (8, 9), (9, 10)), Span(0, 5), Fraction(30), Fraction(60)
-        )
+        table = sourced(rows((0, 0), (0, 8), (8, 9), (9, 10)), Span(0, 5), Fraction(30))
         assert spans(table) == [(0, 0), (0, 3), (3, 4), (4, 5)]
 
     def test_too_many_symbols_become_passing(self) -> None:
-        table = to_source(
-            rows((0, 0), (0, 8), (8, 16), (16, 24)), Span(0, 2), Fraction(5), Fraction(60)
-        )
+        table = sourced(rows((0, 0), (0, 8), (8, 16), (16, 24)), Span(0, 2), Fraction(5))
         assert table["passing"].tolist() == [False, True, False, False]
         assert spans(table) == [(0, 0), (0, 1), (0, 1), (1, 2)]
 
     def test_passing_rows_lie_inside_the_next(self) -> None:
-        table = to_source(
-            rows((0, 0), (2, 3), (2, 9), passing=(1,)), Span(0, 9), Fraction(24), Fraction(60)
-        )
+        table = sourced(rows((0, 0), (2, 3), (2, 9), passing=(1,)), Span(0, 9), Fraction(24))
         assert spans(table) == [(0, 0), (1, 2), (1, 4)]
+
+    def test_tracks_at_once_are_what_each_is_by_itself(self) -> None:
+        tables = [
+            rows((0, 0), (0, 8), (8, 16), (16, 24)),  # too many for its stretch
+            rows((9, 9)),
+            rows((0, 0), (2, 3), (2, 9), passing=(1,)),
+            rows((0, 0), (0, 8), (8, 9), (9, 10)),
+        ]
+        known = [Span(0, 2), Span(3, 9), Span(0, 9), Span(0, 5)]
+        rate = Fraction(24)
+        together = to_source(tables, known, rate, Fraction(60))
+        for own, table, span in zip(together, tables, known, strict=True):
+            assert own.tolist() == sourced(table, span, rate).tolist()
+        assert to_source([], [], rate, Fraction(60)) == []
+
+    def test_tracks_share_a_grid_but_no_room(self) -> None:
+        tables = rows((0, 0), (10, 11), (11, 12)), rows((0, 0)), rows((0, 0), (5, 6), (50, 90))
+        quantise(tables, 100, Fraction(100), Meter(division=32))
+        assert [table["tick"].tolist() for table in tables] == [[0, 1, 2], [0], [0, 0, 4]]
+        assert [table["ticks"].tolist() for table in tables] == [[0, 1, 1], [0], [0, 1, 3]]
 
     def test_quantised_symbols_neither_overlap_nor_vanish(self) -> None:
         table = rows((0, 0), (10, 11), (11, 12), (12, 13), (50, 100))
