@@ -8,7 +8,8 @@ from sample import sample_score
 
 from lanindex.encode import encode
 from lanindex.errors import EncodeError, UsageError
-from lanindex.model import Capture, Hit, Span
+from lanindex.model import SYMBOL, Capture, Hit, Span
+from lanindex.model.symbol import joined
 
 
 def test_symbols_of_a_part_that_a_score_lacks() -> None:
@@ -47,3 +48,12 @@ def test_captures_and_hits_can_be_kept_in_a_set() -> None:
     ]
     hits = {Hit(capture, Span(0, 5), 1.0, ()) for capture in [*captures, *captures]}
     assert {hit.capture.metadata["style"] for hit in hits} == {"x", "y"}
+
+
+def test_tables_joined_are_their_rows() -> None:
+    score = sample_score()
+    tables = [track.symbols for track in score.tracks.values()]
+    rows = joined(tables)
+    assert rows.dtype == SYMBOL
+    assert rows.tolist() == [row for table in tables for row in table.tolist()]
+    assert len(joined([])) == 0

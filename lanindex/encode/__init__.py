@@ -85,28 +85,28 @@ def encode(
     from lanindex.model import Score, Track
     from lanindex.model.bends import worked_out
     from lanindex.model.score import HEADING_RATE
+    from lanindex.model.symbol import joined
 
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
     body = joints.Body(motion, chosen)
     turn = heading.heading(motion, chosen.rate, body.joints)
-    found: dict[str, list[Written]] = {}
     stages = compiled.chosen(len(turn) * len(PARTS))
-    for group in limbs.limbs(body, turn, make=stages.curves):
-        for one in stages.written(group, chosen):
-            found.setdefault(one.part, []).append(one)
-    if not found:
+    groups = limbs.limbs(body, turn, make=stages.curves)
+    of_limbs = [one for group in groups for one in stages.written(group, chosen)]
+    if not of_limbs:
         raise EncodeError(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
     of_all, doubts = whole(body, turn)
-    for one in of_all:
+    found: dict[str, list[Written]] = {}
+    for one in (*of_limbs, *of_all):
         found.setdefault(one.part, []).append(one)
     ordered = sorted(
         found, key=lambda part: (found[part][0].known.start, found[part][0].known.stop)
     )
-    rows = {part: np.concatenate([one.rows for one in found[part]]) for part in ordered}
+    rows = {part: joined(one.rows for one in found[part]) for part in ordered}
     time = count(tempo, motion, chosen, rows)
     tracks = worked_out(
         {part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered}

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from lanindex.encode.limbs import Limbs
 from lanindex.encode.profile import Profile
-from lanindex.model.symbol import FIELDS, SYMBOL
+from lanindex.model.symbol import FIELDS
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
+Rows = NDArray[Any]
 
 WAY = 0.05
 """Seconds from one point of a way to the next."""
@@ -25,32 +26,33 @@ _TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
 
 
-def measure(tables: Sequence[NDArray[Any]], limbs: Limbs, profile: Profile) -> None:
-    """Fill in the measures of rows; a starting position has none.
+def measure(rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile) -> None:
+    """Fill in the measures of rows, in place; a starting position has none.
 
     Parameters
     ----------
-    tables : sequence of ndarray
-        (P) of (S,) of `model.SYMBOL`, start and stop in resampled frames, the first of each the
-        starting position; changed in place.
+    rows : ndarray
+        (S,) of `model.SYMBOL`, part by part, start and stop in resampled frames, the first of each
+        its starting position.
+    counts : sequence of int
+        (P) rows of each part.
     limbs : Limbs
         (P) parts whose symbols they are.
     profile : Profile
         Frames a second.
     """
-    rows, counts = np.concatenate(tables, dtype=SYMBOL), list(map(len, tables))
-    limb, frames = np.arange(len(tables)).repeat(counts), limbs.curve.shape[1]
+    limb, frames = np.arange(len(counts)).repeat(counts), limbs.curve.shape[1]
     first = np.maximum(rows["start"].astype(np.int64) - limbs.begin - 1, 0)
     last = np.clip(rows["stop"].astype(np.int64) - limbs.begin - 1, first, frames - 1)
     rate = float(profile.rate)
     speed = _peaks(limbs.curve, limb, first, last) * rate / limbs.lengths[limb]
     pace = max(round(WAY * rate), 1)
     size, straight = _ways(limbs.curve, limb, first, last, limbs.lengths, pace)
+    moved = np.diff(limb, prepend=-1) == 0
     for name, values in ("speed", speed), ("size", size), ("straightness", straight):
         how = FIELDS[name]
         told = np.rint(np.minimum(values * how.scale, how.most)) / how.scale
-        for table, own in zip(tables, np.split(told, np.cumsum(counts)[:-1]), strict=True):
-            table[name][1:] = own[1:]
+        rows[name][moved] = told[moved]
 
 
 def _peaks(curve: Floats, limb: Whole, first: Whole, last: Whole) -> Floats:

@@ -121,8 +121,8 @@ class Writer:
         return dist(before, middle) - dist(after, middle)
 
 
-def tables(writers: Sequence[Writer], begin: int) -> list[NDArray[Any]]:
-    """Return the rows with their margins.
+def table_of(writers: Sequence[Writer], begin: int) -> NDArray[Any]:
+    """Return the rows with their margins, part by part.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def tables(writers: Sequence[Writer], begin: int) -> list[NDArray[Any]]:
 
     Returns
     -------
-    list of ndarray
-        (P) of (S,) of `model.SYMBOL`, start and stop in resampled frames.
+    ndarray
+        (S,) of `model.SYMBOL`, start and stop in resampled frames.
     """
     counts = [len(writer.rows) for writer in writers]
     rows = [row for writer in writers for row in writer.rows]
@@ -150,4 +150,4 @@ def tables(writers: Sequence[Writer], begin: int) -> list[NDArray[Any]]:
     table["stop"] += begin
     table["margin"] = np.round(clear, 3)
     table["runner_direction"], table["runner_level"] = np.divmod(other, 3)
-    return np.split(table, np.cumsum(counts)[:-1])
+    return table

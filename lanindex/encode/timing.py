@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model import Meter, Span
-from lanindex.model.symbol import SYMBOL
 from lanindex.notation.beats import Beats, ticks_at
 
 Rows = NDArray[Any]
@@ -25,26 +24,25 @@ FINEST = 1 << 16
 
 
 def to_source(
-    tracks: Sequence[Rows], known: Sequence[Span], rate: Fraction, target: Fraction
-) -> list[Rows]:
-    """Replace resampled frames by frames of the source.
+    rows: Rows, counts: Sequence[int], known: Sequence[Span], rate: Fraction, target: Fraction
+) -> None:
+    """Replace resampled frames by frames of the source, in place.
+
+    Every row but the first of a track then has a frame at least, none overlap, and a passing row
+    lies inside the row after it. Where a stretch has fewer frames than symbols, the first of them
+    become passing.
 
     Parameters
     ----------
-    tracks : sequence of ndarray
-        (S,) of `model.SYMBOL` each, in order of time, start and stop in resampled frames; the first
-        is the starting position.
+    rows : ndarray
+        (S,) of `model.SYMBOL`, track by track in order of time, start and stop in resampled frames;
+        the first of each is its starting position.
+    counts : sequence of int
+        Rows of each track, one at least.
     known : sequence of Span
         By track: the stretch of the source that it belongs to.
     rate, target : Fraction
-        Frames a second of the source and of `tracks`.
-
-    Returns
-    -------
-    list of ndarray
-        (S,) of `model.SYMBOL` each: every row but the first has a frame at least, none overlap, and
-        a passing row lies inside the row after it. Where a stretch has fewer frames than symbols,
-        the first of them become passing.
+        Frames a second of the source and of `rows`.
 
     Examples
     --------
@@ -54,25 +52,22 @@ def to_source(
     >>> from lanindex.model.symbol import blank
     >>> rows = blank(2)
     >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
-    >>> (seen,) = to_source([rows], [Span(0, 30)], Fraction(30), Fraction(60))
-    >>> seen["start"], seen["stop"]
+    >>> to_source(rows, [2], [Span(0, 30)], Fraction(30), Fraction(60))
+    >>> rows["start"], rows["stop"]
     (array([ 0, 16], dtype=int32), array([ 0, 27], dtype=int32))
     """
-    if not tracks:
-        return []
-    table, counts = np.concatenate(tracks, dtype=SYMBOL), list(map(len, tracks))
-    owner, ends = np.arange(len(tracks)).repeat(counts), np.cumsum(counts)
+    owner, ends = np.arange(len(counts)).repeat(counts), np.cumsum(counts)
     first = ends - counts
     low, high = np.array([(one.start, one.stop) for one in known], np.int64).T
     step = rate / target
-    frames = np.array((table["start"], table["stop"]), np.int64)
+    frames = np.array((rows["start"], rows["stop"]), np.int64)
     borders = -(-frames * step.numerator // step.denominator)
     borders = np.minimum(np.maximum(borders, low[owner]), high[owner])
     borders[:, first] = low
-    passing, later = table["passing"], np.ones(len(table), np.bool_)
+    passing, later = rows["passing"], np.ones(len(rows), np.bool_)
     later[first] = False
     shown = np.flatnonzero(later & ~passing)
-    many = np.bincount(owner[shown], minlength=len(tracks))
+    many = np.bincount(owner[shown], minlength=len(counts))
     surplus = np.maximum(many - (high - low), 0)
     over = _places(many) < surplus[owner[shown]]
     passing[shown[over]] = True
@@ -85,8 +80,7 @@ def to_source(
         outer = np.union1d(shown, ends - 1)
         outer = outer[np.searchsorted(outer, gone)]
         borders[:, gone] = _nested(borders[:, gone], *borders[:, outer])
-    table["start"], table["stop"] = borders
-    return np.split(table, ends[:-1])
+    rows["start"], rows["stop"] = borders
 
 
 def _nested(spans: Whole, low: Whole, high: Whole) -> Whole:

@@ -19,7 +19,7 @@ from lanindex.encode.direction import Course, Space, course, space
 from lanindex.encode.limbs import Limbs
 from lanindex.encode.measures import measure
 from lanindex.encode.profile import Profile
-from lanindex.encode.rows import Writer, tables
+from lanindex.encode.rows import Writer, table_of
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
 from lanindex.encode.timing import to_source
 from lanindex.model import Span
@@ -141,11 +141,12 @@ def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Itera
         _follow(*part[:3], cells, moves, profile, traced)
         for part, cells, (*_, moves) in zip(parts, passed, moved, strict=True)
     ]
-    listed = tables([writer for _, writer in followed], limbs.begin)
-    measure(listed, limbs, profile)
-    sourced = to_source(listed, [limbs.known] * len(listed), limbs.rate, profile.rate)
+    counts = [len(writer.rows) for _, writer in followed]
+    table = table_of([writer for _, writer in followed], limbs.begin)
+    measure(table, counts, limbs, profile)
+    to_source(table, counts, [limbs.known] * len(counts), limbs.rate, profile.rate)
     for part, stops, cells, (found, _), rows in zip(
-        parts, moved, passed, followed, sourced, strict=True
+        parts, moved, passed, followed, np.split(table, np.cumsum(counts)[:-1]), strict=True
     ):
         yield Trace(part[0], limbs.known, limbs.begin, *part[1:], cells, *stops, found, rows)
 

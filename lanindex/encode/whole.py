@@ -127,8 +127,10 @@ def _written(told: Sequence[_Told], motion: Motion, profile: Profile) -> list[Wr
     ends = np.cumsum(counts + bare)
     first = ends - counts - bare
     rows["start"][first] = rows["stop"][first] = begun
-    sourced = to_source(np.split(rows, ends[:-1]), known, motion.rate, profile.rate)
+    to_source(rows, (counts + bare).tolist(), known, motion.rate, profile.rate)
     return [
         Written(part, span, own[without:])
-        for part, span, own, without in zip(parts, known, sourced, bare, strict=True)
+        for part, span, own, without in zip(
+            parts, known, np.split(rows, ends[:-1]), bare, strict=True
+        )
     ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +13,8 @@ from numpy.typing import NDArray
 from lanindex.alphabet import KINDS
 from lanindex.errors import UsageError
 from lanindex.library import checksums, codes
-from lanindex.model import SYMBOL, Score, Span, Track
+from lanindex.model import Score, Span
+from lanindex.model.symbol import joined
 
 _RAW, _TENTHS = b"\0", b"\1"
 """The first byte of a heading: how the rest is to be read."""
@@ -32,7 +32,7 @@ def check(score: Score, place: str) -> None:
         if track.part != part:
             raise UsageError(f"{part} holds the track of {track.part}", place=place)
     tracks = list(score.tracks.values())
-    symbols = _joined(tracks)
+    symbols = joined(track.symbols for track in tracks)
     bad = wrong(symbols, score.frames)
     kinds = np.repeat([codes.KIND_NAMES.index(one.kind) for one in tracks], list(map(len, tracks)))
     for kind in {one.kind for one in tracks}:
@@ -53,12 +53,6 @@ def check(score: Score, place: str) -> None:
 def wrong(symbols: NDArray[Any], frames: int) -> NDArray[np.bool_]:
     """Return which symbols cannot be stored, or lie outside a capture's frames: (S,) bool."""
     return codes.wrong(symbols) | (symbols["stop"] > frames)
-
-
-def _joined(tracks: Iterable[Track]) -> NDArray[Any]:
-    # Naming the dtype spares numpy a slow search for one that all have in common.
-    arrays = [track.symbols for track in tracks]
-    return np.concatenate(arrays, dtype=SYMBOL) if arrays else np.empty(0, SYMBOL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +78,7 @@ def rows_of(score: Score) -> Rows:
     """Return the rows of a score."""
     kept = list(score.tracks.values())
     counts = list(map(len, kept))
-    numbers = numbered(codes.pack(_joined(kept)), counts)
+    numbers = numbered(codes.pack(joined(track.symbols for track in kept)), counts)
     tracks, first = [], 0
     for ordinal, (track, count) in enumerate(zip(kept, counts, strict=True)):
         kind, known = codes.KIND_NAMES.index(track.kind), _known_text(track.known, score.frames)

@@ -343,10 +343,9 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
     >>> len(columns) == len(held["r_arm"]), int(columns.cell[0]) == cell_of(8, 0) | STARTING
     (True, True)
     """
-    from lanindex.model.symbol import SYMBOL
+    from lanindex.model.symbol import joined
 
-    rows = [track.symbols if track else np.empty(0, SYMBOL) for track in tracks]
-    symbols = np.concatenate([np.empty(0, SYMBOL), *rows], dtype=SYMBOL)
+    symbols = joined(track.symbols for track in tracks if track)
     gaps = [
         (number, *span)
         for number, (capture, track) in enumerate(zip(captures, tracks, strict=True))
@@ -358,7 +357,7 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
     cell |= np.where(symbols["start"] == symbols["stop"], np.uint8(STARTING), np.uint8(0))
     return Columns(
         part,
-        np.cumsum([0, *map(len, rows)], dtype=np.int64),
+        np.cumsum([0, *(len(track) if track else 0 for track in tracks)], dtype=np.int64),
         cell,
         _cells(symbols["runner_direction"], symbols["runner_level"]),
         np.rint(symbols["margin"].astype(np.float64) * THOUSANDTHS).astype(np.uint16),

@@ -9,6 +9,7 @@ import numpy as np
 from lanindex.alphabet import FEET
 from lanindex.model.score import Track
 from lanindex.model.span import Span
+from lanindex.model.symbol import joined
 
 SUPPORTS = ("r_support", "l_support")
 """The tracks that steps are made of."""
@@ -58,7 +59,7 @@ def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
     known = _together([span for foot in feet for span in foot.known])
     if len({foot.known for foot in feet}) == 1:
         known = feet[0].known
-    rows = np.concatenate([foot.symbols for foot in feet], dtype=feet[0].symbols.dtype)
+    rows = joined(foot.symbols for foot in feet)
     rows = rows[rows["start"] < rows["stop"]]
     if jump is not None:
         landed = np.sort(jump.symbols["stop"][np.isin(jump.symbols["amount"], _NO_STEPS)])

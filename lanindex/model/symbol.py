@@ -11,7 +11,7 @@ In the library small numbers share a column, each with bits of its own: `Field.c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any
 
@@ -180,6 +180,8 @@ FIELDS: dict[str, Field] = {
 SYMBOL = np.dtype([(name, how.type) for name, how in FIELDS.items()])
 """One row of a track: codes, frames and numbers; what is less than 0 stands for nothing."""
 
+_BYTES = np.dtype((np.void, SYMBOL.itemsize))
+
 
 def listed(part: str, rows: NDArray[Any]) -> list[Symbol]:
     """Return rows as objects.
@@ -202,3 +204,17 @@ def blank(count: int | tuple[int, ...]) -> NDArray[Any]:
         if how.least < 0:
             rows[name] = how.least / how.scale
     return rows
+
+
+def joined(tables: Iterable[NDArray[Any]]) -> NDArray[Any]:
+    """Return the rows of some tables as one: whole rows, where numpy would copy field by field.
+
+    Parameters
+    ----------
+    tables : iterable of ndarray
+        (S,) of `SYMBOL` each; a single one is returned as it is.
+    """
+    rows = [table.view(_BYTES) for table in tables]
+    if len(rows) == 1:
+        return rows[0].view(SYMBOL)
+    return np.concatenate([np.empty(0, _BYTES), *rows]).view(SYMBOL)

@@ -16,6 +16,7 @@ from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.bends import with_bends
 from lanindex.model.score import HEADING_RATE
 from lanindex.model.steps import STEP, with_steps
+from lanindex.model.symbol import joined
 from lanindex.notation.beats import Beats, ticks_at
 from lanindex.notation.page import UNIT
 
@@ -102,7 +103,7 @@ def _cut(track: Track, span: Span) -> Track:
         in_force["start"] = in_force["stop"] = span.start
         in_force["ticks"] = in_force["swings"] = 0
         rows += [in_force, here[(here["stop"] > span.start) & (here["start"] < span.stop)]]
-    return Track(track.part, np.concatenate(rows), tuple(known))
+    return Track(track.part, joined(rows), tuple(known))
 
 
 def _based(rows: Rows, span: Span, factor: int, edges: tuple[int, int]) -> Rows:

@@ -30,7 +30,7 @@ def measured(curve, spans, begin=0, length=LENGTH):
     table["start"][1:], table["stop"][1:] = (np.array(spans) + begin).T
     known, rate = Span(0, len(curve)), PROFILE.rate
     limbs = Limbs(("r_arm",), known, rate, begin, np.array([curve]), np.array([length]))
-    measures.measure([table], limbs, PROFILE)
+    measures.measure(table, [len(table)], limbs, PROFILE)
     assert all(table[name][0] < 0 for name in MEASURES)
     return np.stack([table[name][1:].astype(float) for name in MEASURES], axis=1)
 

@@ -18,7 +18,7 @@ from lanindex.encode.rules import Rules, apply
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
 from lanindex.encode.timing import quantise, to_source
 from lanindex.model import Meter, Span
-from lanindex.model.symbol import blank
+from lanindex.model.symbol import blank, joined
 from lanindex.notation import ldd
 
 RANGES = load("default").ranges["r_arm"]
@@ -298,8 +298,9 @@ def spans(table: np.ndarray) -> list[tuple[int, int]]:
 
 
 def sourced(table: np.ndarray, known: Span, rate: Fraction) -> np.ndarray:
-    (found,) = to_source([table], [known], rate, Fraction(60))
-    return found
+    table = table.copy()
+    to_source(table, [len(table)], [known], rate, Fraction(60))
+    return table
 
 
 class TestTiming:
@@ -333,10 +334,10 @@ class TestTiming:
         ]
         known = [Span(0, 2), Span(3, 9), Span(0, 9), Span(0, 5)]
         rate = Fraction(24)
-        together = to_source(tables, known, rate, Fraction(60))
-        for own, table, span in zip(together, tables, known, strict=True):
-            assert own.tolist() == sourced(table, span, rate).tolist()
-        assert to_source([], [], rate, Fraction(60)) == []
+        each = [sourced(table, span, rate) for table, span in zip(tables, known, strict=True)]
+        together = joined(tables)
+        to_source(together, list(map(len, tables)), known, rate, Fraction(60))
+        assert together.tolist() == joined(each).tolist()
 
     def test_tracks_share_a_grid_but_no_room(self) -> None:
         tables = rows((0, 0), (10, 11), (11, 12)), rows((0, 0)), rows((0, 0), (5, 6), (50, 90))
