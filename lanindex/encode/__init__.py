@@ -103,9 +103,7 @@ def encode(
     found: dict[str, list[Written]] = {}
     for one in (*of_limbs, *of_all):
         found.setdefault(one.part, []).append(one)
-    ordered = sorted(
-        found, key=lambda part: (found[part][0].known.start, found[part][0].known.stop)
-    )
+    ordered = sorted(found, key=lambda part: found[part][0].known)
     rows = {part: joined(one.rows for one in found[part]) for part in ordered}
     time = count(tempo, motion, chosen, rows)
     tracks = worked_out(
