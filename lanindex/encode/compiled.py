@@ -11,8 +11,10 @@ from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
-from lanindex.encode import limbs, track
+from lanindex.encode import carriers, limbs, near, track
+from lanindex.encode.carriers import Carriers
 from lanindex.encode.limbs import Curves, Floats, Limbs
+from lanindex.encode.near import Nearest
 from lanindex.encode.profile import Profile
 from lanindex.encode.resample import Resampling
 from lanindex.encode.track import Written
@@ -25,14 +27,16 @@ CHEAPER = 5
 
 
 class Stages(NamedTuple):
-    """What makes curves of places, rows of curves, and joints resampled and smoothed."""
+    """The loops over frames: of parts, of joints, of hands, and of what carries."""
 
     curves: Curves
     written: Callable[[Limbs, Profile], list[Written]]
     calm: Callable[[Floats, Resampling, range, int], Floats]
+    nearest: Nearest
+    carriers: Carriers
 
 
-PLAIN = Stages(limbs.curves, track.written, limbs.calm)
+PLAIN = Stages(limbs.curves, track.written, limbs.calm, near.nearest, carriers.carriers)
 
 _FAST = "lanindex.encode.written_fast"
 _gone = 0
@@ -56,8 +60,10 @@ def chosen(work: int) -> Stages:
 def compiled() -> Stages | None:
     """Load the compiled way; without numba, or a folder for its cache, there is none."""
     try:
+        from lanindex.encode.carriers_fast import carriers
         from lanindex.encode.limbs_fast import calm, curves
+        from lanindex.encode.near_fast import nearest
         from lanindex.encode.written_fast import written
     except (ImportError, RuntimeError):
         return None
-    return Stages(curves, written, calm)
+    return Stages(curves, written, calm, nearest, carriers)

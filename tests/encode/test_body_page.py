@@ -4,9 +4,11 @@ import re
 
 from lanindex.encode import (
     bends,
+    carriers,
     ground,
     inclines,
     measures,
+    near,
     rests,
     steps,
     swings,
@@ -21,7 +23,8 @@ from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
 MODULES = (
-    *(bends, ground, inclines, steps, rests, swings, twists, ways, touch, measures, tempo, beats),
+    *(bends, ground, inclines, steps, rests, carriers, swings, twists, ways, touch, near),
+    *(measures, tempo, beats),
 )
 
 

@@ -129,7 +129,8 @@ def test_without_numba_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
             raise ImportError(name)
         return real(name, *rest)
 
-    for name in ("limbs_fast", "moves_fast", "rows_fast", "written_fast"):
+    names = ("carriers", "limbs", "moves", "near", "rows", "written")
+    for name in (f"{it}_fast" for it in names):
         monkeypatch.delitem(sys.modules, f"lanindex.encode.{name}", raising=False)
     monkeypatch.setattr(builtins, "__import__", refuse)
     compiled.compiled.cache_clear()

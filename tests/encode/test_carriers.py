@@ -1,0 +1,63 @@
+"""What lies low: the compiled loop against the plain one; what is left out has nothing to tell."""
+
+import numpy as np
+import pytest
+
+from lanindex.encode import carriers
+from lanindex.encode.carriers import JOINTS, lowest, masses, points
+from lanindex.encode.rests import SPEEDS
+
+LEG, FLOOR, RATE = 800.0, 0.2, 60.0
+
+
+def sinking(seed: int, frames: int) -> dict[str, np.ndarray]:
+    """Return joints, some of them, that come down to the floor, and up again."""
+    random = np.random.default_rng(seed)
+    must = {side + it for side in "RL" for it in ("Hip", "Ankle")}
+    names = [it for it in JOINTS if it in must or seed == 0 or random.random() < 0.8]
+    where = np.cumsum(random.normal(0, 3, (frames, len(names), 3)), axis=0)
+    where += random.normal(0, 200, (len(names), 3))
+    fall = np.abs(np.linspace(-1, 1, frames))[:, None] * random.uniform(0, 900, len(names))
+    where[..., 1] = FLOOR * LEG + np.abs(where[..., 1]) * 0.2 + fall
+    return dict(zip(names, where.transpose(1, 0, 2), strict=True))
+
+
+def told(places: dict[str, np.ndarray], some: slice, feet: np.ndarray, way) -> np.ndarray:
+    body = points(places, LEG, FLOOR, some)
+    return way.carriers(body, masses(tuple(places)), feet[:, some], RATE, SPEEDS)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 400])
+@pytest.mark.parametrize("seed", range(12))
+def test_both_ways_are_equal(seed, frames):
+    fast = pytest.importorskip("lanindex.encode.carriers_fast")
+    places = sinking(seed, frames)
+    feet = np.random.default_rng(seed).random((2, frames)) < 0.5
+    found = [told(places, slice(0, frames), feet, way) for way in (carriers, fast)]
+    assert np.array_equal(*found)
+    if frames == 400:
+        assert found[0].any()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_left_out_carries_nothing(seed):
+    places = sinking(seed, 400)
+    for one in places.values():
+        one[300:, 1] += 900
+    feet = np.random.default_rng(seed).random((2, 400)) < 0.5
+    whole = told(places, slice(0, 400), feet, carriers)
+    some = lowest(places, LEG, FLOOR)
+    assert 0 < some.stop < 400
+    assert np.array_equal(whole[..., some], told(places, some, feet, carriers))
+    assert not whole[..., : some.start].any()
+    assert not whole[..., some.stop :].any()
+    for one in places.values():
+        one[:, 1] += 900
+    assert lowest(places, LEG, FLOOR) == slice(0, 0)
+
+
+def test_all_of_the_weight_is_somewhere():
+    for names in (JOINTS, ("RHip", "LHip", "RAnkle", "LAnkle"), JOINTS[:3]):
+        found = masses(tuple(names))
+        assert found.sum() == pytest.approx(1)
+        assert all(name in names for name, mass in zip(JOINTS, found, strict=True) if mass)
