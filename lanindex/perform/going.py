@@ -26,8 +26,8 @@ SINKS, HEELS, LIFTS, FREE = 0.16, 0.11, 0.15, 0.25
 """Lengths of a leg: how far the body sinks for a low step, the heels rise for a high one, a foot is
 lifted on its way, and a foot hangs that does not carry."""
 
-SETTLES = 0.05
-"""Seconds that a foot that carries still takes to come to rest."""
+SETTLES = 0.1
+"""Part of a step's time that a foot that carries still takes to come to rest."""
 
 REACHES = 0.995
 """Part of its length that a leg that carries has from hip to ankle."""
@@ -76,8 +76,8 @@ class _Move:
     flies: bool = False
 
     def share(self, times: Floats, longer: float = 0.0) -> Floats:
-        """Return how much of it is done, if it takes some seconds longer."""
-        length = max(self.stop + longer - self.start, 1e-9)
+        """Return how much of it is done, if it takes longer by some part of its time."""
+        length = max((1 + longer) * (self.stop - self.start), 1e-9)
         part = np.clip((times - self.start) / length, 0, 1)
         return part if self.flies else minimum_jerk(part)
 

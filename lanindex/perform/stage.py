@@ -42,6 +42,8 @@ REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
 TURNING = 0.19
 """A limb folds straight towards its beginning; nearer than this, in place, its end turns."""
 
+_SLIGHT = 1e-6  # a part of a unit vector: where the joint of a limb that points there goes up
+
 IN_PLACE = 0.3
 """How much of its length a limb reaches at most that is in place and bent as told."""
 
@@ -182,25 +184,23 @@ def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, F
 
     Both point the limb's way unless it comes from or goes to place mid, or is bent.
     """
-    way, reach_of = np.empty((len(times), 3)), np.empty(len(times))
+    way, aside = np.empty((2, len(times), 3))
+    reach_of = np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
     for reach in reaches(_shown(score, part), times, score.rate, _rest(part)):
-        way[reach.frames], reach_of[reach.frames] = _ways(reach, limb, mirror)
+        some = reach.frames
+        way[some], aside[some], reach_of[some] = _ways(reach, limb, mirror)
     if BENDS[part] in score.tracks:
         asked = bent(score.tracks[BENDS[part]].symbols, times, score.rate)
         reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), asked)
-    bend = limb.bend * mirror
-    aside = bend - (way @ bend)[:, None] * way
-    size = np.linalg.norm(aside, axis=1, keepdims=True)
-    aside = aside / np.where(size > 0, size, 1)
     along = reach_of[:, None] * way
     across = np.sqrt(np.maximum(1 - reach_of**2, 0))[:, None] * aside
     return along + across, along - across
 
 
-def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats]:
-    """Return a limb's direction, (T, 3), and how much of its length it reaches, (T,)."""
-    toward = limb.toward * mirror
+def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return a limb's direction and where its joint goes, (T, 3), and how far it reaches, (T,)."""
+    toward, side = limb.toward * mirror, mirror * [0, 0, 1]
     start, stop = (
         toward if cell == FOLDED else direction(cell) for cell in (reach.start, reach.stop)
     )
@@ -210,7 +210,49 @@ def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats]:
     if lengths[0] != lengths[1]:
         turn = np.clip((TURNING - length) / (TURNING - limb.near), 0, 1)
         share = turn if lengths[1] < lengths[0] else 1 - turn
-    return great_circle(start, stop, share, mirror * [0, 0, 1]), length
+    way = great_circle(start, stop, share, side)
+    bend = limb.bend * mirror + _SLIGHT * UP
+    if lengths[0] != lengths[1]:
+        return way, _across(bend, way), length
+    ends = np.stack((start, great_circle(start, stop, np.array([0.5]), side)[0], stop))
+    return way, _carried(_across(bend, ends), ends, way, share), length
+
+
+def _across(vector: Floats, way: Floats) -> Floats:
+    """Return the directions at right angles to ways, (T, 3), that are nearest to a vector."""
+    aside = vector - (way @ vector)[:, None] * way
+    found: Floats = aside / np.linalg.norm(aside, axis=1, keepdims=True)
+    return found
+
+
+def _carried(across: Floats, ends: Floats, way: Floats, share: Floats) -> Floats:
+    """Return directions at right angles to a great circle, (T, 3), from the first to the last.
+
+    They go along with the way, and turn about it by as much as is missing at the end: none leaps
+    where the way comes past where the limb's joint would go.
+
+    Parameters
+    ----------
+    across, ends : ndarray
+        (3, 3) such directions, and ways, at the beginning, half-way and at the end.
+    way, share : ndarray
+        (T, 3), and (T,) how much of it is done.
+    """
+    axis = np.cross(ends[0], ends[1])
+    sine = float(np.linalg.norm(axis))
+    axis, whole = axis / max(sine, _SLIGHT), 2 * np.arctan2(sine, ends[0] @ ends[1])
+    there = _spun(across[0], axis, whole)
+    missing = np.arctan2(np.cross(there, across[2]) @ ends[2], there @ across[2])
+    return _spun(_spun(across[0], axis, whole * share[:, None]), way, missing * share[:, None])
+
+
+def _spun(vectors: Floats, axis: Floats, angle: Any) -> Floats:
+    """Turn vectors about an axis by angles, radians."""
+    along = np.sum(axis * vectors, axis=-1, keepdims=True) * axis
+    spun: Floats = (
+        along + np.cos(angle) * (vectors - along) + np.sin(angle) * np.cross(axis, vectors)
+    )
+    return spun
 
 
 def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:

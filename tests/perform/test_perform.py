@@ -1,4 +1,5 @@
 from fractions import Fraction
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -234,3 +235,15 @@ def test_the_standard_body_hangs_on_one_root() -> None:
     parents = standard().skeleton.parents.tolist()
     assert parents[0] == -1
     assert all(0 <= parent < joint for joint, parent in enumerate(parents) if joint)
+
+
+def test_an_elbow_never_leaps():
+    text = "#unit0\ndirection l_arm left mid 0 0\n#unit1\nbend l_arm_bend bend4 0 1\n"
+    for ways in permutations(
+        ("forward mid", "place low", "left high", "right mid", "place high"), 2
+    ):
+        lines = (f"direction l_arm {way} {it + 1} {it + 2}\n" for it, way in enumerate(ways))
+        motion = perform(lnd.read(text + "".join(lines)), rate=60)
+        elbow, shoulder = (motion.skeleton.names.index(f"Left{it}") for it in ("ForeArm", "Arm"))
+        arm = motion.positions[:, elbow] - motion.positions[:, shoulder]
+        assert np.linalg.norm(np.diff(arm, axis=0), axis=1).max() < 45, ways
