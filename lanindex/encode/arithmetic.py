@@ -105,9 +105,9 @@ def median(values: NDArray[Any]) -> float:
     values : ndarray
         (N,) float, one at least, none NaN.
     """
-    middle = [(len(values) - 1) // 2, len(values) // 2]
-    one, other = np.partition(values, middle)[middle]
-    return float((one + other) / 2)
+    lower, upper = (len(values) - 1) // 2, len(values) // 2
+    found = np.partition(values, (lower, upper))
+    return float((found[lower] + found[upper]) / 2)
 
 
 def runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
