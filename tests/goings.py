@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -123,7 +123,7 @@ DEGREES = 5
 
 
 def compared(
-    score: Score, found: Score, tally: dict[str, Tally], parts: Sequence[str] = WEIGHT
+    score: Score, found: Score, tally: dict[str, Tally], parts: Iterable[str] = WEIGHT
 ) -> None:
     """Add what became of the symbols of a score that was carried out and written down again.
 

@@ -6,7 +6,7 @@ Source: ``encode/BODY.md``, "Bends".
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from lanindex.alphabet import BENDS, PARTS, SIXTHS
 from lanindex.encode.arithmetic import Floats, bend, runs
 from lanindex.encode.joints import Body
 from lanindex.encode.limbs import smooth, window
+from lanindex.encode.onset import seen
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event
@@ -32,6 +33,8 @@ IDLES = 20.0
 
 LULL = 0.25
 """Seconds that a joint is slow for where it rests."""
+
+Ends = tuple[int, int]
 
 
 def bends(body: Body) -> Iterator[tuple[str, Span, int, list[Event]]]:
@@ -83,20 +86,19 @@ def _found(angle: Floats, profile: Profile) -> list[Event]:
     pace = np.gradient(calm) * float(profile.rate) if len(calm) > 1 else np.zeros(len(calm))
     degree = min(round(calm[0] / DEGREE), SIXTHS)
     found = [_event(0, 0, bending(degree), float(calm[0]), degree)]
+    fast = np.abs(pace)
     least = round(LULL * profile.rate)
     for first, last in swings(calm, SWING):
         if abs(calm[last] - calm[first]) < SWING:
             continue
         way = 1 if calm[last] > calm[first] else -1
-        onward = way * pace[first : last + 1]
-        for start, stop in _pieces(onward, least):
-            arrived = float(angle[first + stop])
+        for part, within in _pieces(way * pace[first : last + 1], first, least):
+            arrived = float(angle[part[1]])
             if way * (arrived - DEGREE * degree) <= SWING:
                 continue
             degree = min(round(arrived / DEGREE), SIXTHS)
             amount = bending(degree) if way > 0 else stretching(degree)
-            begin, end = _seen(onward[start : stop + 1])
-            begin, end = first + start + begin, first + start + end
+            begin, end = seen(angle, fast, part, within, IDLES / float(profile.rate))
             found.append(_event(begin, end, amount, arrived, degree))
     return found
 
@@ -106,19 +108,15 @@ def _event(start: int, stop: int, amount: int, angle: float, degree: int) -> Eve
     return Event(start, stop, -1, -1, max(1 - 2 * off, 0.0), amount=amount)
 
 
-def _pieces(pace: Floats, least: int) -> list[tuple[int, int]]:
-    """Part a swing where it rests or gives way: what moves, and what may go on slowly between."""
-    last = len(pace) - 1
-    rests = [(a, min(b, last)) for a, b in runs(pace < IDLES) if b - a >= least]
-    edges = [0, *(edge for rest in rests for edge in rest), last]
-    return [(a, b) for a, b in pairwise(edges) if b > a]
+def _pieces(pace: Floats, first: int, least: int) -> Iterator[tuple[Ends, Ends]]:
+    """Part a swing where it rests or gives way: what moves, and what may go on slowly between.
 
-
-def _seen(pace: Floats) -> tuple[int, int]:
-    """Return from which frame to which a bend is seen."""
-    fastest = pace.max()
-    fast = np.flatnonzero(pace >= min(fastest / 4, fastest))
-    slow = np.flatnonzero(pace <= IDLES)
-    before, behind = slow[slow < fast[0]], slow[slow > fast[-1]]
-    first = int(before[-1]) if len(before) else 0
-    return first, int(behind[0]) if len(behind) else len(pace) - 1
+    Beside the first and the last frame of each are those that its borders lie between: what moves
+    may have begun in the rest before, and end in the one behind.
+    """
+    last = first + len(pace) - 1
+    slow = ((first + a, min(first + b, last)) for a, b in runs(pace < IDLES) if b - a >= least)
+    edges = [first, first, *chain(*slow), last, last]
+    for number, part in enumerate(pairwise(edges[1:-1])):
+        if part[0] < part[1]:
+            yield part, part if number % 2 else (edges[number], edges[number + 3])

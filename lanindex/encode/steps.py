@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encode.arithmetic import runs
 from lanindex.encode.ground import FLICKER, STIRS, Ground
+from lanindex.encode.onset import begun
 
 Floats = NDArray[np.float64]
 
@@ -131,11 +132,12 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
         flight = _flown(ground, stop, brief)
         both = ground.carries[1 - foot][flight[1] : stop + brief].any() if flight else False
         if flight and both:
-            begun = flight[0]
+            start = flight[0]
         else:
-            begun = full if release - full <= stop - release else _left(ground, foot, release, full)
-        direction, margin = way(ground, turn, begun, stop)
-        found.append(Event(begun, stop, direction, next(levels[foot]), margin, foot))
+            rests = release - full > stop - release
+            start = _left(ground, foot, (full, release, stop)) if rests else full
+        direction, margin = way(ground, turn, start, stop)
+        found.append(Event(start, stop, direction, next(levels[foot]), margin, foot))
         full = stop
     return found, [_flight(ground, turn, start, stop, brief) for start, stop in ground.air]
 
@@ -169,11 +171,10 @@ def _flown(ground: Ground, stop: int, brief: int) -> tuple[int, int] | None:
     return flight if flight and stop - flight[1] <= brief else None
 
 
-def _left(ground: Ground, foot: int, release: int, first: int) -> int:
-    """Return when a foot that has rested begins to leave, not before some frame."""
-    while release > first and ground.feet.speed[foot][release - 1] >= STIRS:
-        release -= 1
-    return release
+def _left(ground: Ground, foot: int, times: tuple[int, int, int]) -> int:
+    """Return when a foot begins to leave that rests, then is lifted, and then stands."""
+    rests, release, stop = times
+    return rests + round(begun(ground.feet.speed[foot, rests:stop], release - rests, STIRS))
 
 
 def _landings(ground: Ground) -> list[tuple[int, int, int]]:

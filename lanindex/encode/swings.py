@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import PLACE
 from lanindex.encode.arithmetic import runs
 from lanindex.encode.limbs import smooth, window
+from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event
 from lanindex.encode.ways import BRIEF, PAUSE
@@ -20,9 +21,6 @@ Floats = NDArray[np.float64]
 
 MOVED = 15.0
 """Degrees: what goes no farther has not moved."""
-
-SLOW = 3.0
-"""Degrees a second: slower, a move has not begun, or has ended."""
 
 STEADY = 0.15
 """Seconds that angles are averaged over where it is told how fast they change."""
@@ -46,7 +44,7 @@ def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
     >>> from lanindex.encode.swings import swings
     >>> there = np.clip(np.arange(120) - 30.0, 0, 40) + 0j  # 40 degrees in 40 frames of 60
     >>> swings(there, lanindex.load_profile())
-    [(26, 75)]
+    [(30, 70)]
     """
     rate = float(profile.rate)
     if len(angles) < 2:
@@ -56,13 +54,11 @@ def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
     pace = np.hypot(*(np.gradient(calm, axis=0) * rate).T)
     found = []
     for first, last in _ways(angles):
-        own = pace[first : last + 1]
-        parts = _parts(angles[first : last + 1], own, round(BRIEF * rate))
-        before = [0, *(stop for _, stop in parts)]
-        behind = [*(start for start, _ in parts[1:]), len(own) - 1]
+        parts = _parts(angles, pace, first, last, round(BRIEF * rate))
+        before = [first, *(stop for _, stop in parts)]
+        behind = [*(start for start, _ in parts[1:]), last]
         for part, low, high in zip(parts, before, behind, strict=False):
-            start, stop = _seen(own, part, low, high)
-            found.append((first + start, first + stop))
+            found.append(seen(angles, pace, part, (low, high), PAUSE / rate))
     return found
 
 
@@ -83,10 +79,13 @@ def _ways(angles: Angles) -> list[tuple[int, int]]:
     return [*found, (anchor, best)] if reach >= MOVED else found
 
 
-def _parts(angles: Angles, pace: Floats, least: int) -> list[tuple[int, int]]:
+def _parts(
+    angles: Angles, pace: Floats, first: int, last: int, least: int
+) -> list[tuple[int, int]]:
     """Part a way where it rests, in parts that are long enough; both frames are included."""
-    rests = [(a, b) for a, b in runs(pace < PAUSE) if b - a >= least]
-    edges = [0, *(edge for rest in rests for edge in rest), len(pace)]
+    slow = runs(pace[first : last + 1] < PAUSE)
+    rests = [(first + a, first + b) for a, b in slow if b - a >= least]
+    edges = [first, *(edge for rest in rests for edge in rest), last + 1]
     found, begin = list[tuple[int, int]](), -1
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         if stop > start:
@@ -94,18 +93,7 @@ def _parts(angles: Angles, pace: Floats, least: int) -> list[tuple[int, int]]:
             if abs(angles[stop - 1] - angles[begin]) >= MOVED:
                 found.append((begin, stop - 1))
                 begin = -1
-    return found or [(0, len(pace) - 1)]
-
-
-def _seen(pace: Floats, part: tuple[int, int], low: int, high: int) -> tuple[int, int]:
-    """Return when a part is seen to begin, and to end, between two frames."""
-    peak = pace[part[0] : part[1] + 1].max()
-    quick = np.flatnonzero(pace[part[0] : part[1] + 1] >= peak / 4) + part[0]
-    before = np.flatnonzero(pace[low : quick[0]] <= SLOW) + low
-    behind = np.flatnonzero(pace[quick[-1] + 1 : high + 1] <= SLOW) + quick[-1] + 1
-    first = int(before[-1]) + 1 if len(before) else low
-    last = int(behind[0]) if len(behind) else high
-    return first, max(last, first + 1)
+    return found or [(first, last)]
 
 
 def arrivals(

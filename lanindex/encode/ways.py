@@ -16,6 +16,7 @@ from lanindex.alphabet import DIRECTION_CODES, PLACE
 from lanindex.encode.arithmetic import runs
 from lanindex.encode.ground import held
 from lanindex.encode.limbs import smooth, window
+from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import SECTOR, Event
 
@@ -173,10 +174,8 @@ def _turn(heading: Floats, start: int, stop: int, rate: float) -> Event:
     some = heading[start:stop]
     left = some[-1] > some[0]
     pace = np.gradient(some) * (rate if left else -rate)
-    quick, slow = np.flatnonzero(pace >= pace.max() / 4), np.flatnonzero(pace <= PAUSE)
-    before, behind = slow[slow < quick[0]], slow[slow > quick[-1]]
-    first = int(before[-1]) + 1 if len(before) else 0
-    last = int(behind[0]) if len(behind) else len(some) - 1
+    whole = 0, len(some) - 1
+    first, last = seen(some, pace, whole, whole, PAUSE / rate)
     amount = round(abs(float(some[last] - some[first])))
     code = DIRECTION_CODES["left" if left else "right"]
     margin = min(amount / TURNS - 1, 1.0)

@@ -1,4 +1,4 @@
-"""Steps, jumps, turns, twists and inclines drawn at random, carried out, and written down again.
+"""Steps, jumps, turns, twists, inclines and bends drawn at random, carried out, written down again.
 
     python tests/benchmarks/goings.py [SCORES]
 
@@ -15,10 +15,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from lanindex import encode
+from lanindex.alphabet import BENDS
 from lanindex.perform import perform
 from lanindex.perform.going import WEIGHT
 from lanindex.perform.turning import TURNED
-from tests import turnings
+from tests import bends, turnings
 from tests.goings import RATE, Tally, compared, drawn
 
 
@@ -27,7 +28,11 @@ def main() -> int:
     for noise in (0.0, 2.0):
         tally: dict[str, Tally] = {}
         for seed in range(count):
-            for score, parts in ((drawn(seed), WEIGHT), (turnings.drawn(seed), TURNED)):
+            for score, parts in (
+                (drawn(seed), WEIGHT),
+                (turnings.drawn(seed), TURNED),
+                (bends.drawn(seed), BENDS.values()),
+            ):
                 motion = perform(score, rate=RATE, noise=noise, seed=seed)
                 compared(score, encode(motion), tally, parts)
         print(f"{count} scores, noise {noise:g} mm; borders in frames, p50 p95")

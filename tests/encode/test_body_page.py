@@ -9,6 +9,7 @@ from lanindex.encode import (
     inclines,
     measures,
     near,
+    onset,
     rests,
     steps,
     swings,
@@ -23,7 +24,7 @@ from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
 MODULES = (
-    *(bends, ground, inclines, steps, rests, carriers, swings, twists, ways, touch, near),
+    *(bends, ground, inclines, onset, steps, rests, carriers, swings, twists, ways, touch, near),
     *(measures, tempo, beats),
 )
 
