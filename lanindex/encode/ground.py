@@ -237,8 +237,23 @@ def _above(feet: Feet, stands: list[list[tuple[int, int]]], least: float) -> NDA
 
     The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
     """
-    points = feet.points
-    heights = points[..., 1].copy()
+    heights = feet.points[..., 1].copy()
+    if np.ptp(feet.points[:, -1, :, ::2], axis=(0, 1)).max() > _SPREAD:
+        _level(heights, feet.points, stands, least)
+    for kind in range(heights.shape[1]):
+        some = (heights[side, kind][feet.slow[side, kind]] for side in range(2))
+        rests = [fifth(one) for one in some if len(one)] or [fifth(heights[:, kind].ravel())]
+        heights[:, kind] -= min(rests)
+    return heights
+
+
+def _level(
+    heights: NDArray[np.float32],
+    points: NDArray[np.float32],
+    stands: list[list[tuple[int, int]]],
+    least: float,
+) -> None:
+    """Take from heights by how much the floor rises, if stands that are long enough tell it."""
     lower = heights[:, -1] <= heights[::-1, -1] + NEAR
     found = [
         (
@@ -255,11 +270,6 @@ def _above(feet: Feet, stands: list[list[tuple[int, int]]], least: float) -> NDA
         if np.ptp(table[:, :2], axis=0).max() > _SPREAD and np.hypot(*tilt) < STEEP:
             for part in blocks(heights.shape[2]):
                 heights[..., part.inner] -= points[..., part.inner, ::2] @ tilt
-    for kind in range(heights.shape[1]):
-        some = (heights[side, kind][feet.slow[side, kind]] for side in range(2))
-        rests = [fifth(one) for one in some if len(one)] or [fifth(heights[:, kind].ravel())]
-        heights[:, kind] -= min(rests)
-    return heights
 
 
 def fifth(values: NDArray[Any]) -> float:
@@ -270,11 +280,11 @@ def fifth(values: NDArray[Any]) -> float:
 
 def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
     """Tell whether the lower of the feet stands at heights that no floor explains."""
-    lower = np.minimum(*height)
+    lower, slow = np.minimum(*height), np.any(speed < STANDS, axis=0)
+    if not slow.any() or np.ptp(lower[slow]) <= UNEVEN:
+        return False
     stands = [
-        median(lower[start:stop])
-        for start, stop in runs(np.any(speed < STANDS, axis=0))
-        if stop - start >= STANCE * rate
+        median(lower[start:stop]) for start, stop in runs(slow) if stop - start >= STANCE * rate
     ]
     return len(stands) > 1 and max(stands) - min(stands) > UNEVEN
 
