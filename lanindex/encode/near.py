@@ -88,8 +88,9 @@ _PAIRS = (("R", "L", (("hand", "LPalm", "LPalm"),)), ("R", "L", _LINES), ("L", "
 FAR = 9
 """Reaches from a palm: what is farther is not looked at."""
 
-FEW = 120
-"""Frames that are looked at together: memory for so many is had again at once."""
+FEW, MANY = 128, 512
+"""Frames of all lines, and of the nearest ones, that are looked at together: memory for so many is
+had again at once."""
 
 
 class Near(NamedTuple):
@@ -241,7 +242,7 @@ def nearest(points: Floats, told: Plan, rate: float) -> Near:
         Frames a second.
     """
     found = empty(points.shape[2])
-    for part in blocks(points.shape[2], 1, FEW):
+    for part in blocks(points.shape[2], 1, MANY):
         found.take(_nearest(np.ascontiguousarray(points[..., part.outer]), told, rate), part)
     return found
 
@@ -253,23 +254,26 @@ def empty(frames: int) -> Near:
 
 
 def _nearest(points: Floats, told: Plan, rate: float) -> Near:
-    frames, last = np.arange(points.shape[2]), points.shape[2] - 1
-    away, along = _gaps(points, told)
-    line = np.array([away[part].argmin(axis=0) + part.start for part in told.parts])
-    cell = line * len(frames) + frames
-    apart, along = away.ravel().take(cell), along.ravel().take(cell)
-    before, after = np.maximum(frames - 1, 0), np.minimum(frames + 1, last)
-    ends = told.lines[2:5].take(line, axis=1) * len(frames)
-    flat = points.reshape(3, -1)
-    speed = flat.take(ends + after, axis=1) - flat.take(ends + before, axis=1)
-    speed *= np.where(after - before == 2, rate / 2, rate)
-    palm, one, two = speed.swapaxes(0, 1)
-    pace = _size(palm - (1 - along) * one - along * two).astype(np.float32)
+    frames = points.shape[2]
+    line, along = np.empty((3, frames), np.int64), np.empty((3, frames))
+    apart = np.empty((3, frames), np.float32)
+    off = np.zeros((5, frames), bool)
+    off[NEVER], off[RIGHT_HANGS:] = True, _hangs(points, told.arms)
+    for part in blocks(frames, size=FEW):
+        some = part.inner
+        away, where = _gaps(points[..., some], told, off[:, some])
+        for whose, lines in enumerate(told.parts):
+            away[lines].argmin(axis=0, out=line[whose, some])
+            line[whose, some] += lines.start
+        cell = line[:, some] * away.shape[1] + np.arange(away.shape[1])
+        away.take(cell, out=apart[:, some])
+        where.take(cell, out=along[:, some])
+    pace = _past(points, told.lines[2:5].take(line, axis=1), along, rate)
     pace[apart == FAR] = FAR
     return Near(told.lines[1].astype(np.int8).take(line), apart, pace)
 
 
-def _gaps(points: Floats, told: Plan) -> tuple[NDArray[np.float32], Floats]:
+def _gaps(points: Floats, told: Plan, off: Flags) -> tuple[NDArray[np.float32], Floats]:
     """Return how far palms are from lines, as a part of what touches, and from where on them.
 
     Parameters
@@ -278,6 +282,8 @@ def _gaps(points: Floats, told: Plan) -> tuple[NDArray[np.float32], Floats]:
         (3, P, N).
     told : Plan
         What they are.
+    off : ndarray
+        (5, N) bool, when lines do not count; whether hands are clasped is found out.
 
     Returns
     -------
@@ -293,11 +299,24 @@ def _gaps(points: Floats, told: Plan) -> tuple[NDArray[np.float32], Floats]:
     line *= along
     way -= line
     away = (_size(way) / told.reaches[:, None]).astype(np.float32)
-    off = np.zeros((5, points.shape[2]), bool)
-    off[NEVER], off[CLASPED] = True, away[1] < LEAVES
-    off[RIGHT_HANGS:] = _hangs(points, told.arms)
+    np.less(away[1], LEAVES, out=off[CLASPED])
     away[off.take(told.lines[5], axis=0)] = FAR
     return away, along
+
+
+def _past(points: Floats, ends: Ints, along: Floats, rate: float) -> NDArray[np.float32]:
+    """Return how fast palms pass what is nearest, (3, N); ends: palm and line, (3, 3, N)."""
+    count = points.shape[2]
+    frames = np.arange(count)
+    before, after = np.maximum(frames - 1, 0), np.minimum(frames + 1, count - 1)
+    flat, cell = points.reshape(3, -1), ends * count
+    speed = flat.take(cell + after, axis=1)
+    speed -= flat.take(cell + before, axis=1)
+    speed *= np.where(after - before == 2, rate / 2, rate)
+    past, one, two = speed.swapaxes(0, 1)
+    past -= (1 - along) * one
+    past -= along * two
+    return _size(past).astype(np.float32)
 
 
 def _hangs(points: Floats, rows: Ints) -> Flags:

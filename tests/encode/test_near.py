@@ -43,6 +43,7 @@ def test_blocks_leave_no_trace(monkeypatch):
     where = points(places, ARM, told)
     whole = nearest(where, told, RATE)
     monkeypatch.setattr(near, "FEW", 7)
+    monkeypatch.setattr(near, "MANY", 23)
     assert same(nearest(where, told, RATE), whole)
 
 
