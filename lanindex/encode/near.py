@@ -124,15 +124,16 @@ class Plan(NamedTuple):
     ----------
     joints : tuple of str
         The first rows of the points.
-    rows : dict of str to int
-        Where each point is.
     size : int
-        How many there are.
+        How many points there are.
     tips : ndarray
         (2, M): from which joint towards which one palms and the middle of the head lie. They are
         the rows behind the joints.
     far : ndarray
         (M, 1) float64, lengths of an arm from the first of both.
+    trunk : ndarray
+        Right hip, left hip, neck, the middle of the hips, the waist, and the first of both sides'
+        waists and necks; empty where they are not known.
     arms : ndarray
         (4, 2): wrist, shoulder, middle of the hips, neck of each side; -1 where it is not known.
     lines : ndarray
@@ -145,10 +146,10 @@ class Plan(NamedTuple):
     """
 
     joints: tuple[str, ...]
-    rows: dict[str, int]
     size: int
     tips: Ints
     far: Floats
+    trunk: Ints
     arms: Ints
     lines: Ints
     reaches: Floats
@@ -161,7 +162,7 @@ Nearest = Callable[[Floats, Plan, float], Near]
 @cache
 def plan(joints: tuple[str, ...]) -> Plan:
     """Return what there is to look at where these joints are known, both wrists among them."""
-    rows = {name: row for row, name in enumerate(joints)}
+    rows, trunk = {name: row for row, name in enumerate(joints)}, list[int]()
     fresh = count(len(joints))
     ways = [(f"{side}Palm", f"{side}Wrist", f"{side}Hand", PALM) for side in "RL"]
     ways = [it for it in (*ways, ("Crown", "Neck", "Head", CROWN)) if {*it[1:3]} <= rows.keys()]
@@ -172,6 +173,7 @@ def plan(joints: tuple[str, ...]) -> Plan:
     if rows.keys() >= {*CORE}:
         rows |= {name: next(fresh) for name in ("Hip", *_SIDES)}
         rows["Waist"] = rows["Chest"] if "Chest" in rows else next(fresh)
+        trunk = [rows[it] for it in (*CORE, "Hip", "Waist", _SIDES[0])]
     arms = [[rows.get(it, -1) for it in (f"{s}Wrist", f"{s}Shoulder", "Hip", "Neck")] for s in "RL"]
     lines, reaches = list[tuple[int, ...]](), list[float]()
     for whose, (side, other, those) in enumerate(_PAIRS):
@@ -189,11 +191,12 @@ def plan(joints: tuple[str, ...]) -> Plan:
     table = np.array(lines).T.copy()
     edges = np.searchsorted(table[0], range(4)).tolist()
     parts = tuple(map(slice, edges, edges[1:]))
-    return Plan(joints, rows, size, tips, far, np.array(arms).T, table, np.array(reaches), parts)
+    made = tips, far, np.array(trunk, np.int64)
+    return Plan(joints, size, *made, np.array(arms).T, table, np.array(reaches), parts)
 
 
 def points(places: dict[str, Floats], arm: float, told: Plan) -> Floats:
-    """Return joints, palms and what else lines go through: (3, P, N), lengths of an arm.
+    """Return joints, and room for what `fill` makes of them: (3, P, N), lengths of an arm.
 
     Parameters
     ----------
@@ -204,29 +207,33 @@ def points(places: dict[str, Floats], arm: float, told: Plan) -> Floats:
     told : Plan
         Of these joints.
     """
-    rows, joints, frames = told.rows, len(told.joints), len(places[told.joints[0]])
+    joints, frames = len(told.joints), len(places[told.joints[0]])
     flat = np.empty((3, told.size * frames))
     known = [places[name].T for name in told.joints]
     np.concatenate(known, axis=1, out=flat[:, : joints * frames])
     found = flat.reshape(3, told.size, frames)
     found[:, :joints] /= arm
-    start, end = found.take(told.tips, axis=1).swapaxes(0, 1)
+    return found
+
+
+def fill(points: Floats, told: Plan) -> None:
+    """Write palms and what else lines go through where there is room for them."""
+    joints = len(told.joints)
+    start, end = points.take(told.tips, axis=1).swapaxes(0, 1)
     way = end - start
     way /= np.maximum(_size(way), 1e-9)
     way *= told.far
     way += start
-    found[:, joints : joints + len(told.far)] = way
-    if "Hip" in rows:
-        hips = found.take((rows["RHip"], rows["LHip"]), axis=1)
-        middle = (hips[:, 0] + hips[:, 1]) / 2
-        found[:, rows["Hip"]] = middle
-        if "Chest" not in rows:
-            found[:, rows["Waist"]] = (middle + found[:, rows["Neck"]]) / 2
-        both = found.take((rows["Waist"], rows["Neck"]), axis=1)
+    points[:, joints : joints + len(told.far)] = way
+    if len(told.trunk):
+        right, left, neck, hip, waist, first = told.trunk
+        hips = points.take((right, left), axis=1)
+        middle = points[:, hip] = (hips[:, 0] + hips[:, 1]) / 2
+        if waist >= joints:
+            points[:, waist] = (middle + points[:, neck]) / 2
+        both = points.take((waist, neck), axis=1)
         sides = both[:, None] + hips[:, :, None] - middle[:, None, None]
-        first = rows[_SIDES[0]]
-        found[:, first : first + len(_SIDES)] = sides.reshape(3, len(_SIDES), frames)
-    return found
+        points[:, first : first + 4] = sides.reshape(3, 4, -1)
 
 
 def nearest(points: Floats, told: Plan, rate: float) -> Near:
@@ -235,12 +242,13 @@ def nearest(points: Floats, told: Plan, rate: float) -> Near:
     Parameters
     ----------
     points : ndarray
-        (3, P, N), as from `points`.
+        (3, P, N), as from `points`; it is filled.
     told : Plan
         What the points are.
     rate : float
         Frames a second.
     """
+    fill(points, told)
     found = empty(points.shape[2])
     for part in blocks(points.shape[2], 1, MANY):
         found.take(_nearest(np.ascontiguousarray(points[..., part.outer]), told, rate), part)
