@@ -94,5 +94,6 @@ def carriers(points: Floats, masses: Floats, feet: Flags, rate: float, speeds: S
     """Return what may carry: see `lanindex.encode.carriers.carriers`."""
     found = np.empty((2, len(CARRIERS), points.shape[2]), bool)
     numbers = (HIGHER, CROUCHES, TOPPLES, AWAY)
+    points, feet = np.ascontiguousarray(points), np.ascontiguousarray(feet)
     _carriers(points, masses, feet, rate, speeds, HEIGHTS, BASE, PAIRS, numbers, found)
     return found

@@ -46,6 +46,7 @@ HANGS = 30.0
 STRAIGHT = 0.8
 """Lengths of an arm from shoulder to wrist of one that is straight."""
 
+_ARM = ("own Wrist", "own Shoulder", "Hip", "Neck")
 _SIDES = ("RWaist", "RNeck", "LWaist", "LNeck")
 CORE = ("RHip", "LHip", "Neck")
 _REACHES = {
@@ -166,7 +167,7 @@ def plan(joints: tuple[str, ...]) -> Plan:
     fresh = count(len(joints))
     ways = [(f"{side}Palm", f"{side}Wrist", f"{side}Hand", PALM) for side in "RL"]
     ways = [it for it in (*ways, ("Crown", "Neck", "Head", CROWN)) if {*it[1:3]} <= rows.keys()]
-    tips = np.array([[rows[one], rows[two]] for _, one, two, _ in ways], int).reshape(-1, 2).T
+    tips = np.array([[rows[it[1]] for it in ways], [rows[it[2]] for it in ways]], np.int64)
     rows |= {name: next(fresh) for name, *_ in ways}
     for side in "RL":
         rows.setdefault(f"{side}Palm", rows[f"{side}Wrist"])
@@ -174,7 +175,7 @@ def plan(joints: tuple[str, ...]) -> Plan:
         rows |= {name: next(fresh) for name in ("Hip", *_SIDES)}
         rows["Waist"] = rows["Chest"] if "Chest" in rows else next(fresh)
         trunk = [rows[it] for it in (*CORE, "Hip", "Waist", _SIDES[0])]
-    arms = [[rows.get(it, -1) for it in (f"{s}Wrist", f"{s}Shoulder", "Hip", "Neck")] for s in "RL"]
+    arms = [[rows.get(it.replace("own ", side), -1) for side in "RL"] for it in _ARM]
     lines, reaches = list[tuple[int, ...]](), list[float]()
     for whose, (side, other, those) in enumerate(_PAIRS):
         palm, wider = rows[f"{side}Palm"], 0 if f"{side}Hand" in rows else WIDER
@@ -192,7 +193,7 @@ def plan(joints: tuple[str, ...]) -> Plan:
     edges = np.searchsorted(table[0], range(4)).tolist()
     parts = tuple(map(slice, edges, edges[1:]))
     made = tips, far, np.array(trunk, np.int64)
-    return Plan(joints, size, *made, np.array(arms).T, table, np.array(reaches), parts)
+    return Plan(joints, size, *made, np.array(arms), table, np.array(reaches), parts)
 
 
 def points(places: dict[str, Floats], arm: float, told: Plan) -> Floats:

@@ -35,6 +35,7 @@ def test_both_ways_are_equal(seed, frames):
     feet = np.random.default_rng(seed).random((2, frames)) < 0.5
     found = [told(places, slice(0, frames), feet, way) for way in (carriers, fast)]
     assert np.array_equal(*found)
+    assert len(fast._carriers.signatures) == 1  # compiled once for all
     if frames == 400:
         assert found[0].any()
 

@@ -36,6 +36,7 @@ def test_both_ways_are_equal(seed, frames):
     one, other = points(places, ARM, told), points(places, ARM, told)
     assert same(nearest(one, told, RATE), fast.nearest(other, told, RATE))
     assert one.tobytes() == other.tobytes()
+    assert len(fast._nearest.signatures) == 1  # compiled once for all
 
 
 def test_blocks_leave_no_trace(monkeypatch):
