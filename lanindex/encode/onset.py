@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import Floats, median
+from lanindex.encode.arithmetic import Floats
 
 FAINT, PLAIN = 0.1, 0.3
 """Parts of the fastest: at a slower pace movement is hardly seen, at a faster one it is plain."""
@@ -57,24 +57,24 @@ def seen(
     half = max(round(WIDTH / 2 * int(plain[-1] - plain[0])), 1)
     way = curve[last] - curve[first]
     along = (curve[low : high + 1] * (way.conjugate() / max(abs(way), 1e-9))).real
-    frames = np.arange(len(along))
-    on, back = np.minimum(frames + half, high - low), np.maximum(frames - half, 0)
-    calm = (along[on] - along[back]) / np.maximum(on - back, 1)
-    top = first - low + int(calm[first - low : last - low + 1].argmax())
+    wide = np.empty(len(along) + 2 * half)
+    wide[:half], wide[half:-half], wide[-half:] = along[0], along, along[-1]
+    calm = ((wide[2 * half :] - wide[: -2 * half]) / (2 * half)).tolist()
+    top = calm.index(max(calm[first - low : last - low + 1]), first - low)
     begin = begun(calm[: top + 1], first - low, rests)
     end = high - low - begun(calm[top:][::-1], high - last, rests)
     lowest, highest = top - int(along[top::-1].argmin()), top + int(along[top:].argmax())
-    begin, end = max(round(begin), lowest), min(round(end), highest)
-    return low + begin, low + max(end, begin + 1)
+    begin = min(max(round(begin), lowest), high - low - 1)
+    return low + begin, low + max(min(round(end), highest), begin + 1)
 
 
-def begun(pace: Floats, part: int, rests: float) -> float:
+def begun(pace: list[float], part: int, rests: float) -> float:
     """Return when a movement begins, in frames.
 
     Parameters
     ----------
-    pace : ndarray
-        (N,) float64: of a rest and what comes after it, up to the fastest frame or farther.
+    pace : list of float
+        Of a rest and what comes after it, up to the fastest frame or farther.
     part : int
         The first frame of which it is known that it belongs to the movement.
     rests : float
@@ -82,22 +82,21 @@ def begun(pace: Floats, part: int, rests: float) -> float:
 
     Examples
     --------
-    >>> import numpy as np
     >>> from lanindex.encode.onset import begun
-    >>> begun(np.array([0, 0, 0, 0, 1, 2, 3, 4, 5.0]), 5, 1)
+    >>> begun([0, 0, 0, 0, 1, 2, 3, 4, 5], 5, 1)
     3.0
     """
-    peak = float(pace[part:].max())
-    plain = part + int((pace[part:] >= PLAIN * peak).argmax())
-    faint = min(FAINT * peak, rests)
-    if faint < rests:
-        faint = min(max(faint, median(pace[: plain + 1])), rests)
-    slow = (pace[:plain] <= faint).nonzero()[0]
-    if not len(slow):
+    peak = max(pace[part:])
+    if peak <= 0:
         return 0.0
-    last, clear = int(slow[-1]), min(faint * PLAIN / FAINT, peak)
-    then = last + int((pace[last:] >= clear).argmax())
-    low, over, under, high = (float(pace[it]) for it in (last, last + 1, then - 1, then))
-    one = last + (faint - low) / (over - low)
-    two = then - (high - clear) / (high - under)
+    plain = next(it for it in range(part, len(pace)) if pace[it] >= PLAIN * peak)
+    noise = sorted(pace[: plain + 1])[(plain + 1) // 2]
+    faint = min(max(FAINT * peak, noise), PLAIN / 2 * peak, rests)
+    last = next((it for it in range(plain - 1, -1, -1) if pace[it] <= faint), -1)
+    if last < 0:
+        return 0.0
+    clear = min(faint * PLAIN / FAINT, peak)
+    then = next(it for it in range(last + 1, len(pace)) if pace[it] >= clear)
+    one = last + (faint - pace[last]) / (pace[last + 1] - pace[last])
+    two = then - (pace[then] - clear) / (pace[then] - pace[then - 1])
     return max(one - (two - one) * FAINT / (PLAIN - FAINT), 0.0)

@@ -174,7 +174,9 @@ def _flown(ground: Ground, stop: int, brief: int) -> tuple[int, int] | None:
 def _left(ground: Ground, foot: int, times: tuple[int, int, int]) -> int:
     """Return when a foot begins to leave that rests, then is lifted, and then stands."""
     rests, release, stop = times
-    return rests + round(begun(ground.feet.speed[foot, rests:stop], release - rests, STIRS))
+    return rests + round(
+        begun(ground.feet.speed[foot, rests:stop].tolist(), release - rests, STIRS)
+    )
 
 
 def _landings(ground: Ground) -> list[tuple[int, int, int]]:

@@ -22,8 +22,9 @@ Floats = NDArray[np.float64]
 TOUCHES = {"hands_touch": "RL", "r_hand_touch": "R", "l_hand_touch": "L"}
 """The tracks that are carried out here, and whose hands they are of."""
 
-COMES, SETTLES = 0.5, 0.06
-"""Seconds that a hand is on its way, and that it still comes nearer when touch begins."""
+COMES, SETTLES, LEAVES = 0.5, 0.06, 0.12
+"""Seconds that a hand is on its way, that it still comes nearer when touch begins, and that it has
+been on its way back when touch ends."""
 
 PALM = 0.15
 """Lengths of an arm from the wrist to the middle of the palm."""
@@ -59,7 +60,7 @@ class _Touch:
 
     def share(self, times: Floats) -> Floats:
         """Return how much the palm is there."""
-        begin, end = self.start + SETTLES - self.before, self.stop - SETTLES + self.after
+        begin, end = self.start + SETTLES - self.before, self.stop - LEAVES + self.after
         comes = np.clip((times - begin) / self.before, 0, 1)
         goes = np.clip((end - times) / self.after, 0, 1)
         share: Floats = minimum_jerk(np.minimum(comes, goes))

@@ -61,6 +61,18 @@ def test_seen_backwards_begin_and_end_change_places():
 
 
 def test_a_rest_that_trembles_is_no_movement():
-    pace = np.array([2.0, 3, 2, 3, 2, 3, 4, 6, 8, 10, 9])
+    pace = [2.0, 3, 2, 3, 2, 3, 4, 12, 16, 20, 18]
     assert begun(pace, 7, 5) > 3
     assert begun(pace, 7, 1) == 0  # but for what is never so fast in a rest
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_any_curve_has_borders_within_it(seed):
+    random = np.random.default_rng(seed)
+    for size in (2, 3, 5, 40, 400):
+        steps = random.normal(0, 1, size) * random.integers(0, 2, size)
+        curve = np.cumsum(np.round(steps, int(random.integers(0, 3))))
+        first, last = sorted(random.choice(size, 2, replace=False).tolist())
+        low, high = int(random.integers(0, first + 1)), int(random.integers(last, size))
+        start, end = seen(curve, np.abs(np.gradient(curve)), (first, last), (low, high), 0.2)
+        assert low <= start < end <= high

@@ -172,7 +172,7 @@ def test_what_is_not_known_is_not_touched():
     assert "hands_touch" not in encode(motion_of(places.astype(float), motion.rate)).tracks
 
 
-@pytest.mark.parametrize(("noise", "least", "most"), [(0.0, 1.0, 5), (2.0, 0.98, 8)])
+@pytest.mark.parametrize(("noise", "least", "most"), [(0.0, 1.0, 3), (2.0, 0.98, 4)])
 def test_what_is_carried_out_comes_back(noise, least, most):
     tally = Tally()
     for seed in range(4):
