@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library.faults import translated
-from lanindex.library.link import Link, Reader, ask, first_values, looking
+from lanindex.library.link import Link, Reader, ask, driver_of, first_values, looking
 from lanindex.library.texts import printable
 
 if TYPE_CHECKING:
@@ -264,7 +264,7 @@ def drop_journal(connection: Link) -> None:
 
 def _journal(connection: Link, *, found: str, wanted: str) -> None:
     # A library that its owner has given a write-ahead log keeps it.
-    driver = _driver(connection)
+    driver = driver_of(connection)
     if driver is not None:
         mode = driver.execute("PRAGMA journal_mode").fetchone()[0]
         if mode == found:
@@ -278,27 +278,17 @@ def is_sqlite(connection: Link) -> bool:
 
 def loosen_bonds(connection: Connection) -> None:
     """Let rows be changed and dropped without what hangs on them."""
-    driver = _driver(connection)
+    driver = driver_of(connection)
     if driver is not None:
         driver.execute("PRAGMA foreign_keys = OFF")
 
 
 def give_back_room(connection: Connection) -> None:
     """Make the file as small as what is in it; leave it where there is no room to do so."""
-    driver = _driver(connection)
+    driver = driver_of(connection)
     if driver is not None:
         with suppress(sqlite3.Error):  # it is as good as before
             driver.execute("VACUUM")
-
-
-def _driver(connection: Link) -> sqlite3.Connection | None:
-    # For what SQLite does only outside transactions: SQLAlchemy would begin one.
-    if connection.closed:
-        return None
-    if isinstance(connection, Reader):
-        return connection
-    driver = connection.connection.driver_connection
-    return driver if isinstance(driver, sqlite3.Connection) else None
 
 
 def make_tables(connection: Connection, place: str) -> None:
@@ -338,7 +328,7 @@ def _transaction(connection: Connection, *, writes: bool) -> Iterator[None]:
     except BaseException:
         # A commit that another process kept from happening leaves SQLite's transaction open,
         # and SQLAlchemy thinks it closed.
-        driver = _driver(connection)
+        driver = driver_of(connection)
         if driver is not None and driver.in_transaction:
             driver.rollback()
         raise

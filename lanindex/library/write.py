@@ -4,66 +4,39 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from functools import lru_cache
-from itertools import repeat
+from itertools import chain, repeat
 from typing import Any
 
-from sqlalchemy import (
-    BindParameter,
-    Connection,
-    Delete,
-    Dialect,
-    Table,
-    bindparam,
-    case,
-    delete,
-    insert,
-    select,
-    update,
-)
+from sqlalchemy import Connection, Table, insert
 
 from lanindex.errors import LibraryError
 from lanindex.library import read, rows, schema, segments, state
 from lanindex.library.encoding import Encoding, encoded
+from lanindex.library.link import ask, driver_of
 from lanindex.model import Score
 
-_NUMBER: BindParameter[int] = bindparam("number")
+_MOST = 999
+"""Values in one statement: any SQLite takes so many."""
 
-
-_STATE = schema.state.c
-
-
-def _of(table: Table) -> Delete:
-    return delete(table).where(table.c.capture_id == _NUMBER)
-
-
-# Built once: SQLAlchemy takes longer to build a statement than SQLite to run it.
-_FIND = select(schema.capture.c.id).where(schema.capture.c.location == bindparam("location"))
-_CHANGE = update(schema.capture).where(schema.capture.c.id == _NUMBER)
-_REMOVE = delete(schema.capture).where(schema.capture.c.id == _NUMBER)
-_CLEAR = (_of(schema.symbol_code), _of(schema.track))
-_FORGET = _of(schema.metadata)
-_SAID = select(schema.capture.c.label, schema.capture.c.said).where(schema.capture.c.id == _NUMBER)
-_METADATA = select(schema.metadata.c.key, schema.metadata.c.value).where(
-    schema.metadata.c.capture_id == _NUMBER
+_FIND = "SELECT id FROM capture WHERE location = :location"
+_REMOVE = "DELETE FROM capture WHERE id = :number"
+_CLEAR = (
+    "DELETE FROM symbol_code WHERE capture_id = :number",
+    "DELETE FROM track WHERE capture_id = :number",
 )
-_COUNT = update(schema.state).values(
-    captures=_STATE.captures + bindparam("more"),
-    numbers=_STATE.numbers + bindparam("more") * bindparam("one"),
+_FORGET = "DELETE FROM metadata WHERE capture_id = :number"
+_SAID = "SELECT label, said FROM capture WHERE id = :number"
+_METADATA = "SELECT key, value FROM metadata WHERE capture_id = :number"
+_COUNT = "UPDATE state SET captures = captures + :more, numbers = numbers + :more * :one"
+_TOUCH = (  # and the columns go along, if they were true before
+    "UPDATE state SET stamp = stamp + 1, "
+    "columns = CASE WHEN columns = stamp THEN stamp + 1 ELSE columns END "
+    f"WHERE stamp BETWEEN 0 AND {1 << 31} RETURNING id"  # no text, no bytes, not nothing
 )
-_TOUCH = (
-    update(schema.state)
-    .where(_STATE.stamp.between(0, 1 << 31))  # no text, no bytes, not nothing
-    .values(
-        stamp=_STATE.stamp + 1,  # and the columns go along, if they were true before
-        columns=case((_STATE.columns == _STATE.stamp, _STATE.stamp + 1), else_=_STATE.columns),
-    )
-)
-_FIND_PROFILE = select(schema.profile.c.id).where(
-    schema.profile.c.name == bindparam("name"), schema.profile.c.digest == bindparam("digest")
-)
-_FORGET_PROFILES = delete(schema.profile).where(
-    ~select(schema.capture.c.id).where(schema.capture.c.profile_id == schema.profile.c.id).exists()
+_FIND_PROFILE = "SELECT id FROM profile WHERE name = :name AND digest = :digest"
+_FORGET_PROFILES = (
+    "DELETE FROM profile WHERE NOT EXISTS "
+    "(SELECT 1 FROM capture WHERE capture.profile_id = profile.id)"
 )
 
 
@@ -99,15 +72,15 @@ def put_capture(
         "content": read.content(values["other"], values["heading"]),
     }
     values["checksum"] = encoded(values, name, digest)
-    held = connection.scalar(_FIND, {"location": values["location"]})
+    held = ask(connection, _FIND, {"location": values["location"]}).fetchone()
     if held is None:
-        number = _inserted(connection, schema.capture, {"label": "", "said": -1, **values})
-        connection.execute(_COUNT, {"more": 1, "one": number})
+        number = _inserted(connection, "capture", {"label": "", "said": -1, **values})
+        ask(connection, _COUNT, {"more": 1, "one": number})
     else:
-        number = int(held)
+        number = int(held[0])
         _clear(connection, number)
-        connection.execute(_CHANGE, {"number": number, **values})
-        connection.execute(_FORGET_PROFILES)
+        _change(connection, number, values)
+        ask(connection, _FORGET_PROFILES)
         segments.mark_dead(connection, number)
     segments.mark_pending(connection, number)
     _insert(connection, schema.track, [(number, *row) for row in made.tracks])
@@ -125,21 +98,21 @@ def describe(
     """Write what the user says of a capture; None leaves what there is, if that is whole."""
     held: dict[str, str] = {}
     if not new:
-        row = connection.execute(_SAID, {"number": number}).one()
-        held = {key: value for key, value in connection.execute(_METADATA, {"number": number})}
-        if read.said(number, row.label, held) != row.said:  # nobody knows any more what was said
+        before, checksum = ask(connection, _SAID, {"number": number}).fetchone()
+        held = dict(ask(connection, _METADATA, {"number": number}).fetchall())
+        if read.said(number, before, held) != checksum:  # nobody knows any more what was said
             label, metadata = label or "", metadata or {}
         if label is None and metadata is None:
             return
-        label = row.label if label is None else label
+        label = before if label is None else label
         if metadata is not None:
-            connection.execute(_FORGET, {"number": number})
+            ask(connection, _FORGET, {"number": number})
     if metadata is not None:
         held = {str(key): str(value) for key, value in metadata.items()}
         _insert(connection, schema.metadata, [(number, *pair) for pair in held.items()])
     label = str(label or "")
     said = read.said(number, label, held)
-    connection.execute(_CHANGE, {"number": number, "label": label, "said": said})
+    _change(connection, number, {"label": label, "said": said})
     if not new:
         segments.mark_changed(connection, number)
 
@@ -148,19 +121,18 @@ def move_capture(connection: Connection, number: int, path: str, location: str) 
     """Write where a capture's file is now."""
     facts, profile = read.encoded_of(connection, number)
     checksum = encoded({**facts, "path": path, "location": location}, *profile)
-    changed = {"path": path, "location": location, "checksum": checksum}
-    connection.execute(_CHANGE, {"number": number, **changed})
+    _change(connection, number, {"path": path, "location": location, "checksum": checksum})
     segments.mark_changed(connection, number)
 
 
 def remove_capture(connection: Connection, number: int) -> None:
     """Take out a capture, all that hangs on it, and its profile if it was the last of it."""
     _clear(connection, number)
-    connection.execute(_FORGET, {"number": number})
-    connection.execute(_REMOVE, {"number": number})
-    connection.execute(_COUNT, {"more": -1, "one": number})
+    ask(connection, _FORGET, {"number": number})
+    ask(connection, _REMOVE, {"number": number})
+    ask(connection, _COUNT, {"more": -1, "one": number})
     segments.mark_dead(connection, number)
-    connection.execute(_FORGET_PROFILES)
+    ask(connection, _FORGET_PROFILES)
 
 
 def touch(connection: Connection) -> None:
@@ -171,7 +143,7 @@ def touch(connection: Connection) -> None:
     LibraryError
         If there is none that can be raised.
     """
-    if connection.execute(_TOUCH).rowcount != 1:
+    if len(ask(connection, _TOUCH).fetchall()) != 1:
         state.read_state(connection)  # says what there is
         raise LibraryError("the library's stamp cannot be raised", wanted="a number from 0")
 
@@ -179,31 +151,36 @@ def touch(connection: Connection) -> None:
 def put_profile(connection: Connection, name: str, digest: str) -> int:
     """Return the number of a profile, written if it is new."""
     named = {"name": name, "digest": digest}
-    return connection.scalar(_FIND_PROFILE, named) or _inserted(connection, schema.profile, named)
+    held = ask(connection, _FIND_PROFILE, named).fetchone()
+    return int(held[0]) if held else _inserted(connection, "profile", named)
 
 
 def _clear(connection: Connection, number: int) -> None:
     for statement in _CLEAR:
-        connection.execute(statement, {"number": number})
+        ask(connection, statement, {"number": number})
 
 
-def _inserted(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:
-    key = connection.execute(insert(table), values).inserted_primary_key
-    return int(key[0]) if key else 0
+def _change(connection: Connection, number: int, values: Mapping[str, Any]) -> None:
+    told = ", ".join([f"{name} = :{name}" for name in values])
+    ask(connection, f"UPDATE capture SET {told} WHERE id = :number", {"number": number, **values})
+
+
+def _inserted(connection: Connection, table: str, values: Mapping[str, Any]) -> int:
+    told = f"({', '.join(values)}) VALUES ({', '.join([f':{name}' for name in values])})"
+    ((number,),) = ask(connection, f"INSERT INTO {table} {told} RETURNING id", values).fetchall()
+    return int(number)
 
 
 def _insert(connection: Connection, table: Table, values: list[tuple[Any, ...]]) -> None:
-    # As tuples straight to the driver, where it takes tuples.
-    if not values:
-        return
-    dialect = connection.dialect
-    if dialect.positional:
-        connection.exec_driver_sql(_insert_text(table, dialect), values)
-    else:
-        names = table.c.keys()
+    # Many rows to a statement: what the driver does for each one takes longer than to store it.
+    names, driver = table.c.keys(), driver_of(connection)
+    if driver is None and values:
         connection.execute(insert(table), [dict(zip(names, row, strict=True)) for row in values])
-
-
-@lru_cache(maxsize=16)
-def _insert_text(table: Table, dialect: Dialect) -> str:
-    return str(insert(table).compile(dialect=dialect))
+    elif driver is not None:
+        row, many = f"({', '.join('?' * len(names))})", _MOST // len(names)
+        begin = f"INSERT INTO {table.name} ({', '.join(names)}) VALUES "
+        rest = len(values) % many
+        driver.executemany(begin + row, values[:rest])
+        for first in range(rest, len(values), many):
+            some = list(chain.from_iterable(values[first : first + many]))
+            driver.execute(begin + ", ".join([row] * many), some)

@@ -13,7 +13,7 @@ from sample import ENCODING, add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, UsageError
-from lanindex.library import rows, schema
+from lanindex.library import link, rows, schema, write
 from lanindex.library.connect import make_tables, target
 from lanindex.library.encoding import Encoding
 from lanindex.library.store import Store
@@ -467,14 +467,18 @@ def test_a_library_belongs_to_one_thread(library):
     assert len(library.captures()) == 1
 
 
-def test_a_driver_that_takes_no_tuples(tmp_path):
+def test_a_database_without_a_driver_of_its_own(monkeypatch):
+    for module in link, write:
+        monkeypatch.setattr(module, "driver_of", lambda connection: None)
     engine = sqlalchemy.create_engine("sqlite://", paramstyle="named")
     connection = engine.connect()
     make_tables(connection, "some.db")
     with Store(target(":memory:"), connection) as library:
-        assert not connection.dialect.positional
         number = add(library, "a.bvh", metadata={"who": "x"})
         assert_same_score(library.score(number), sample_score())
+        add(library, "a.bvh", label="again")
+        library.gather()
+        assert [capture.label for capture in library.captures()] == ["again"]
 
 
 def test_the_heading_is_kept_as_bytes_of_one_order(library):
