@@ -71,6 +71,8 @@ def batches(
 
 def together(pieces: Sequence[Derived]) -> Derived:
     """Return captures and columns, one after the other; the pieces lose their columns."""
+    if len(pieces) == 1:
+        return pieces[0]
     rosters = [roster for roster, _ in pieces]
     names = dict.fromkeys(part for _, columns in pieces for part in columns)
     whole = {

@@ -13,7 +13,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.library import checksums, codes, rows
+from lanindex.library import codes, rows
 from lanindex.library.link import Link, among, ask
 
 _BITS = 31
@@ -67,13 +67,8 @@ def read_fields(
         return None
     numbers = rows.numbered(_unpacked(handed.reshape(-1, width)), counts)
     numbers[:, 0] = np.repeat(np.array([track for track, _, _ in tracks], np.int64), counts)
-    content, first = np.ascontiguousarray(numbers, "<i8").reshape(-1).view(np.uint8).data, 0
-    for _, count, checksum in tracks:
-        last = first + 8 * numbers.shape[1] * count
-        if checksums.of_bytes(content[first:last]) != checksum:
-            return None
-        first = last
-    return numbers[:, 2:]
+    as_stored = rows.of_tracks(numbers, counts) == [checksum for _, _, checksum in tracks]
+    return numbers[:, 2:] if as_stored else None
 
 
 def _unpacked(handed: NDArray[np.int64]) -> NDArray[np.int64]:

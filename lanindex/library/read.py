@@ -363,7 +363,7 @@ def _culprit(numbers: NDArray[np.int64], wanted: Sequence[Wanted]) -> LibraryErr
     """Return the error that names the track whose rows are others, missing or too many."""
     for one, listed in wanted:
         own = numbers[(numbers[:, 0] == one.capture.id) & (numbers[:, 1] == listed.ordinal), 1:]
-        if len(own) != listed.symbols or rows.of_symbols(own) != listed.checksum:
+        if len(own) != listed.symbols or rows.of_tracks(own, [len(own)]) != [listed.checksum]:
             break
     return checksums.damaged(one.capture.id, one.capture.location, f"its track {listed.part}")
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import zlib
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import accumulate, chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -18,6 +20,13 @@ from lanindex.model.symbol import joined
 
 _RAW, _TENTHS = b"\0", b"\1"
 """The first byte of a heading: how the rest is to be read."""
+
+
+_NEEDED = {
+    name: np.array([name in kind.fields for kind in KINDS.values()])
+    for name in dict.fromkeys(chain.from_iterable(kind.fields for kind in KINDS.values()))
+}
+"""By field, which kinds of symbols have it, in the order of their codes."""
 
 
 def check(score: Score, place: str) -> None:
@@ -34,12 +43,10 @@ def check(score: Score, place: str) -> None:
     tracks = list(score.tracks.values())
     symbols = joined(track.symbols for track in tracks)
     bad = wrong(symbols, score.frames)
-    kinds = np.repeat([codes.KIND_NAMES.index(one.kind) for one in tracks], list(map(len, tracks)))
-    for kind in {one.kind for one in tracks}:
-        lacking = np.zeros(len(symbols), np.bool_)
-        for name in KINDS[kind].fields:
-            lacking |= symbols[name] < 0
-        bad |= lacking & (kinds == codes.KIND_NAMES.index(kind))
+    each = np.array([codes.KIND_NAMES.index(one.kind) for one in tracks], np.int64)
+    kinds = each.repeat(list(map(len, tracks)))
+    for name, needed in _NEEDED.items():
+        bad |= needed[kinds] & (symbols[name] < 0)
     if bad.any():
         row = int(bad.argmax())
         parts = [part for part, track in score.tracks.items() for _ in range(len(track))]
@@ -79,12 +86,10 @@ def rows_of(score: Score) -> Rows:
     kept = list(score.tracks.values())
     counts = list(map(len, kept))
     numbers = numbered(codes.pack(joined(track.symbols for track in kept)), counts)
-    tracks, first = [], 0
-    for ordinal, (track, count) in enumerate(zip(kept, counts, strict=True)):
+    tracks = []
+    for ordinal, (track, checksum) in enumerate(zip(kept, of_tracks(numbers, counts), strict=True)):
         kind, known = codes.KIND_NAMES.index(track.kind), _known_text(track.known, score.frames)
-        checksum = of_symbols(numbers[first : first + count])
-        tracks.append((ordinal, track.part, kind, known, count, checksum))
-        first += count
+        tracks.append((ordinal, track.part, kind, known, len(track), checksum))
     return Rows(tracks, numbers.T.tolist(), checksums.of_values(*tracks))
 
 
@@ -111,15 +116,19 @@ def numbered(packed: NDArray[np.int64], counts: list[int]) -> NDArray[np.int64]:
     return numbers
 
 
-def of_symbols(numbers: NDArray[np.int64]) -> int:
-    """Return the checksum of a track's rows.
+def of_tracks(numbers: NDArray[np.int64], counts: Iterable[int]) -> list[int]:
+    """Return the checksums of the rows of tracks.
 
     Parameters
     ----------
     numbers : ndarray
         (S, C + 2) int64: track, ordinal, fields.
+    counts : iterable of int
+        Symbols of each track; they add up to S.
     """
-    return checksums.of_bytes(np.ascontiguousarray(numbers, "<i8").data)
+    content = np.ascontiguousarray(numbers, "<i8").reshape(-1).view(np.uint8).data
+    ends = [0, *(8 * numbers.shape[1] * end for end in accumulate(counts))]
+    return [checksums.of_bytes(content[first:last]) for first, last in pairwise(ends)]
 
 
 def _known_text(known: tuple[Span, ...], frames: int) -> str | None:

@@ -36,7 +36,7 @@ TYPES = {
 _WIDTHS = {(True, "rate"): 2, (True, "speed"): 2, (False, "gaps"): 3}
 """Numbers in a row of it, where that is not one; by whether it is the captures'."""
 
-_STORED = tuple(np.dtype(name) for name in ("<u1", "<u2", "<u4", "<i8"))
+_STORED = tuple((np.dtype(name), np.iinfo(name)) for name in ("<u1", "<u2", "<u4", "<i8"))
 
 _MOST = 500
 """Values in one statement: databases take a thousand at least."""
@@ -314,8 +314,7 @@ def _put(
 def _smallest(array: NDArray[Any]) -> np.dtype[Any]:
     """Return the smallest type that has room for all numbers of an array."""
     least, most = (int(array.min()), int(array.max())) if array.size else (0, 0)
-    ranges = ((one, np.iinfo(one)) for one in _STORED)
-    return next(one for one, room in ranges if room.min <= least and most <= room.max)
+    return next(one for one, room in _STORED if room.min <= least and most <= room.max)
 
 
 def drop_part(connection: Link, segments: Iterable[Segment], part: str) -> None:
