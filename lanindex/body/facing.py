@@ -56,10 +56,11 @@ def rest_axes(
     index = [int(body[JOINT_CODES[s + it]]) for it in ("Hip", "Shoulder") for s in "RL"]
     if min(index) < 0:
         return None
-    places = np.array(offsets, np.float64).reshape(-1, 3)
+    places = np.array(offsets, np.float64).reshape(-1, 3).tolist()
     for joint, parent in enumerate(parents):
-        places[joint] = places[joint] + places[parent] if parent >= 0 else 0
-    right_hip, left_hip, right, left = places[index]
+        (x, y, z), (a, b, c) = places[joint], places[parent]
+        places[joint] = [x + a, y + b, z + c] if parent >= 0 else [0.0, 0.0, 0.0]
+    right_hip, left_hip, right, left = np.array([places[joint] for joint in index])
     hips, shoulders = _unit(right_hip - left_hip), _unit(right - left)
     trunk = _unit(right + left - right_hip - left_hip)
     axis = int(np.argmax(np.abs(trunk)))
