@@ -1,4 +1,6 @@
-"""Looking into a library imports neither SQLAlchemy nor Alembic: they take longer than the look."""
+"""What takes longer to import than the work is not imported: SQLAlchemy for a look, a search for
+a process of an ingest.
+"""
 
 import subprocess
 import sys
@@ -19,4 +21,16 @@ def test_a_look_imports_little(tmp_path):
     fill(tmp_path / "some.db", 2)
     command = [sys.executable, "-c", LOOK, str(tmp_path / "some.db")]
     done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("[]\n", "")
+
+
+INGEST = """
+import sys
+from lanindex.pipeline import pool, prepare
+print([name for name in sys.modules if name.startswith(("lanindex.search", "sqlalchemy", "numba"))])
+"""
+
+
+def test_a_process_of_an_ingest_imports_little():
+    done = subprocess.run([sys.executable, "-c", INGEST], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")

@@ -1,0 +1,323 @@
+"""The main job in one place: a library that reads, finds and exports."""
+
+from __future__ import annotations
+
+import os
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lanindex.alphabet import PARTS
+from lanindex.errors import PatternError
+from lanindex.pipeline.asking import Asking
+from lanindex.pipeline.exploring import Exploring
+from lanindex.pipeline.patience import Patience
+from lanindex.search.hits import Hits
+from lanindex.search.stages import piped
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from lanindex.library.find import Where
+    from lanindex.model import Hit, Reading
+    from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.language.builder import Pattern
+    from lanindex.search.language.query import Query
+    from lanindex.search.stages import Counts
+
+
+_BOUND = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
+
+
+class Library(Asking, Exploring):
+    """Captures written down, to search and to cut clips from. Made by `open_library`.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     score = library.score("compass.bvh")
+    ...     for capture, tracks in library.tracks(parts=["r_arm"]):
+    ...         if capture in library.captures("marching*"):
+    ...             print(capture.id, capture.label, len(tracks["r_arm"]))
+    ...     library.stats().captures, library.parts()[:2], library.missing()
+    6 marching 49
+    (10, ['r_arm', 'l_arm'], [])
+    >>> library = lanindex.open_library("dance.db")
+    >>> library.label("compass.bvh", "directions")
+    True
+    >>> library.capture("compass.bvh").label
+    'directions'
+    >>> library.move("compass.bvh", "elsewhere/compass.bvh")
+    >>> library.remove("marching.bvh")
+    >>> number = library.add("own.lnd", score, format="lnd", sha256="0" * 64)
+    >>> number, len(library.known()), len(library.located([], ["0" * 64]))
+    (11, 10, 1)
+    >>> library.close()
+    """
+
+    words: str | os.PathLike[str] | None = None
+    """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
+
+    def ingest(
+        self,
+        *paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+        profile: str | os.PathLike[str] = "default",
+        reading: Reading | None = None,
+        labels: str | os.PathLike[str] | None = None,
+        jobs: int = 1,
+        force: bool = False,
+    ) -> list[Outcome]:
+        """Read files and folders into the library.
+
+        Parameters
+        ----------
+        *paths : path-like, or iterable of path-like
+            Captures, ``.lnd`` scores, and folders of them.
+        profile : path-like
+            How to write them down: ``default``, ``paper`` or a folder.
+        reading : Reading, optional
+            Unit, up axis, rate, order of rotations, where the reader shall not find them itself.
+        labels : path-like, optional
+            A CSV file with columns ``file``, ``label`` and any others.
+        jobs : int
+            Processes. Several begin by importing the script that runs: what it does must stand
+            under ``if __name__ == "__main__":``.
+        force : bool
+            Read unchanged files again, too.
+
+        Returns
+        -------
+        list of Outcome
+            One a file, or a person in it: added, unchanged or failed, and why.
+
+        Raises
+        ------
+        CaptureError
+            Where one of several processes could not start, or died.
+        LibraryError
+            Where the library cannot be written.
+        NotationError, UsageError
+            Where profile or labels cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("own.db", create=True) as library:
+        ...     for outcome in library.ingest("corpus/compass.bvh", "corpus/compass.lnd"):
+        ...         print(outcome.status, outcome.path)
+        added corpus/compass.bvh
+        added corpus/compass.lnd
+        """
+        from lanindex.encode.profile import load
+        from lanindex.pipeline.discover import discover
+        from lanindex.pipeline.ingest import ingest
+        from lanindex.pipeline.labels import read_labels
+
+        named = read_labels(labels) if labels is not None else {}
+        lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
+        found = discover(chain.from_iterable(lists), apart=False)
+        chosen = load(os.fspath(profile))
+        return list(
+            ingest(self, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)
+        )
+
+    def search(
+        self,
+        pattern: str | Pattern,
+        *,
+        tolerance: float = 0.1,
+        overlaps: str = "none",
+        within: str | None = None,
+        where: Where | None = None,
+        strict: bool = False,
+        near: bool = False,
+        fuzzy: str | float | None = None,
+        timeout: float | None = None,
+        best: int | None = None,
+    ) -> Hits | Counts:
+        """Find movement by pattern.
+
+        Parameters
+        ----------
+        pattern : str or Pattern
+            ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
+            of ``lanindex.search.dictionary``: ``walk``; or what `lanindex.part` begins.
+        tolerance : float
+            Seconds within which edges agree.
+        overlaps : str
+            ``none``, or ``all``.
+        within : str, optional
+            Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
+        near : bool
+            Whether a symbol also matches by the cell across its nearest border, if it is near.
+        fuzzy : str or float, optional
+            How many edits a match may cost, 1.5, or how many for each step but the first two, 15%.
+        timeout : float, optional
+            Seconds after which to give up.
+        best : int, optional
+            Only so many, those that fit best, the clearest first; of a fuzzy search far sooner
+            there than all of them.
+
+        Returns
+        -------
+        Hits or Counts
+            In order of capture, start and end, where the pattern does not sort them; each is made
+            when it is looked at. Counts if it ends in ``| count``.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+        LibraryError
+            Where the library cannot be read.
+        LanindexError
+            Where it takes longer than `timeout`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("arms side high with legs side low", within="*jacks*")
+        >>> for hit in hits[:2]:
+        ...     print(hit.capture.path, hit.span)
+        corpus/jumping_jacks.bvh Span(start=60, stop=76)
+        corpus/jumping_jacks.bvh Span(start=91, stop=106)
+        """
+        from lanindex.pipeline.how import How
+        from lanindex.pipeline.search import search
+
+        how = How.read(tolerance, overlaps, near, fuzzy)
+        query, numbers = self._asked(pattern, within, where, strict)
+        patience = Patience(self.watch, timeout, remedy=_BOUND)
+        sooner = None if query.stages else best
+        found = Hits(
+            search(self, query, numbers, how, patience.of("captures"), sooner), str(pattern)
+        )
+        told = piped(query.stages, found)
+        return told.by_fit(best)[:best] if best is not None and isinstance(told, Hits) else told
+
+    def explain(
+        self,
+        pattern: str | Pattern,
+        *,
+        within: str | None = None,
+        where: Where | None = None,
+        strict: bool = False,
+    ) -> str:
+        """Say how a pattern is understood.
+
+        Parameters
+        ----------
+        pattern : str or Pattern
+            As for `search`.
+        within : str, optional
+            Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
+        strict : bool
+            Whether the timing of pasted LND counts.
+
+        Returns
+        -------
+        str
+            In plain English; the symbols that each step alone would match; the order of work.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     print(library.explain("torso forward high -> hold 1s+").splitlines()[0])
+        The torso moves forward, high (or begins there), then stays where it is, for at least 1 s.
+        """
+        from lanindex.search.explain import explanation
+
+        query, numbers = self._asked(pattern, within, where, strict)
+        return explanation(query, self.tracks(numbers, query.parts))
+
+    def _asked(
+        self, pattern: str | Pattern, within: str | None, where: Where | None, strict: bool
+    ) -> tuple[Query, list[int] | None]:
+        """Return a query, and the numbers of the captures that it concerns; None: all."""
+        from lanindex.pipeline.columns import check_columns
+        from lanindex.pipeline.words import named, said
+        from lanindex.search.language import parse
+
+        # the text of a file knows its place
+        text = said(pattern if isinstance(pattern, str) else str(pattern), self.words)
+        names = named(text, self.words)
+        # a part that is encoded, though in none of these captures, is no mistake: it never moves
+        try:
+            held = self.parts(checked=False)
+            query = parse(text, held, known=PARTS, names=names, strict=strict)
+        except PatternError:
+            self.parts()  # is a part unknown because the library is damaged? That would be said
+            raise
+        check_columns(self, query)
+        return query, self._chosen(within, where)
+
+    def export(
+        self,
+        hits: Iterable[Hit],
+        folder: str | os.PathLike[str],
+        *,
+        pad: str = "0",
+        format: str = "native",
+        origin: bool = False,
+        force: bool = False,
+    ) -> list[dict[str, Any]]:
+        """Write hits as clips, in the format they came in or another.
+
+        Parameters
+        ----------
+        hits : Hits, or any Hit in an iterable
+            What to cut.
+        folder : path-like
+            Where to.
+        pad : str
+            Time before and after each: ``0.5s``, ``10f``.
+        format : str
+            ``native``, or what they shall be written in anew: `lanindex.pipeline.clipping.FORMATS`.
+        origin : bool
+            Let clips begin above the floor's origin, facing forward; they are written anew then.
+        force : bool
+            Replace files that are there.
+
+        Returns
+        -------
+        list of dict
+            The manifest, a clip each.
+
+        Raises
+        ------
+        ExportError
+            Where a hit comes from another library, a source has changed or is gone, or a file
+            is there already; then nothing is written.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("torso forward high -> hold 1s+")
+        ...     for clip in library.export(hits, "clips", pad="0.5s"):
+        ...         print(clip["clip"], clip["clip_start_frame"], clip["clip_end_frame"])
+        greetings_467-617.bvh 467 617
+        """
+        from lanindex.pipeline.export import export
+        from lanindex.pipeline.requests import from_hits
+
+        wanted = from_hits(hits, getattr(hits, "pattern", ""))
+        how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin, "force": force}
+        return export(self, wanted, Path(folder), **how)
+
+
+open_library = Library.open
