@@ -11,14 +11,13 @@ from itertools import chain, pairwise
 import numpy as np
 
 from lanindex.alphabet import BENDS, PARTS, SIXTHS
+from lanindex.encode import compiled
 from lanindex.encode.arithmetic import Floats, bend, runs
 from lanindex.encode.joints import Body
-from lanindex.encode.limbs import smooth, window
-from lanindex.encode.onset import seen
+from lanindex.encode.limbs import window
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event
-from lanindex.encode.ways import swings
 from lanindex.model import Span
 from lanindex.model.bends import DEGREE, bending, stretching
 
@@ -82,13 +81,14 @@ def _angle(stretch: Stretch, chain: Sequence[str]) -> Floats:
 
 def _found(angle: Floats, profile: Profile) -> list[Event]:
     """Return the degree at the beginning, and the bends."""
-    calm = smooth(angle[None, :, None], window(CALM, profile.rate))[0, :, 0]
+    stages = compiled.chosen(0)
+    calm = stages.mean(angle, window(CALM, profile.rate))
     pace = np.gradient(calm) * float(profile.rate) if len(calm) > 1 else np.zeros(len(calm))
     degree = min(round(calm[0] / DEGREE), SIXTHS)
     found = [_event(0, 0, bending(degree), float(calm[0]), degree)]
     fast = np.abs(pace)
     least = round(LULL * profile.rate)
-    for first, last in swings(calm, SWING):
+    for first, last in stages.swings(calm, SWING):
         if abs(calm[last] - calm[first]) < SWING:
             continue
         way = 1 if calm[last] > calm[first] else -1
@@ -98,7 +98,7 @@ def _found(angle: Floats, profile: Profile) -> list[Event]:
                 continue
             degree = min(round(arrived / DEGREE), SIXTHS)
             amount = bending(degree) if way > 0 else stretching(degree)
-            begin, end = seen(angle, fast, part, within, IDLES / float(profile.rate))
+            begin, end = stages.seen(angle, fast, part, within, IDLES / float(profile.rate))
             found.append(_event(begin, end, amount, arrived, degree))
     return found
 

@@ -9,10 +9,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from lanindex.encode import carriers, limbs, near, track
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encode import carriers, curves, limbs, near, onset, track
 from lanindex.encode.carriers import Carriers
+from lanindex.encode.curves import Ends
 from lanindex.encode.limbs import Curves, Floats, Limbs
 from lanindex.encode.near import Nearest
 from lanindex.encode.profile import Profile
@@ -34,9 +38,23 @@ class Stages(NamedTuple):
     calm: Callable[[Floats, Resampling, range, int], Floats]
     nearest: Nearest
     carriers: Carriers
+    mean: Callable[[Floats, int], Floats]
+    swings: Callable[[Floats, float], list[Ends]]
+    departures: Callable[[NDArray[np.complex128], float], list[Ends]]
+    seen: Callable[[NDArray[Any], Floats, Ends, Ends, float], Ends]
 
 
-PLAIN = Stages(limbs.curves, track.written, limbs.calm, near.nearest, carriers.carriers)
+PLAIN = Stages(
+    limbs.curves,
+    track.written,
+    limbs.calm,
+    near.nearest,
+    carriers.carriers,
+    curves.mean,
+    curves.swings,
+    curves.departures,
+    onset.seen,
+)
 
 _FAST = "lanindex.encode.written_fast"
 _gone = 0
@@ -60,10 +78,12 @@ def chosen(work: int) -> Stages:
 def compiled() -> Stages | None:
     """Load the compiled way; without numba, or a folder for its cache, there is none."""
     try:
+        from lanindex.encode import curves_fast
         from lanindex.encode.carriers_fast import carriers
         from lanindex.encode.limbs_fast import calm, curves
         from lanindex.encode.near_fast import nearest
         from lanindex.encode.written_fast import written
     except (ImportError, RuntimeError):
         return None
-    return Stages(curves, written, calm, nearest, carriers)
+    of_one = curves_fast.mean, curves_fast.swings, curves_fast.departures, curves_fast.seen
+    return Stages(curves, written, calm, nearest, carriers, *of_one)

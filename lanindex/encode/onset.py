@@ -5,6 +5,7 @@ Source: ``encode/BODY.md``, "Onset".
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,8 @@ def seen(
     plain = (own >= PLAIN * own.max()).nonzero()[0]
     half = max(round(WIDTH / 2 * int(plain[-1] - plain[0])), 1)
     way = curve[last] - curve[first]
-    along = (curve[low : high + 1] * (way.conjugate() / max(abs(way), 1e-9))).real
+    size, some = max(sqrt(way.real * way.real + way.imag * way.imag), 1e-9), curve[low : high + 1]
+    along = some.real * (way.real / size) + some.imag * (way.imag / size)
     wide = np.empty(len(along) + 2 * half)
     wide[:half], wide[half:-half], wide[-half:] = along[0], along, along[-1]
     calm = ((wide[2 * half :] - wide[: -2 * half]) / (2 * half)).tolist()

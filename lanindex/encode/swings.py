@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
+from lanindex.encode import compiled
 from lanindex.encode.arithmetic import runs
-from lanindex.encode.limbs import smooth, window
-from lanindex.encode.onset import seen
+from lanindex.encode.limbs import window
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event
 from lanindex.encode.ways import BRIEF, PAUSE
@@ -49,34 +49,17 @@ def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
     rate = float(profile.rate)
     if len(angles) < 2:
         return []
-    both = np.stack((angles.real, angles.imag), axis=1)
-    calm = smooth(both[None], window(STEADY, profile.rate))[0]
-    pace = np.hypot(*(np.gradient(calm, axis=0) * rate).T)
+    stages, width = compiled.chosen(0), window(STEADY, profile.rate)
+    aside, ahead = (np.gradient(stages.mean(it, width)) for it in (angles.real, angles.imag))
+    pace = np.hypot(aside * rate, ahead * rate)
     found = []
-    for first, last in _ways(angles):
+    for first, last in stages.departures(angles, MOVED):
         parts = _parts(angles, pace, first, last, round(BRIEF * rate))
         before = [first, *(stop for _, stop in parts)]
         behind = [*(start for start, _ in parts[1:]), last]
         for part, low, high in zip(parts, before, behind, strict=False):
-            found.append(seen(angles, pace, part, (low, high), PAUSE / rate))
+            found.append(stages.seen(angles, pace, part, (low, high), PAUSE / rate))
     return found
-
-
-def _ways(angles: Angles) -> list[tuple[int, int]]:
-    """Return from where to where angles go away, less than `MOVED` back not counted."""
-    found, anchor, best = list[tuple[int, int]](), 0, 0
-    here = far = complex(angles[0])
-    reach = 0.0
-    for frame, angle in enumerate(angles.tolist()):
-        away = abs(angle - here)
-        if away >= reach:
-            best, far, reach = frame, angle, away
-        elif abs(angle - far) >= MOVED:
-            if reach >= MOVED:
-                found.append((anchor, best))
-            anchor, here = best, far
-            best, far, reach = frame, angle, abs(angle - here)
-    return [*found, (anchor, best)] if reach >= MOVED else found
 
 
 def _parts(

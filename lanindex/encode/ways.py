@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, PLACE
+from lanindex.encode import compiled
 from lanindex.encode.arithmetic import runs
 from lanindex.encode.ground import held
-from lanindex.encode.limbs import smooth, window
-from lanindex.encode.onset import seen
+from lanindex.encode.limbs import window
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import SECTOR, Event
 
@@ -61,7 +61,7 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     if len(way) < 2:
         return [Event(0, len(way), PLACE, -1, 1.0, amount=0)]
     width = window(STRIDE, profile.rate)
-    front = smooth(np.unwrap(turn)[None, :, None], width)[0, :, 0]
+    front = compiled.chosen(0).mean(np.unwrap(turn), width)
     frames = np.arange(len(way))
     first, last = np.maximum(frames - width // 2, 0), np.minimum(frames + width // 2, frames[-1])
     east, south = (way[last] - way[first]).T / ((last - first) * leg / rate)
@@ -118,48 +118,17 @@ def turns(turn: Floats, profile: Profile) -> list[Event]:
     heading = np.degrees(np.unwrap(turn))
     if len(heading) < 2:
         return []
-    calm = smooth(heading[None, :, None], window(STRIDE, profile.rate))[0, :, 0]
-    light = smooth(heading[None, :, None], window(profile.smoothing, profile.rate))[0, :, 0]
+    stages = compiled.chosen(0)
+    calm = stages.mean(heading, window(STRIDE, profile.rate))
+    light = stages.mean(heading, window(profile.smoothing, profile.rate))
     pace = np.abs(np.gradient(calm)) * rate
     found = []
-    for first, last in swings(calm, TURNS):
+    for first, last in stages.swings(calm, TURNS):
         for start, stop in _parts(pace[first : last + 1], round(BRIEF * rate)):
             done = calm[first + stop - 1] - calm[first + start]
             if abs(done) >= TURNS:
                 found.append(_turn(light, first + start, first + stop, rate))
     return [one for one in found if one.amount >= TURNS]
-
-
-def swings(curve: Floats, least: float) -> list[tuple[int, int]]:
-    """Return from where to where a curve goes one way, less than `least` back not counted.
-
-    Parameters
-    ----------
-    curve : ndarray
-        (N,) float64.
-    least : float
-        In the curve's unit.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encode.ways import swings
-    >>> swings(np.array([0.0, 30, 25, 60, 20, 30]), 20)
-    [(0, 3), (3, 4)]
-    """
-    found, anchor, best = list[tuple[int, int]](), 0, 0
-    step = np.sign(np.diff(curve))
-    bends = (np.flatnonzero(step[1:] != step[:-1]) + 1).tolist()
-    for frame in (*bends, len(curve) - 1):
-        way = curve[best] - curve[anchor]
-        now = curve[frame] - curve[anchor]
-        if now * way >= 0 and abs(now) >= abs(way):
-            best = frame
-        elif abs(curve[frame] - curve[best]) >= least:
-            if best > anchor:
-                found.append((anchor, best))
-            anchor, best = best, frame
-    return [*found, (anchor, best)] if best > anchor else found
 
 
 def _parts(pace: Floats, least: int) -> list[tuple[int, int]]:
@@ -175,7 +144,7 @@ def _turn(heading: Floats, start: int, stop: int, rate: float) -> Event:
     left = some[-1] > some[0]
     pace = np.gradient(some) * (rate if left else -rate)
     whole = 0, len(some) - 1
-    first, last = seen(some, pace, whole, whole, PAUSE / rate)
+    first, last = compiled.chosen(0).seen(some, pace, whole, whole, PAUSE / rate)
     amount = round(abs(float(some[last] - some[first])))
     code = DIRECTION_CODES["left" if left else "right"]
     margin = min(amount / TURNS - 1, 1.0)

@@ -129,7 +129,7 @@ def test_without_numba_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
             raise ImportError(name)
         return real(name, *rest)
 
-    names = ("carriers", "limbs", "moves", "near", "rows", "written")
+    names = ("carriers", "curves", "limbs", "moves", "near", "rows", "written")
     for name in (f"{it}_fast" for it in names):
         monkeypatch.delitem(sys.modules, f"lanindex.encode.{name}", raising=False)
     monkeypatch.setattr(builtins, "__import__", refuse)

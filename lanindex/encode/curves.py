@@ -1,0 +1,83 @@
+"""How one curve goes: calmed, from turning point to turning point, away from where it was.
+
+Source: ``encode/BODY.md``, "Turns", "Bends" and "Swings".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encode.limbs import smooth
+
+Floats = NDArray[np.float64]
+Ends = tuple[int, int]
+
+
+def mean(curve: Floats, width: int) -> Floats:
+    """Return the centred moving average of a curve (N,), over some odd number of frames."""
+    return smooth(curve[None, :, None], width)[0, :, 0]
+
+
+def swings(curve: Floats, least: float) -> list[Ends]:
+    """Return from where to where a curve goes one way, less than `least` back not counted.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (N,) float64.
+    least : float
+        In the curve's unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.curves import swings
+    >>> swings(np.array([0.0, 30, 25, 60, 20, 30]), 20)
+    [(0, 3), (3, 4)]
+    """
+    found, anchor, best = list[Ends](), 0, 0
+    step = np.sign(np.diff(curve))
+    bends = (np.flatnonzero(step[1:] != step[:-1]) + 1).tolist()
+    for frame in (*bends, len(curve) - 1):
+        way = curve[best] - curve[anchor]
+        now = curve[frame] - curve[anchor]
+        if now * way >= 0 and abs(now) >= abs(way):
+            best = frame
+        elif abs(curve[frame] - curve[best]) >= least:
+            if best > anchor:
+                found.append((anchor, best))
+            anchor, best = best, frame
+    return [*found, (anchor, best)] if best > anchor else found
+
+
+def departures(angles: NDArray[np.complex128], least: float) -> list[Ends]:
+    """Return from where to where angles go away, less than `least` back not counted.
+
+    Parameters
+    ----------
+    angles : ndarray
+        (N,) complex128: how far something is turned, or leans, to one side and another.
+    least : float
+        Degrees.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.curves import departures
+    >>> departures(np.array([0, 20, 20 + 30j, 18 + 28j, 5]), 15)
+    [(0, 2), (2, 4)]
+    """
+    found, anchor, best = list[Ends](), 0, 0
+    here = far = complex(angles[0])
+    reach = 0.0
+    for frame, angle in enumerate(angles.tolist()):
+        away = abs(angle - here)
+        if away >= reach:
+            best, far, reach = frame, angle, away
+        elif abs(angle - far) >= least:
+            if reach >= least:
+                found.append((anchor, best))
+            anchor, here = best, far
+            best, far, reach = frame, angle, abs(angle - here)
+    return [*found, (anchor, best)] if reach >= least else found
