@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -112,5 +111,8 @@ def median(values: NDArray[Any]) -> float:
 
 def runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
     """Return start and stop of each stretch of True, of (N,) truths."""
-    edges = (np.flatnonzero(mask[1:] != mask[:-1]) + 1).tolist()
-    return [(a, b) for a, b in pairwise([0, *edges, len(mask)]) if a < b and mask[a]]
+    if not len(mask):
+        return []
+    edges = [0, *((mask[1:] != mask[:-1]).nonzero()[0] + 1).tolist(), len(mask)]
+    first = 0 if mask[0] else 1
+    return list(zip(edges[first::2], edges[first + 1 :: 2], strict=False))

@@ -12,7 +12,7 @@ import numpy as np
 
 from lanindex.alphabet import BENDS, PARTS, SIXTHS
 from lanindex.encode import compiled
-from lanindex.encode.arithmetic import Floats, bend, runs
+from lanindex.encode.arithmetic import Floats, bend
 from lanindex.encode.joints import Body
 from lanindex.encode.limbs import window
 from lanindex.encode.places import Stretch, stretches
@@ -115,8 +115,9 @@ def _pieces(pace: Floats, first: int, least: int) -> Iterator[tuple[Ends, Ends]]
     may have begun in the rest before, and end in the one behind.
     """
     last = first + len(pace) - 1
-    slow = ((first + a, min(first + b, last)) for a, b in runs(pace < IDLES) if b - a >= least)
-    edges = [first, first, *chain(*slow), last, last]
+    slow = compiled.chosen(0).lulls(pace, IDLES, least)
+    rests = ((first + start, min(first + stop, last)) for start, stop in slow)
+    edges = [first, first, *chain(*rests), last, last]
     for number, part in enumerate(pairwise(edges[1:-1])):
         if part[0] < part[1]:
             yield part, part if number % 2 else (edges[number], edges[number + 3])

@@ -40,6 +40,7 @@ class Stages(NamedTuple):
     carriers: Carriers
     mean: Callable[[Floats, int], Floats]
     swings: Callable[[Floats, float], list[Ends]]
+    lulls: Callable[[Floats, float, int], list[Ends]]
     departures: Callable[[NDArray[np.complex128], float], list[Ends]]
     seen: Callable[[NDArray[Any], Floats, Ends, Ends, float], Ends]
 
@@ -52,6 +53,7 @@ PLAIN = Stages(
     carriers.carriers,
     curves.mean,
     curves.swings,
+    curves.lulls,
     curves.departures,
     onset.seen,
 )
@@ -85,5 +87,6 @@ def compiled() -> Stages | None:
         from lanindex.encode.written_fast import written
     except (ImportError, RuntimeError):
         return None
-    of_one = curves_fast.mean, curves_fast.swings, curves_fast.departures, curves_fast.seen
+    one = curves_fast
+    of_one = one.mean, one.swings, one.lulls, one.departures, one.seen
     return Stages(curves, written, calm, nearest, carriers, *of_one)

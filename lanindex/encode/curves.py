@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.encode.arithmetic import runs
 from lanindex.encode.limbs import smooth
 
 Floats = NDArray[np.float64]
@@ -49,6 +50,28 @@ def swings(curve: Floats, least: float) -> list[Ends]:
                 found.append((anchor, best))
             anchor, best = best, frame
     return [*found, (anchor, best)] if best > anchor else found
+
+
+def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
+    """Return the frames, half-open, in which a pace stays below another for long enough.
+
+    Parameters
+    ----------
+    pace : ndarray
+        (N,) float64.
+    slow : float
+        The other.
+    least : int
+        Frames.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.curves import lulls
+    >>> lulls(np.array([0.0, 0, 5, 0, 5, 0, 0, 0]), 1, 2)
+    [(0, 2), (5, 8)]
+    """
+    return [(start, stop) for start, stop in runs(pace < slow) if stop - start >= least]
 
 
 def departures(angles: NDArray[np.complex128], least: float) -> list[Ends]:

@@ -59,6 +59,24 @@ def swings(curve: Floats, least: float) -> list[Ends]:
 
 
 @numba.njit(cache=True, nogil=True)
+def _lulls(pace, slow, least):
+    found = np.empty((len(pace) // 2 + 1, 2), np.int64)
+    count = start = 0
+    for frame in range(len(pace) + 1):
+        if frame == len(pace) or not pace[frame] < slow:
+            if frame - start >= least and frame > start:
+                found[count] = start, frame
+                count += 1
+            start = frame + 1
+    return found[:count]
+
+
+def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
+    """Return where a pace stays below another: see `lanindex.encode.curves.lulls`."""
+    return [(start, stop) for start, stop in _lulls(pace, slow, least).tolist()]
+
+
+@numba.njit(cache=True, nogil=True)
 def _departures(angles, least):
     found = np.empty((len(angles), 2), np.int64)
     count = anchor = best = 0

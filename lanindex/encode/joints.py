@@ -35,6 +35,7 @@ AXES = {
 """What points to a joint's own right, and up, beside the joints themselves: ``Head up``."""
 
 NAMES = (*JOINTS, *AXES)
+COLUMNS = {name: column for column, name in enumerate(NAMES)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lanindex.body.made import GAP
 from lanindex.encode import compiled
 from lanindex.encode.arithmetic import BLOCK, Block, blocks, runs
-from lanindex.encode.joints import KEPT, NAMES, Body, body
+from lanindex.encode.joints import COLUMNS, KEPT, NAMES, Body, body
 from lanindex.encode.limbs import window
 from lanindex.encode.resample import Resampling
 from lanindex.model import Span
@@ -65,7 +65,7 @@ class Stretch:
         """
         kept = self._kept() if self.body.short else None
         size = BLOCK if self.body.short else _size(len(self.names))
-        columns = [NAMES.index(name) for name in self.names]
+        columns = [COLUMNS[name] for name in self.names]
         for block in blocks(len(self.frames), neighbours, size):
             if kept is None:
                 calm = list(self._calm(self.names, block.outer))

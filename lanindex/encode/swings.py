@@ -5,12 +5,13 @@ Source: ``encode/BODY.md``, "Swings".
 
 from __future__ import annotations
 
+from itertools import chain
+
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
 from lanindex.encode import compiled
-from lanindex.encode.arithmetic import runs
 from lanindex.encode.limbs import window
 from lanindex.encode.profile import Profile
 from lanindex.encode.steps import Event
@@ -39,7 +40,9 @@ def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from itertools import chain
+
+    import numpy as np
     >>> import lanindex
     >>> from lanindex.encode.swings import swings
     >>> there = np.clip(np.arange(120) - 30.0, 0, 40) + 0j  # 40 degrees in 40 frames of 60
@@ -66,9 +69,8 @@ def _parts(
     angles: Angles, pace: Floats, first: int, last: int, least: int
 ) -> list[tuple[int, int]]:
     """Part a way where it rests, in parts that are long enough; both frames are included."""
-    slow = runs(pace[first : last + 1] < PAUSE)
-    rests = [(first + a, first + b) for a, b in slow if b - a >= least]
-    edges = [first, *(edge for rest in rests for edge in rest), last + 1]
+    rests = compiled.chosen(0).lulls(pace[first : last + 1], PAUSE, least)
+    edges = [first, *(first + edge for edge in chain(*rests)), last + 1]
     found, begin = list[tuple[int, int]](), -1
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         if stop > start:

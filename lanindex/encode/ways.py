@@ -6,7 +6,7 @@ Source: ``encode/BODY.md``, "Travel" and "Turns".
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, PLACE
 from lanindex.encode import compiled
-from lanindex.encode.arithmetic import runs
 from lanindex.encode.ground import held
 from lanindex.encode.limbs import window
 from lanindex.encode.profile import Profile
@@ -133,8 +132,8 @@ def turns(turn: Floats, profile: Profile) -> list[Event]:
 
 def _parts(pace: Floats, least: int) -> list[tuple[int, int]]:
     """Part a turn where it rests."""
-    rests = [(a, b) for a, b in runs(pace < PAUSE) if b - a >= least]
-    edges = [0, *(edge for rest in rests for edge in rest), len(pace)]
+    rests = compiled.chosen(0).lulls(pace, PAUSE, least)
+    edges = [0, *chain(*rests), len(pace)]
     return [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b > a]
 
 

@@ -1,5 +1,7 @@
 """How one curve goes, plain and compiled: equal numbers, whatever the curve."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,9 @@ def test_compiled_curves_go_as_plain_ones(seed):
     both = curve + 1j * np.roll(curve, len(curve) // 3)
     for width in (1, 5, 61):
         assert fast.mean(curve, width).tobytes() == curves.mean(curve, width).tobytes()
+    pace = np.abs(np.diff(curve))
+    for slow, frames in itertools.product((0.2, 0.5, 9.0), (0, 1, 5)):
+        assert fast.lulls(pace, slow, frames) == curves.lulls(pace, slow, frames)
     for least in (0.5, 15.0):
         assert fast.swings(curve, least) == curves.swings(curve, least)
         assert fast.departures(both, least) == curves.departures(both, least)
