@@ -278,7 +278,7 @@ def load(name: str | Path = "default") -> Profile:
     )
 
 
-METHOD = b"4"
+METHOD = b"5"
 """Which method encodes: another one makes other symbols with the same numbers."""
 
 
