@@ -40,9 +40,7 @@ def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
 
     Examples
     --------
-    >>> from itertools import chain
-
-    import numpy as np
+    >>> import numpy as np
     >>> import lanindex
     >>> from lanindex.encode.swings import swings
     >>> there = np.clip(np.arange(120) - 30.0, 0, 40) + 0j  # 40 degrees in 40 frames of 60
