@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, reduce
 from itertools import pairwise
@@ -92,6 +92,7 @@ class Body:
         self.short = frames * len(NAMES) <= KEPT
         self.calm: dict[tuple[int, int], Floats] = {}
         self._lengths: dict[str, float] = {}
+        self._some: dict[tuple[str, ...], tuple[int, int, int, Joints]] = {}
 
     @cached_property
     def _all(self) -> Joints:
@@ -106,6 +107,30 @@ class Body:
     def joints(self, names: Iterable[str]) -> Joints:
         """Return these joints, or more; those of a long capture are read anew."""
         return self._all if self.short else body(self.motion, names)
+
+    def some(self, names: Sequence[str], frames: slice) -> tuple[Joints, int]:
+        """Return these joints in some frames and more, gaps filled, and the number of the first.
+
+        Many frames are read at a time, for the stretches of a long capture may be short.
+        """
+        wanted = tuple(names)
+        begin, end, first, joints = self._some.get(wanted, (1, 0, 0, None))
+        if joints is None or not begin <= frames.start <= frames.stop <= end:
+            motion, begin = self.motion, frames.start
+            end = max(frames.stop, min(begin + KEPT // (8 * len(wanted)), len(motion)))
+            reach = math.floor(GAP * motion.rate) + 1  # a gap that is filled ends within
+            first, last = max(begin - reach, 0), max(end + reach, motion.first + 1)
+            part = replace(
+                motion,
+                positions=motion.positions[first:last],
+                first=max(motion.first - first, 0),
+                rotations=None,
+                axes={joint: axes[first:last] for joint, axes in motion.axes.items()},
+            )
+            joints = body(part, wanted)
+            self._some = dict(list(self._some.items())[-1:])  # feet and rests take turns
+            self._some[wanted] = begin, end, first, joints
+        return joints, first
 
     def lengths(self, parts: Sequence[str]) -> Floats:
         """Return the length of each part, (P,) mm; NaN where it was never seen."""

@@ -5,17 +5,15 @@ Source: ``encode/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.made import GAP
 from lanindex.encode import compiled
 from lanindex.encode.arithmetic import BLOCK, Block, blocks, runs
-from lanindex.encode.joints import COLUMNS, KEPT, NAMES, Body, body
+from lanindex.encode.joints import COLUMNS, KEPT, NAMES, Body
 from lanindex.encode.limbs import window
 from lanindex.encode.resample import Resampling
 from lanindex.model import Span
@@ -102,20 +100,7 @@ def _size(joints: int) -> int:
 
 def at(whole: Body, names: Sequence[str], frames: slice) -> Floats:
     """Return where joints are in some frames of the source, gaps filled: (n, K, 3) float64, mm."""
-    if whole.short:
-        joints, first = whole.joints(names), 0
-    else:
-        motion = whole.motion
-        reach = math.floor(GAP * motion.rate) + 1  # a gap that is filled ends within
-        first, last = max(frames.start - reach, 0), max(frames.stop + reach, motion.first + 1)
-        some = replace(
-            motion,
-            positions=motion.positions[first:last],
-            first=max(motion.first - first, 0),
-            rotations=None,
-            axes={joint: axes[first:last] for joint, axes in motion.axes.items()},
-        )
-        joints = body(some, names)
+    joints, first = (whole.joints(names), 0) if whole.short else whole.some(names, frames)
     part = slice(frames.start - first, frames.stop - first)
     if joints.names == tuple(names):
         return joints.places[part]

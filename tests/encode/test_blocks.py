@@ -24,7 +24,9 @@ def facts(score: Score) -> list[object]:
 @pytest.mark.parametrize("rate", [24, 60, 120])
 @pytest.mark.parametrize("profile", ["default", "paper"])
 @pytest.mark.parametrize("block", [5, 64])
-@pytest.mark.parametrize(("kept", "stretches"), [(0, 0), (1 << 20, 50), (1 << 20, 1 << 20)])
+@pytest.mark.parametrize(
+    ("kept", "stretches"), [(0, 0), (2000, 0), (1 << 20, 50), (1 << 20, 1 << 20)]
+)
 def test_blocks_leave_no_trace(
     monkeypatch: pytest.MonkeyPatch, rate: int, profile: str, block: int, kept: int, stretches: int
 ) -> None:
