@@ -18,7 +18,6 @@ from lanindex.encode.ground import LEGS, Ground, grounds
 from lanindex.encode.inclines import inclines
 from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
-from lanindex.encode.profile import Profile
 from lanindex.encode.rests import NEEDED, WISHED, apart, rests
 from lanindex.encode.steps import Event, events, stances
 from lanindex.encode.timing import to_source
@@ -26,13 +25,16 @@ from lanindex.encode.touch import ARMS, touches
 from lanindex.encode.track import Written
 from lanindex.encode.twists import twists
 from lanindex.encode.ways import travel, turns
-from lanindex.model import Motion, Span
+from lanindex.model import Span
 from lanindex.model.symbol import blank
 
 Floats = NDArray[np.float64]
 
 _Told = tuple[str, Span, int, Sequence[Event]]
 """A track over one stretch: its name, the frames of the source, the first resampled one, events."""
+
+TOGETHER = 1 << 14
+"""Events that are made rows together: rows take a part of the memory."""
 
 _KEPT = ("start", "stop", "direction", "level", "margin", "amount", "speed", "beside")
 
@@ -52,26 +54,34 @@ def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
     tuple of list of Written and tuple of str
         Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
     """
-    motion, profile = body.motion, body.profile
-    found, doubts = list[_Told](bends(body)), dict[str, None]()
+    found, told, many = list[Written](), list[_Told](), 0
+    doubts = dict[str, None]()
+    for one in _tracks(body, turn, doubts):
+        told.append(one)
+        many += len(one[3])
+        if many > TOGETHER:
+            found += _written(told, body)
+            told, many = [], 0
+    return found + _written(told, body), tuple(doubts)
+
+
+def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[_Told]:
+    """Yield the tracks, and add what was doubtful."""
+    yield from bends(body)
     arm, leg = body.length(ARMS), body.length(LEGS)
     for part, one, those in touches(body, arm) if arm else ():
-        found.append((part, one.known, one.frames.start, those))
+        yield part, one.known, one.frames.start, those
     parts = stretches(body, NEEDED, WISHED) if leg else ()
     for ground, places in zip(grounds(body, leg) if leg else (), parts, strict=True):
         doubts |= dict.fromkeys(ground.doubts)
-        found += _weight(ground, places, turn)
+        yield from _weight(ground, places, turn)
     for hips in stretches(body, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
-        for part, those in (
-            ("body_travel", travel(_way(hips), front, leg, profile) if leg else []),
-            ("body_turn", turns(front, profile)),
-        ):
-            found.append((part, hips.known, begin, those))
+        way = travel(_way(hips), front, leg, body.profile) if leg else []
+        yield "body_travel", hips.known, begin, way
+        yield "body_turn", hips.known, begin, turns(front, body.profile)
     for part, over, begun, those in chain(twists(body), inclines(body, turn)):
-        begin = over.frames.start
-        found.append((part, over.known, begin, [begun, *those]))
-    return _written(found, motion, profile), tuple(doubts)
+        yield part, over.known, over.frames.start, [begun, *those]
 
 
 def _way(hips: Stretch) -> Floats:
@@ -98,7 +108,7 @@ def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[_Told]:
     yield "other_support", ground.known, ground.begin, carried
 
 
-def _written(told: Sequence[_Told], motion: Motion, profile: Profile) -> list[Written]:
+def _written(told: Sequence[_Told], body: Body) -> list[Written]:
     """Return the rows of tracks; an event without frames is its track's starting position."""
     if not told:
         return []
@@ -127,7 +137,7 @@ def _written(told: Sequence[_Told], motion: Motion, profile: Profile) -> list[Wr
     ends = np.cumsum(counts + bare)
     first = ends - counts - bare
     rows["start"][first] = rows["stop"][first] = begun
-    to_source(rows, (counts + bare).tolist(), known, motion.rate, profile.rate)
+    to_source(rows, (counts + bare).tolist(), known, body.motion.rate, body.profile.rate)
     return [
         Written(part, span, own[without:])
         for part, span, own, without in zip(

@@ -34,6 +34,7 @@ def test_blocks_leave_no_trace(
     whole = facts(encode(motion, profile))
     monkeypatch.setattr(arithmetic, "BLOCK", block)
     monkeypatch.setattr(limbs, "TOGETHER", 3 * len(motion))
+    monkeypatch.setattr("lanindex.encode.whole.TOGETHER", block)
     monkeypatch.setattr(joints, "KEPT", kept)
     monkeypatch.setattr(places, "KEPT", stretches)
     assert facts(encode(motion, profile)) == whole
