@@ -1,13 +1,14 @@
-"""Where a joint's own right and up point: of a skeleton that stands at rest.
+"""Where a joint's own right and up point.
 
 Many skeletons stand upright at rest, arms to the sides or down, and look ahead: what points to the
 body's right then is known in every frame from how a joint is turned. Others have every bone along
-one axis at rest; of these nothing is told.
+one axis at rest. Their chest, which shoulders move little against, tells its own axes; and those of
+the head are the same, if it seems to be upright as the chest is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ TURNING = ("Head",)
 """The joints of the body whose axes are told."""
 
 _UPRIGHT, _ASKEW = 0.85, 0.26  # cosines: 32 degrees from an axis, 15 from a right angle
+_ALONG, _UPSIDE = 0.87, 0.71  # cosines: 30 degrees from an axis, 45
 _BLOCK = 4096
 
 
@@ -53,7 +55,7 @@ def rest_axes(
     array([[-1.,  0.,  0.],
            [ 0.,  1.,  0.]])
     """
-    index = [int(body[JOINT_CODES[s + it]]) for it in ("Hip", "Shoulder") for s in "RL"]
+    index = _corners(body)
     if min(index) < 0:
         return None
     places = np.array(offsets, np.float64).reshape(-1, 3).tolist()
@@ -70,6 +72,82 @@ def rest_axes(
     up[axis] = np.sign(trunk[axis])
     across = hips - (hips @ up) * up
     return np.stack((_unit(across), up)) + 0.0
+
+
+def seen_axes(
+    parents: Sequence[int],
+    body: NDArray[np.int16],
+    poses: Floats,
+    turned: Callable[[int], Floats],
+) -> Floats | None:
+    """Return which way right and up are where bones lie along one axis at rest.
+
+    Parameters
+    ----------
+    parents : sequence of int
+        (J) parents before children, -1 for a root.
+    body : ndarray
+        (20,) which joints play the body, as in `Skeleton`.
+    poses : ndarray
+        (T, J, 3) places in some frames.
+    turned : callable
+        Gives (T, 3, 3) of a joint in the same frames: columns are where its own axes point.
+
+    Returns
+    -------
+    ndarray or None
+        (2, 3) unit vectors along axes, the same for chest and head; None where the chest has no
+        such axes, or the head plainly others.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import lanindex
+    >>> from lanindex.body.facing import seen_axes
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> still = np.tile(np.eye(3), (len(motion), 1, 1))
+    >>> skeleton = motion.skeleton
+    >>> seen_axes(skeleton.parents, skeleton.body, motion.positions, lambda joint: still)
+    array([[-1.,  0.,  0.],
+           [ 0.,  1.,  0.]])
+    """
+    found, index = _corners(body), int(body[JOINT_CODES["Head"]])
+    if min(*found, index) < 0 or (chest := _above(parents, found[2:])) < 0:
+        return None
+    seen = []
+    right_hip, left_hip, right, left = np.moveaxis(poses[:, found], 1, 0)
+    turns, head = turned(chest), turned(index)
+    for line, most in ((right - left, _ALONG), (right + left - right_hip - left_hip, _UPSIDE)):
+        own, heads = _mean(turns, line), _mean(head, line)
+        axis = int(np.argmax(np.abs(own)))
+        unit = np.sign(own[axis]) * np.eye(3)[axis] + 0.0
+        if not (own @ unit >= _ALONG and np.abs(heads * (1 - np.abs(unit))).max() <= most):
+            return None  # nor where a place is not known
+        seen.append(unit)
+    return None if seen[0] @ seen[1] else np.stack(seen)
+
+
+def _above(parents: Sequence[int], joints: Sequence[int]) -> int:
+    """Return the lowest joint that two joints hang on, or -1."""
+    chains = []
+    for joint in joints:
+        chain = [joint]
+        while chain[-1] >= 0:
+            chain.append(int(parents[chain[-1]]))
+        chains.append(chain)
+    return next(joint for joint in chains[0] if joint in chains[1])
+
+
+def _corners(body: NDArray[np.int16]) -> list[int]:
+    """Return the joints of right and left hip, right and left shoulder."""
+    return [int(body[JOINT_CODES[s + it]]) for it in ("Hip", "Shoulder") for s in "RL"]
+
+
+def _mean(turns: Floats, vectors: Floats) -> Floats:
+    """Return where vectors (T, 3) point in the mean, as what turns (T, 3, 3) sees them."""
+    lengths = np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-9)
+    mean: Floats = np.einsum("tkc,tk->c", turns, vectors / lengths) / len(vectors)
+    return mean
 
 
 def _unit(vector: Floats) -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES
 from lanindex.body import body_of, sampled, understand
 from lanindex.body.calibration import BEGINNING
-from lanindex.body.facing import TURNING, rest_axes
+from lanindex.body.facing import TURNING, rest_axes, seen_axes
 from lanindex.body.kinematics import Plan, aimed, plan
 from lanindex.body.names import exporter_of
 from lanindex.errors import CaptureError
@@ -41,14 +41,15 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     order, reason = _order(told.compose, joints.names)
     work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
     frames = _Frames(file, layout, work, paths(max(wanted.total, len(file.content))))
-    found = understand(joints.names, joints.parents, *frames.looked_at(), rate, told, path)
+    values, poses, first = frames.looked_at()
+    found = understand(joints.names, joints.parents, poses, first, rate, told, path)
     offsets = found.oriented(np.array(joints.offsets, np.float64))
     skeleton = Skeleton(joints.names, np.array(joints.parents, np.int16), offsets, found.body)
     kept = None
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
     positions = np.empty((len(layout.frames), len(skeleton.names), 3), np.float32)
-    turning = _turning(work, layout, found.body)
+    turning = _turning(frames, values, poses, found.body)
     axes = {name: np.empty((len(positions), 2, 3), np.float32) for name in turning}
     for start, values, places in frames.blocks():
         part = slice(start, start + len(places))
@@ -68,18 +69,25 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     return Motion(skeleton, rate, positions, source, found.first, doubts, axes=axes)
 
 
-def _turning(work: Plan, layout: Layout, body: NDArray[np.int16]) -> dict[str, Plan]:
-    """Return what tells the axes of joints, of a skeleton that stands at rest."""
-    joints = layout.hierarchy
+def _turning(
+    frames: _Frames, values: Floats, poses: Floats, body: NDArray[np.int16]
+) -> dict[str, Plan]:
+    """Return what tells the axes of joints, if at rest or as seen in some poses they are known."""
+    work, joints = frames.work, frames.layout.hierarchy
+    played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
+    if exporter_of(joints.names).get("turns") == "bones" or min(played.values()) < 0:
+        return {}
+
+    def turned(joint: int) -> Floats:
+        own = aimed(work, joints.channels, joint, np.eye(3))
+        return np.swapaxes(frames.paths.positions(own, values)[:, -3:], 1, 2)
+
     rest = rest_axes(joints.parents, joints.offsets, body)
-    if exporter_of(joints.names).get("turns") == "bones":
-        rest = None
-    played = {} if rest is None else {name: int(body[JOINT_CODES[name]]) for name in TURNING}
-    return {
-        name: aimed(work, joints.channels, joint, rest)
-        for name, joint in played.items()
-        if rest is not None and joint >= 0
-    }
+    if rest is None:
+        rest = seen_axes(joints.parents, body, poses, turned)
+    if rest is None:
+        return {}
+    return {name: aimed(work, joints.channels, joint, rest) for name, joint in played.items()}
 
 
 def _order(told: str | None, names: tuple[str, ...]) -> tuple[str, str]:
@@ -116,12 +124,13 @@ class _Frames:
     paths: Paths
     kept: tuple[Floats, Floats] | None = None
 
-    def looked_at(self) -> tuple[Floats, Floats]:
-        """Return the poses that tell the body, (S, J, 3), and the first frames."""
+    def looked_at(self) -> tuple[Floats, Floats, Floats]:
+        """Return numbers and poses that tell the body, (S, C), (S, J, 3), and the first frames."""
         count = len(self.layout.frames)
         if count <= BLOCK:
             self.kept = self._places(0, count)
-            return self.kept[1][sampled(count)], self.kept[1][:BEGINNING]
+            values, places = (some[sampled(count)] for some in self.kept)
+            return values, places, self.kept[1][:BEGINNING]
         chosen = np.unique(np.append(sampled(count), np.arange(BEGINNING)))
         lines = self.layout.frames[chosen]
         values, bad = self._numbers(
@@ -131,8 +140,9 @@ class _Frames:
         if bad is not None:
             for _ in self.blocks():  # says which frame is the first that is damaged
                 pass
-        places = self.paths.positions(self.work, values)
-        return places[np.searchsorted(chosen, sampled(count))], places[:BEGINNING]
+        places, those = self.paths.positions(self.work, values), sampled(count)
+        those = np.searchsorted(chosen, those)
+        return values[those], places[those], places[:BEGINNING]
 
     def blocks(self) -> Iterator[tuple[int, Floats, Floats]]:
         """Yield blocks: the first frame, the numbers (T, C), and the places (T, J, 3) they tell."""

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.facing import rest_axes
+from lanindex.body import sampled
+from lanindex.body.facing import rest_axes, seen_axes
 from lanindex.errors import ExportError
 from lanindex.model import Motion, Skeleton
 from lanindex.rotation import euler, rotations
@@ -85,8 +86,14 @@ def write(motion: Motion) -> bytes:
 
 def _aim(motion: Motion, turns: Floats) -> None:
     """Turn the joints as far as a motion knows more of them than positions tell."""
-    skeleton = motion.skeleton
-    rest = rest_axes(skeleton.parents.tolist(), skeleton.offsets, skeleton.body)
+    if not motion.axes:
+        return
+    skeleton, some = motion.skeleton, sampled(len(motion))
+    parents, turned = skeleton.parents.tolist(), turns[some]
+    poses = motion.positions[some].astype(np.float64)
+    rest = rest_axes(parents, skeleton.offsets, skeleton.body)
+    if rest is None:
+        rest = seen_axes(parents, skeleton.body, poses, lambda joint: turned[:, joint])
     for name, axes in motion.axes.items() if rest is not None else ():
         joint, known = int(skeleton.body[JOINT_CODES[name]]), np.isfinite(axes).all(axis=(1, 2))
         now, then = _frames(axes[known].astype(float)), _frames(np.array(rest)[None])
