@@ -68,7 +68,7 @@ def dot(one: Floats, other: Floats) -> Floats:
 
 
 def cross(one: Floats, other: Floats) -> Floats:
-    """Return the vector products of (3, N) vectors, (3, N): numpy's take ten times as long."""
+    """Return the vector products of (3, ...) vectors: numpy's take ten times as long."""
     product = np.empty(one.shape)
     for axis in range(3):
         second, third = (axis + 1) % 3, (axis + 2) % 3
@@ -83,17 +83,23 @@ def dist(one: Sequence[float], other: Sequence[float]) -> float:
 
 
 def bend(upper: Floats, lower: Floats) -> Floats:
-    """Return by how many degrees lower bones are turned from upper ones, (N,); 0: straight on.
+    """Return by how many degrees lower bones are turned from upper ones, (...); 0: straight on.
 
     Parameters
     ----------
     upper, lower : ndarray
-        (N, 3) float64, each bone from the joint nearer to the trunk to the one farther off.
+        (3, ...) float64, each bone from the joint nearer to the trunk to the one farther off.
     """
-    along = upper[:, 0] * lower[:, 0] + upper[:, 2] * lower[:, 2] + upper[:, 1] * lower[:, 1]
-    x, y, z = cross(upper.T, lower.T)
+    along = upper[0] * lower[0] + upper[2] * lower[2] + upper[1] * lower[1]
+    x, y, z = cross(upper, lower)
     angle: Floats = np.degrees(np.arctan2(np.sqrt(x**2 + z**2 + y**2), along))
     return angle
+
+
+def unwrapped(angles: Floats) -> Floats:
+    """Return radians (N,) in one go, past half a circle on: numpy's, where they need it."""
+    steps = np.abs(angles[1:] - angles[:-1])
+    return angles if (steps < np.pi).all() else np.unwrap(angles)
 
 
 def median(values: NDArray[Any]) -> float:
@@ -116,3 +122,20 @@ def runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
     edges = [0, *((mask[1:] != mask[:-1]).nonzero()[0] + 1).tolist(), len(mask)]
     first = 0 if mask[0] else 1
     return list(zip(edges[first::2], edges[first + 1 :: 2], strict=False))
+
+
+def held(begins: NDArray[np.bool_], stays: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a state with hysteresis: on from a frame where it begins, as long as it stays.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.encode.arithmetic import held
+    >>> speed = np.array([3, 1, 2, 2, 3, 2])
+    >>> held(speed < 2, speed < 3).tolist()
+    [False, True, True, True, False, False]
+    """
+    on = begins & stays
+    last = np.maximum.accumulate(np.where(on | ~stays, np.arange(len(on)), 0))
+    state: NDArray[np.bool_] = on[last]
+    return state

@@ -5,20 +5,18 @@ Source: ``encode/BODY.md``, "Bends".
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import chain, pairwise
 
 import numpy as np
 
-from lanindex.alphabet import BENDS, PARTS, SIXTHS
-from lanindex.encode import compiled
-from lanindex.encode.arithmetic import Floats, bend
-from lanindex.encode.joints import Body
+from lanindex.alphabet import SIXTHS
+from lanindex.encode.arithmetic import Floats
+from lanindex.encode.curves import lulls, mean, swings
+from lanindex.encode.events import Event, table
 from lanindex.encode.limbs import window
-from lanindex.encode.places import Stretch, stretches
+from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
-from lanindex.encode.steps import Event
-from lanindex.model import Span
 from lanindex.model.bends import DEGREE, bending, stretching
 
 SWING = 20.0
@@ -36,59 +34,33 @@ LULL = 0.25
 Ends = tuple[int, int]
 
 
-def bends(body: Body) -> Iterator[tuple[str, Span, int, list[Event]]]:
-    """Yield how each arm and leg bends, stretch by stretch.
+def found(angles: Floats, profile: Profile) -> list[Floats]:
+    """Return the symbols of curves.
 
     Parameters
     ----------
-    body : Body
-        The capture; a limb without its middle joint has no bends.
+    angles : ndarray
+        (P, N) float64, degrees from straight.
+    profile : Profile
+        For the rate.
 
-    Yields
-    ------
-    tuple of str, Span, int and list of Event
-        The track, the frames of the source over which it is known, the first resampled frame, and
-        the symbols: first the degree at the beginning, then the bends.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encode.bends import bends
-    >>> from lanindex.encode.joints import Body
-    >>> body = Body(lanindex.read("corpus/compass.bvh"), lanindex.load_profile())
-    >>> for part, known, begin, found in bends(body):
-    ...     print(part, known, [one.amount for one in found])
-    r_arm_bend Span(start=0, stop=840) [0, 6, 7]
-    l_arm_bend Span(start=0, stop=840) [0]
-    r_leg_bend Span(start=0, stop=840) [0]
-    l_leg_bend Span(start=0, stop=840) [0]
+    Returns
+    -------
+    list of ndarray
+        (P), as from `events.table`: the degree at the beginning, and the bends.
     """
-    for limb, part in BENDS.items():
-        chain = PARTS[limb].chain
-        for stretch in stretches(body, chain):
-            found = _found(_angle(stretch, chain), body.profile)
-            yield part, stretch.known, stretch.frames.start, found
+    calm = mean(angles, window(CALM, profile.rate))
+    short = angles.shape[1] < 2
+    pace = np.zeros(angles.shape) if short else np.gradient(calm, axis=1) * float(profile.rate)
+    return [table(_found(*curves, profile)) for curves in zip(angles, calm, pace, strict=True)]
 
 
-def _angle(stretch: Stretch, chain: Sequence[str]) -> Floats:
-    """Return by how many degrees the lower bone is turned from the upper one, (N,)."""
-    angle = np.empty(len(stretch.frames))
-    for block, places in stretch.blocks():
-        upper, middle, lower = (places[joint] for joint in chain)
-        angle[block.inner] = bend(middle - upper, lower - middle)
-    return angle
-
-
-def _found(angle: Floats, profile: Profile) -> list[Event]:
-    """Return the degree at the beginning, and the bends."""
-    stages = compiled.chosen(0)
-    calm = stages.mean(angle, window(CALM, profile.rate))
-    pace = np.gradient(calm) * float(profile.rate) if len(calm) > 1 else np.zeros(len(calm))
+def _found(angle: Floats, calm: Floats, pace: Floats, profile: Profile) -> list[Event]:
     degree = min(round(calm[0] / DEGREE), SIXTHS)
     found = [_event(0, 0, bending(degree), float(calm[0]), degree)]
     fast = np.abs(pace)
     least = round(LULL * profile.rate)
-    for first, last in stages.swings(calm, SWING):
+    for first, last in swings(calm, SWING):
         if abs(calm[last] - calm[first]) < SWING:
             continue
         way = 1 if calm[last] > calm[first] else -1
@@ -98,7 +70,7 @@ def _found(angle: Floats, profile: Profile) -> list[Event]:
                 continue
             degree = min(round(arrived / DEGREE), SIXTHS)
             amount = bending(degree) if way > 0 else stretching(degree)
-            begin, end = stages.seen(angle, fast, part, within, IDLES / float(profile.rate))
+            begin, end = seen(angle, fast, part, within, IDLES / float(profile.rate))
             found.append(_event(begin, end, amount, arrived, degree))
     return found
 
@@ -115,7 +87,7 @@ def _pieces(pace: Floats, first: int, least: int) -> Iterator[tuple[Ends, Ends]]
     may have begun in the rest before, and end in the one behind.
     """
     last = first + len(pace) - 1
-    slow = compiled.chosen(0).lulls(pace, IDLES, least)
+    slow = lulls(pace, IDLES, least)
     rests = ((first + start, min(first + stop, last)) for start, stop in slow)
     edges = [first, first, *chain(*rests), last, last]
     for number, part in enumerate(pairwise(edges[1:-1])):

@@ -9,18 +9,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from lanindex.encode import carriers, curves, limbs, near, onset, track
+from lanindex.encode import bends, carriers, curves, limbs, near, swings, track, ways
 from lanindex.encode.carriers import Carriers
-from lanindex.encode.curves import Ends
 from lanindex.encode.limbs import Curves, Floats, Limbs
 from lanindex.encode.near import Nearest
 from lanindex.encode.profile import Profile
 from lanindex.encode.resample import Resampling
+from lanindex.encode.swings import Angles
 from lanindex.encode.track import Written
 
 WORTH = 600_000
@@ -31,7 +28,7 @@ CHEAPER = 5
 
 
 class Stages(NamedTuple):
-    """The loops over frames: of parts, of joints, of hands, and of what carries."""
+    """The loops over frames: of parts, of joints, of hands, of what carries, and of angles."""
 
     curves: Curves
     written: Callable[[Limbs, Profile], list[Written]]
@@ -39,10 +36,9 @@ class Stages(NamedTuple):
     nearest: Nearest
     carriers: Carriers
     mean: Callable[[Floats, int], Floats]
-    swings: Callable[[Floats, float], list[Ends]]
-    lulls: Callable[[Floats, float, int], list[Ends]]
-    departures: Callable[[NDArray[np.complex128], float], list[Ends]]
-    seen: Callable[[NDArray[Any], Floats, Ends, Ends, float], Ends]
+    bends: Callable[[Floats, Profile], list[Floats]]
+    arrivals: Callable[[Angles, float, Profile, bool], Floats]
+    turns: Callable[[Floats, Profile], Floats]
 
 
 PLAIN = Stages(
@@ -52,10 +48,9 @@ PLAIN = Stages(
     near.nearest,
     carriers.carriers,
     curves.mean,
-    curves.swings,
-    curves.lulls,
-    curves.departures,
-    onset.seen,
+    bends.found,
+    swings.arrivals,
+    ways.turns,
 )
 
 _FAST = "lanindex.encode.written_fast"
@@ -80,13 +75,11 @@ def chosen(work: int) -> Stages:
 def compiled() -> Stages | None:
     """Load the compiled way; without numba, or a folder for its cache, there is none."""
     try:
-        from lanindex.encode import curves_fast
         from lanindex.encode.carriers_fast import carriers
+        from lanindex.encode.curves_fast import arrivals, bends, mean, turns
         from lanindex.encode.limbs_fast import calm, curves
         from lanindex.encode.near_fast import nearest
         from lanindex.encode.written_fast import written
     except (ImportError, RuntimeError):
         return None
-    one = curves_fast
-    of_one = one.mean, one.swings, one.lulls, one.departures, one.seen
-    return Stages(curves, written, calm, nearest, carriers, *of_one)
+    return Stages(curves, written, calm, nearest, carriers, mean, bends, arrivals, turns)

@@ -16,8 +16,8 @@ Ends = tuple[int, int]
 
 
 def mean(curve: Floats, width: int) -> Floats:
-    """Return the centred moving average of a curve (N,), over some odd number of frames."""
-    return smooth(curve[None, :, None], width)[0, :, 0]
+    """Return the centred moving average of curves (..., N), over some odd number of frames."""
+    return smooth(curve, width)
 
 
 def swings(curve: Floats, least: float) -> list[Ends]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import bend, blocks, median, runs
+from lanindex.encode.arithmetic import bend, blocks, held, median, runs
 from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
 from lanindex.model import Span
@@ -191,7 +191,7 @@ def _feet(one: Stretch, leg: float, rate: float) -> Feet:
         for side, bent in zip(SIDES, found.bent, strict=True):
             if side + "Knee" in places:
                 hip, knee, ankle = (places[side + it][block.within] for it in LEG)
-                bent[block.inner] = bend(knee - hip, ankle - knee)
+                bent[block.inner] = bend((knee - hip).T, (ankle - knee).T)
     return found
 
 
@@ -310,20 +310,3 @@ def _bent(values: Floats) -> float:
     square = (np.arange(count) - (count - 1) / 2) ** 2
     square -= square.mean()  # at right angles to what is level or a straight line
     return 2 * float(values @ square / (square @ square))
-
-
-def held(begins: Flags, stays: Flags) -> Flags:
-    """Return a state with hysteresis: on from a frame where it begins, as long as it stays.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encode.ground import held
-    >>> speed = np.array([3, 1, 2, 2, 3, 2])
-    >>> held(speed < 2, speed < 3).tolist()
-    [False, True, True, True, False, False]
-    """
-    on = begins & stays
-    last = np.maximum.accumulate(np.where(on | ~stays, np.arange(len(on)), 0))
-    state: Flags = on[last]
-    return state

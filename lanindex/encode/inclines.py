@@ -5,51 +5,15 @@ Source: ``encode/BODY.md``, "Inclines".
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.joints import Body
-from lanindex.encode.places import stretches
-from lanindex.encode.swings import Angles, arrivals
-from lanindex.encode.twists import TRUNK, Told, trunk
+from lanindex.encode.swings import Angles
 
 Floats = NDArray[np.float64]
 
 INCLINED = 15.0
 """Degrees: what leans less is in place."""
-
-
-def inclines(body: Body, turn: Floats) -> Iterator[Told]:
-    """Yield what leans, stretch by stretch.
-
-    Parameters
-    ----------
-    body : Body
-        The capture.
-    turn : ndarray
-        (N,) radians, as from `lanindex.encode.limbs.heading`.
-
-    Yields
-    ------
-    tuple
-        As from `lanindex.encode.twists.twists`.
-    """
-    for part, needed, upward in (
-        ("torso_incline", TRUNK, trunk),
-        ("head_incline", ("Head up",), _top),
-    ):
-        for over in stretches(body, needed):
-            front = turn[over.frames.start : over.frames.stop]
-            angles = np.empty(len(over.frames), np.complex128)
-            for block, places in over.blocks():
-                angles[block.inner] = leaning(upward(places), front[block.inner])
-            yield part, over, *arrivals(angles, INCLINED, body.profile, True)
-
-
-def _top(places: dict[str, Floats]) -> Floats:
-    return places["Head up"]
 
 
 def leaning(upward: Floats, turn: Floats) -> Angles:

@@ -59,26 +59,26 @@ def smooth(curve: Floats, window: int) -> Floats:
     Parameters
     ----------
     curve : ndarray
-        (P, N, 3) float64.
+        (..., N) float64.
     window : int
         Frames, odd.
 
     Returns
     -------
     ndarray
-        (P, N, 3) float64.
+        (..., N) float64.
     """
-    half = min(window // 2, curve.shape[1] - 1)
+    half = min(window // 2, curve.shape[-1] - 1)
     if half < 1:
         return curve
-    total: Floats = curve.copy(order="K")
-    count = np.ones(curve.shape[1])
+    total: Floats = curve.copy()
+    count = np.ones(curve.shape[-1])
     for shift in range(1, half + 1):
-        total[:, shift:] += curve[:, :-shift]
-        total[:, :-shift] += curve[:, shift:]
+        total[..., shift:] += curve[..., :-shift]
+        total[..., :-shift] += curve[..., shift:]
         count[shift:] += 1
         count[:-shift] += 1
-    total /= count[:, None]
+    total /= count
     return total
 
 
@@ -180,7 +180,7 @@ def _curve(
 
 def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:
     """Return joints (S, K, 3) resampled and smoothed, (K, N, 3); the rest is as for `curves`."""
-    return smooth(work.values(points, frames).transpose(1, 0, 2), width)
+    return smooth(work.values(points, frames).T, width).transpose(1, 2, 0)
 
 
 def curves(
@@ -217,4 +217,4 @@ def curves(
     forward, up, right = work.values(near[:, children] - near[:, parents], frames).T
     sine, cosine = np.sin(angle), np.cos(angle)
     turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
-    return smooth(turned.transpose(1, 2, 0), width).transpose(2, 0, 1)
+    return smooth(turned, width)

@@ -5,7 +5,7 @@ Source: ``encode/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,13 +120,42 @@ def stretches(whole: Body, needed: Sequence[str], wished: Sequence[str] = ()) ->
         Joints that are there if they are known over the whole of it.
     """
     names = (*needed, *wished)
-    if whole.short and whole.always.issuperset(names):
+    if _always(whole, names):
         yield from _stretch(whole, 0, len(whole.motion), names)
         return
     seen = _seen(whole, names)
     for start, stop in runs(np.logical_and.reduce(seen[: len(needed)])):
         there = zip(names, np.all(seen[:, start:stop], axis=1).tolist(), strict=True)
         yield from _stretch(whole, start, stop, tuple(name for name, known in there if known))
+
+
+def together(
+    whole: Body, needed: Mapping[str, Sequence[str]]
+) -> Iterator[tuple[Stretch, list[str]]]:
+    """Yield the stretches in which parts are known, and these: those of one stretch at a time.
+
+    Parameters
+    ----------
+    whole : Body
+        The capture.
+    needed : Mapping of str to sequence of str
+        By part: the joints without which it is not known.
+    """
+    found: dict[tuple[int, int], list[str]] = {}
+    for part, names in needed.items():
+        always = _always(whole, names)
+        seen = (
+            [(0, len(whole.motion))] if always else runs(np.logical_and.reduce(_seen(whole, names)))
+        )
+        for one in seen:
+            found.setdefault(one, []).append(part)
+    for (start, stop), parts in sorted(found.items()):
+        joints = dict.fromkeys(name for part in parts for name in needed[part])
+        yield from ((it, parts) for it in _stretch(whole, start, stop, tuple(joints)))
+
+
+def _always(whole: Body, names: Sequence[str]) -> bool:
+    return whole.short and whole.always.issuperset(names)
 
 
 def _stretch(whole: Body, start: int, stop: int, names: tuple[str, ...]) -> Iterator[Stretch]:

@@ -5,17 +5,15 @@ Source: ``encode/BODY.md``, "Other supports".
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from lanindex.alphabet import CARRIERS
 from lanindex.encode import compiled
-from lanindex.encode.arithmetic import runs
+from lanindex.encode.arithmetic import held, runs
 from lanindex.encode.carriers import HAND, KNEE, OTHER, SEAT, TRUNK, lowest, masses, points
-from lanindex.encode.ground import SIDES, SLIDES, STANCE, STANDS, STIRS, Ground, fifth, held
+from lanindex.encode.events import Event
+from lanindex.encode.ground import SIDES, SLIDES, STANCE, STANDS, STIRS, Ground, fifth
 from lanindex.encode.places import Stretch
-from lanindex.encode.steps import Event
 from lanindex.encode.ways import pieces
 
 ANKLE = 0.08
@@ -85,7 +83,7 @@ def apart(steps: list[Event], carried: list[Event], count: int) -> list[Event]:
         resting[one.start : one.stop], free[one.stop] = True, one.stop
     free = np.maximum.accumulate(free)
     return [
-        replace(one, start=max(one.start, int(free[one.stop])))
+        one._replace(start=max(one.start, int(free[one.stop])))
         for one in steps
         if not resting[one.stop]
     ]

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encode.arithmetic import runs
+from lanindex.encode.events import SECTOR, Event
 from lanindex.encode.ground import FLICKER, STIRS, Ground
 from lanindex.encode.onset import begun
 
@@ -37,45 +37,9 @@ step on the toes, high."""
 WEIGHT = 0.15
 """Seconds after a foot stands in which knee and ankle tell the level."""
 
-SECTOR = 22.5
-"""Degrees from the middle of a direction to its border."""
-
 BOTH_BOTH, HOP, LEAP, ONE_BOTH, BOTH_ONE, UNSEEN = range(6)
 """Take-off and landing: from both feet to both, from one to the same, to the other, from one to
 both, from both to one; or one of them not seen."""
-
-
-@dataclass(frozen=True, slots=True)
-class Event:
-    """A foot that stands anew, or a flight; frames as in `Ground`, half-open.
-
-    Attributes
-    ----------
-    start, stop : int
-        From when the weight goes there until all of it is there; of a flight, its frames.
-    direction, level : int
-        Codes of the alphabet; -1: none.
-    margin : float
-        As of a symbol.
-    foot : int
-        0 right, 1 left; of a flight 0.
-    amount : int
-        Of a flight, which feet; of a turn and a way, degrees; else -1.
-    speed : float
-        The highest: of a way in legs a second, of a turn in whole turns; below 0 not measured.
-    beside : int
-        The direction across the nearest border; -1: none.
-    """
-
-    start: int
-    stop: int
-    direction: int
-    level: int
-    margin: float
-    foot: int = 0
-    amount: int = -1
-    speed: float = -0.01
-    beside: int = -1
 
 
 def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float]:

@@ -5,16 +5,18 @@ Source: ``encode/BODY.md``, "Swings".
 
 from __future__ import annotations
 
+import math
 from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
-from lanindex.encode import compiled
+from lanindex.encode.curves import departures, lulls, mean
+from lanindex.encode.events import Event, table
 from lanindex.encode.limbs import window
+from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
-from lanindex.encode.steps import Event
 from lanindex.encode.ways import BRIEF, PAUSE
 
 Angles = NDArray[np.complex128]
@@ -50,16 +52,16 @@ def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
     rate = float(profile.rate)
     if len(angles) < 2:
         return []
-    stages, width = compiled.chosen(0), window(STEADY, profile.rate)
-    aside, ahead = (np.gradient(stages.mean(it, width)) for it in (angles.real, angles.imag))
+    calm = mean(np.array((angles.real, angles.imag)), window(STEADY, profile.rate))
+    aside, ahead = np.gradient(calm, axis=1)
     pace = np.hypot(aside * rate, ahead * rate)
     found = []
-    for first, last in stages.departures(angles, MOVED):
+    for first, last in departures(angles, MOVED):
         parts = _parts(angles, pace, first, last, round(BRIEF * rate))
         before = [first, *(stop for _, stop in parts)]
         behind = [*(start for start, _ in parts[1:]), last]
         for part, low, high in zip(parts, before, behind, strict=False):
-            found.append(stages.seen(angles, pace, part, (low, high), PAUSE / rate))
+            found.append(seen(angles, pace, part, (low, high), PAUSE / rate))
     return found
 
 
@@ -67,7 +69,7 @@ def _parts(
     angles: Angles, pace: Floats, first: int, last: int, least: int
 ) -> list[tuple[int, int]]:
     """Part a way where it rests, in parts that are long enough; both frames are included."""
-    rests = compiled.chosen(0).lulls(pace[first : last + 1], PAUSE, least)
+    rests = lulls(pace[first : last + 1], PAUSE, least)
     edges = [first, *(first + edge for edge in chain(*rests)), last + 1]
     found, begin = list[tuple[int, int]](), -1
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
@@ -79,10 +81,8 @@ def _parts(
     return found or [(first, last)]
 
 
-def arrivals(
-    angles: Angles, away: float, profile: Profile, eighths: bool
-) -> tuple[Event, list[Event]]:
-    """Return where angles are at first, and where they go.
+def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
+    """Return where angles are at first, and where they go: as from `events.table`.
 
     Parameters
     ----------
@@ -95,14 +95,12 @@ def arrivals(
     eighths : bool
         Whether their directions are eight, not right and left alone.
     """
-    begun = _there(angles, 0, 0, away, eighths)
-    found, now = list[Event](), begun.direction
+    found = [_there(angles, 0, 0, away, eighths)]
     for start, stop in swings(angles, profile):
         one = _there(angles, start, min(stop, len(angles) - 1), away, eighths)
-        if one.direction != PLACE or now != PLACE:
+        if one.direction != PLACE or found[-1].direction != PLACE:
             found.append(one)
-            now = one.direction
-    return begun, found
+    return table(found)
 
 
 def _there(angles: Angles, start: int, stop: int, away: float, eighths: bool) -> Event:
@@ -112,7 +110,7 @@ def _there(angles: Angles, start: int, stop: int, away: float, eighths: bool) ->
     if size < away:
         return Event(start, stop, PLACE, -1, 1 - size / away, amount=0)
     step = 45 if eighths else 180
-    azimuth = float(np.degrees(np.angle(angle)))
+    azimuth = math.degrees(math.atan2(angle.imag, angle.real))
     code = round(azimuth / step) % (360 // step)
     off = abs((azimuth - step * code + 180) % 360 - 180)
     margin = min(size / away - 1, 1 - off / (step / 2), 1.0)

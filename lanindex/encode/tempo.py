@@ -263,7 +263,7 @@ def activity(motion: Motion, profile: Profile) -> Floats:
     for end in ENDS:
         for stretch in stretches(body, ("RHip", "LHip", end)):
             speed = _fast(stretch, end) * float(profile.rate)
-            calm = smooth(speed[None, :, None], wide)[0, :, 0]
+            calm = smooth(speed, wide)
             total[stretch.frames.start : stretch.frames.stop] += speed - calm
     return total
 

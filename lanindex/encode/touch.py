@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encode import compiled
-from lanindex.encode.arithmetic import runs
-from lanindex.encode.ground import FLICKER, held
+from lanindex.encode.arithmetic import held, runs
+from lanindex.encode.events import Event
+from lanindex.encode.ground import FLICKER
 from lanindex.encode.joints import Body
 from lanindex.encode.near import CORE, LEAVES, empty, plan, points
 from lanindex.encode.places import Stretch, ever, stretches
-from lanindex.encode.steps import Event
 from lanindex.encode.ways import pieces
 
 Flags = NDArray[np.bool_]

@@ -5,16 +5,11 @@ Source: ``encode/BODY.md``, "Twists".
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encode.arithmetic import cross, dot
-from lanindex.encode.joints import Body
-from lanindex.encode.places import Stretch, stretches
-from lanindex.encode.steps import Event
-from lanindex.encode.swings import Angles, arrivals
+from lanindex.encode.swings import Angles
 
 Floats = NDArray[np.float64]
 
@@ -22,33 +17,6 @@ TWISTED = 30.0
 """Degrees: what is turned less is in place."""
 
 TRUNK = ("RHip", "LHip", "RShoulder", "LShoulder")
-
-Told = tuple[str, Stretch, Event, list[Event]]
-"""A part and a stretch; where the part is at first, and what it does."""
-
-
-def twists(body: Body) -> Iterator[Told]:
-    """Yield what twists, stretch by stretch.
-
-    Parameters
-    ----------
-    body : Body
-        The capture.
-
-    Yields
-    ------
-    tuple
-        Of the torso, and of the head where the source tells how that is turned.
-    """
-    for part, needed, turned in (
-        ("torso_twist", TRUNK, torso),
-        ("head_turn", (*TRUNK, "Head right"), head),
-    ):
-        for over in stretches(body, needed):
-            angles = np.empty(len(over.frames), np.complex128)
-            for block, places in over.blocks():
-                angles[block.inner] = turned(places)
-            yield part, over, *arrivals(angles, TWISTED, body.profile, False)
 
 
 def torso(places: dict[str, Floats]) -> Angles:

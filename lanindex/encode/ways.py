@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, PLACE
-from lanindex.encode import compiled
-from lanindex.encode.ground import held
+from lanindex.encode.arithmetic import held, unwrapped
+from lanindex.encode.curves import lulls, mean, swings
+from lanindex.encode.events import SECTOR, Event, table
 from lanindex.encode.limbs import window
+from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
-from lanindex.encode.steps import SECTOR, Event
 
 Floats = NDArray[np.float64]
 
@@ -37,15 +38,15 @@ PAUSE = 10.0
 """Degrees a second: slower, for as long as `BRIEF`, parts two turns."""
 
 
-def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Event]:
+def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> list[Event]:
     """Return the stretches in which the body goes one way, or stays.
 
     Parameters
     ----------
     way : ndarray
         (N, 2) float64, mm: where the middle of the hips is over the ground.
-    turn : ndarray
-        (N,) radians, the heading.
+    front : ndarray
+        (N,) radians, the heading, averaged over `STRIDE`.
     leg : float
         Its length, mm.
     profile : Profile
@@ -60,7 +61,6 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     if len(way) < 2:
         return [Event(0, len(way), PLACE, -1, 1.0, amount=0)]
     width = window(STRIDE, profile.rate)
-    front = compiled.chosen(0).mean(np.unwrap(turn), width)
     frames = np.arange(len(way))
     first, last = np.maximum(frames - width // 2, 0), np.minimum(frames + width // 2, frames[-1])
     east, south = (way[last] - way[first]).T / ((last - first) * leg / rate)
@@ -68,7 +68,7 @@ def travel(way: Floats, turn: Floats, leg: float, profile: Profile) -> list[Even
     right = east * np.sin(front) + south * np.cos(front)
     pace = np.hypot(forward, right)
     azimuth = np.degrees(np.arctan2(forward, right)) % 360
-    path = np.degrees(np.unwrap(np.arctan2(south, east)))
+    path = np.degrees(unwrapped(np.arctan2(south, east)))
     codes = np.where(held(pace > GOES, pace > RESTS), np.round(azimuth / 45) % 8, PLACE).astype(int)
     found = []
     for start, stop in pieces(codes, round(BRIEF * rate)):
@@ -103,36 +103,34 @@ def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
     return list(pairwise(edges))
 
 
-def turns(turn: Floats, profile: Profile) -> list[Event]:
-    """Return the turns about the vertical.
+def turns(heading: Floats, profile: Profile) -> Floats:
+    """Return the turns about the vertical, as from `events.table`.
 
     Parameters
     ----------
-    turn : ndarray
-        (N,) radians, the heading.
+    heading : ndarray
+        (N,) degrees, in one go: past half a circle it goes on.
     profile : Profile
         For the rate.
     """
     rate = float(profile.rate)
-    heading = np.degrees(np.unwrap(turn))
     if len(heading) < 2:
-        return []
-    stages = compiled.chosen(0)
-    calm = stages.mean(heading, window(STRIDE, profile.rate))
-    light = stages.mean(heading, window(profile.smoothing, profile.rate))
+        return table([])
+    calm = mean(heading, window(STRIDE, profile.rate))
+    light = mean(heading, window(profile.smoothing, profile.rate))
     pace = np.abs(np.gradient(calm)) * rate
     found = []
-    for first, last in stages.swings(calm, TURNS):
+    for first, last in swings(calm, TURNS):
         for start, stop in _parts(pace[first : last + 1], round(BRIEF * rate)):
             done = calm[first + stop - 1] - calm[first + start]
             if abs(done) >= TURNS:
                 found.append(_turn(light, first + start, first + stop, rate))
-    return [one for one in found if one.amount >= TURNS]
+    return table([one for one in found if one.amount >= TURNS])
 
 
 def _parts(pace: Floats, least: int) -> list[tuple[int, int]]:
     """Part a turn where it rests."""
-    rests = compiled.chosen(0).lulls(pace, PAUSE, least)
+    rests = lulls(pace, PAUSE, least)
     edges = [0, *chain(*rests), len(pace)]
     return [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b > a]
 
@@ -143,7 +141,7 @@ def _turn(heading: Floats, start: int, stop: int, rate: float) -> Event:
     left = some[-1] > some[0]
     pace = np.gradient(some) * (rate if left else -rate)
     whole = 0, len(some) - 1
-    first, last = compiled.chosen(0).seen(some, pace, whole, whole, PAUSE / rate)
+    first, last = seen(some, pace, whole, whole, PAUSE / rate)
     amount = round(abs(float(some[last] - some[first])))
     code = DIRECTION_CODES["left" if left else "right"]
     margin = min(amount / TURNS - 1, 1.0)

@@ -6,37 +6,31 @@ Source: ``encode/BODY.md``.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain
-from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
-from lanindex.encode.bends import bends
+from lanindex.encode import compiled
+from lanindex.encode.angles import Told, bends, leans
+from lanindex.encode.arithmetic import unwrapped
+from lanindex.encode.events import Event, table
 from lanindex.encode.ground import LEGS, Ground, grounds
-from lanindex.encode.inclines import inclines
 from lanindex.encode.joints import Body
+from lanindex.encode.limbs import window
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.rests import NEEDED, WISHED, apart, rests
-from lanindex.encode.steps import Event, events, stances
+from lanindex.encode.steps import events, stances
 from lanindex.encode.timing import to_source
 from lanindex.encode.touch import ARMS, touches
 from lanindex.encode.track import Written
-from lanindex.encode.twists import twists
-from lanindex.encode.ways import travel, turns
-from lanindex.model import Span
+from lanindex.encode.ways import STRIDE, travel
 from lanindex.model.symbol import blank
 
 Floats = NDArray[np.float64]
 
-_Told = tuple[str, Span, int, Sequence[Event]]
-"""A track over one stretch: its name, the frames of the source, the first resampled one, events."""
-
 TOGETHER = 1 << 14
 """Events that are made rows together: rows take a part of the memory."""
-
-_KEPT = ("start", "stop", "direction", "level", "margin", "amount", "speed", "beside")
 
 
 def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
@@ -54,7 +48,7 @@ def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
     tuple of list of Written and tuple of str
         Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
     """
-    found, told, many = list[Written](), list[_Told](), 0
+    found, told, many = list[Written](), list[Told](), 0
     doubts = dict[str, None]()
     for one in _tracks(body, turn, doubts):
         told.append(one)
@@ -65,23 +59,24 @@ def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
     return found + _written(told, body), tuple(doubts)
 
 
-def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[_Told]:
+def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]:
     """Yield the tracks, and add what was doubtful."""
     yield from bends(body)
     arm, leg = body.length(ARMS), body.length(LEGS)
     for part, one, those in touches(body, arm) if arm else ():
-        yield part, one.known, one.frames.start, those
+        yield part, one.known, one.frames.start, table(those)
     parts = stretches(body, NEEDED, WISHED) if leg else ()
     for ground, places in zip(grounds(body, leg) if leg else (), parts, strict=True):
         doubts |= dict.fromkeys(ground.doubts)
         yield from _weight(ground, places, turn)
     for hips in stretches(body, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
-        way = travel(_way(hips), front, leg, body.profile) if leg else []
-        yield "body_travel", hips.known, begin, way
-        yield "body_turn", hips.known, begin, turns(front, body.profile)
-    for part, over, begun, those in chain(twists(body), inclines(body, turn)):
-        yield part, over.known, over.frames.start, [begun, *those]
+        front, stages, profile = unwrapped(front), compiled.chosen(0), body.profile
+        calm = stages.mean(front, window(STRIDE, profile.rate))
+        way = travel(_way(hips), calm, leg, profile) if leg else []
+        yield "body_travel", hips.known, begin, table(way)
+        yield "body_turn", hips.known, begin, stages.turns(np.degrees(front), profile)
+    yield from leans(body, turn)
 
 
 def _way(hips: Stretch) -> Floats:
@@ -92,7 +87,7 @@ def _way(hips: Stretch) -> Floats:
     return found
 
 
-def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[_Told]:
+def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Told]:
     front = turn[ground.begin : ground.begin + ground.carries.shape[1]]
     landed, flights = events(ground, front)
     carried = rests(ground, places)
@@ -102,23 +97,21 @@ def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[_Told]:
         held = stances(ground, foot)
         if held and not held[0].start:
             own = [Event(0, 0, PLACE, held[0].level, 1.0), *own]
-        yield f"{side}_support", ground.known, ground.begin, own
-        yield f"{side}_stance", ground.known, ground.begin, held
-    yield "jump", ground.known, ground.begin, flights
-    yield "other_support", ground.known, ground.begin, carried
+        yield f"{side}_support", ground.known, ground.begin, table(own)
+        yield f"{side}_stance", ground.known, ground.begin, table(held)
+    yield "jump", ground.known, ground.begin, table(flights)
+    yield "other_support", ground.known, ground.begin, table(carried)
 
 
-def _written(told: Sequence[_Told], body: Body) -> list[Written]:
+def _written(told: Sequence[Told], body: Body) -> list[Written]:
     """Return the rows of tracks; an event without frames is its track's starting position."""
     if not told:
         return []
     parts, known, begun, each = zip(*told, strict=True)
-    bare = np.array([not those or those[0].stop > 0 for those in each], np.int64)
+    bare = np.array([not len(those) or those[0, 1] > 0 for those in each], np.int64)
     counts = np.array(list(map(len, each)))
-    events = list(map(attrgetter(*_KEPT), chain.from_iterable(each)))
-    start, stop, direction, level, margin, amount, speed, beside = (
-        np.array(events, np.float64).reshape(-1, len(_KEPT)).T
-    )
+    events = np.concatenate(each)
+    start, stop, direction, level, margin, _, amount, speed, beside = events.T
     rows = blank(len(events) + int(bare.sum()))
     place = np.arange(len(events)) + np.cumsum(bare).repeat(counts)
     begin, free = np.repeat(begun, counts), np.zeros(len(rows))

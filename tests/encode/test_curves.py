@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from lanindex.encode import curves, onset, ways
-from lanindex.encode.bends import _found
+from lanindex.encode.bends import found
 from lanindex.encode.profile import load
-from lanindex.encode.swings import swings
+from lanindex.encode.swings import arrivals, swings
 
 SLOPES = [0, 0.1, 0.2, 0.25, 1 / 3, 0.5, 1, 2, -0.25, -1, -2]
 
@@ -25,8 +25,9 @@ def line(seed: int) -> np.ndarray:
 def test_straight_pieces_are_written_down(seed):
     for number in range(seed, 600, 10):
         curve, profile = line(number), load("default")
-        events = [*_found(np.abs(curve), profile), *ways.turns(np.radians(curve), profile)]
-        assert all(0 <= one.start <= one.stop < len(curve) for one in events)
+        events = np.concatenate([*found(np.abs(curve)[None], profile), ways.turns(curve, profile)])
+        start, stop = events.T[:2]
+        assert ((start >= 0) & (start <= stop) & (stop < len(curve))).all()
         assert all(0 <= a < b < len(curve) for a, b in swings(curve + 0j, profile))
 
 
@@ -43,19 +44,11 @@ def test_compiled_curves_go_as_plain_ones(seed):
     random, curve = np.random.default_rng(seed), line(seed)
     if seed % 2:
         curve = curve + random.normal(0, 0.5, len(curve))
-    both = curve + 1j * np.roll(curve, len(curve) // 3)
+    both, profile = curve + 1j * np.roll(curve, len(curve) // 3), load("default")
     for width in (1, 5, 61):
         assert fast.mean(curve, width).tobytes() == curves.mean(curve, width).tobytes()
-    pace = np.abs(np.diff(curve))
-    for slow, frames in itertools.product((0.2, 0.5, 9.0), (0, 1, 5)):
-        assert fast.lulls(pace, slow, frames) == curves.lulls(pace, slow, frames)
-    for least in (0.5, 15.0):
-        assert fast.swings(curve, least) == curves.swings(curve, least)
-        assert fast.departures(both, least) == curves.departures(both, least)
-    for some in (curve, both):
-        pace = np.abs(np.gradient(some))
-        for _ in range(20):
-            low, first, last, high = np.sort(random.choice(len(curve), 4)).tolist()
-            if first < last:
-                told = some, pace, (first, last), (low, high), random.choice([0.05, 0.3, 1.0])
-                assert fast.seen(*told) == onset.seen(*told)
+    (bends,), (others,) = fast.bends(curve[None], profile), found(curve[None], profile)
+    assert bends.tobytes() == others.tobytes()
+    assert fast.turns(curve, profile).tobytes() == ways.turns(curve, profile).tobytes()
+    for told in itertools.product((15.0, 30.0), (profile,), (False, True)):
+        assert fast.arrivals(both, *told).tobytes() == arrivals(both, *told).tobytes()

@@ -61,8 +61,8 @@ def ramp(*degrees: float, seconds: float = 0.5) -> np.ndarray:
 
 
 def shown(angles: np.ndarray, eighths: bool = False) -> list[tuple[int, int]]:
-    begun, found = arrivals(angles, TWISTED, load("default"), eighths)
-    return [(it.direction, it.amount) for it in (begun, *found)]
+    found = arrivals(angles, TWISTED, load("default"), eighths)
+    return [tuple(row) for row in found[:, [2, 6]]]
 
 
 def test_what_is_told_is_written_down(body):
