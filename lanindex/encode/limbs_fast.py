@@ -15,38 +15,37 @@ Floats = NDArray[np.float64]
 
 
 @numba.njit
-def _slope(points, place):
-    """Return the slope at one of many points, one-sided at the ends."""
-    if place == 0:
-        return points[1] - points[0]
-    if place == len(points) - 1:
-        return points[place] - points[place - 1]
-    return (points[place + 1] - points[place - 1]) / 2.0
+def _resampled(points, index, weights, slope, values):
+    """Write values between points (S), two at least, of which slopes are written, too."""
+    last = len(points) - 1
+    slope[0], slope[last] = points[1] - points[0], points[last] - points[last - 1]
+    for place in range(1, last):
+        slope[place] = (points[place + 1] - points[place - 1]) / 2.0
+    here, there, rise, fall = weights
+    for frame in range(len(values)):
+        place = index[frame]
+        value = points[place] * here[frame] + points[place + 1] * there[frame]
+        value += slope[place] * rise[frame]
+        values[frame] = value + slope[place + 1] * fall[frame]
 
 
 @numba.njit
-def _resampled(points, index, weights, values):
-    for frame in range(len(values)):
-        place = index[frame]
-        here, there = points[place], points[place + 1]
-        value = here * weights[0, frame] + there * weights[1, frame]
-        value += _slope(points, place) * weights[2, frame]
-        values[frame] = value + _slope(points, place + 1) * weights[3, frame]
+def _add(values, others):
+    for frame in range(len(others)):
+        values[frame] += others[frame]
 
 
 @numba.njit
 def _smooth(rough, half, calm):
-    last = len(rough) - 1
-    for frame in range(last + 1):
-        total, count = rough[frame], 1.0
-        for shift in range(1, half + 1):
-            if frame >= shift:
-                total += rough[frame - shift]
-                count += 1.0
-            if frame + shift <= last:
-                total += rough[frame + shift]
-                count += 1.0
-        calm[frame] = total / count
+    """Write the moving average; loops without a question for each frame take a quarter."""
+    frames = len(rough)
+    calm[:] = rough
+    for shift in range(1, half + 1):
+        _add(calm[shift:], rough[: frames - shift])
+        _add(calm[: frames - shift], rough[shift:])
+    whole = 2.0 * half + 1.0
+    for frame in range(frames):
+        calm[frame] /= whole - max(half - frame, 0) - max(half - (frames - 1 - frame), 0)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -54,6 +53,7 @@ def _curves(places, ends, index, weights, sine, cosine, half, curves):
     """Write curves (3, P, N) of places (3, K, S); without an index each frame is one of theirs."""
     frames = curves.shape[2]
     points, rough = np.empty(places.shape[2]), np.empty((3, frames))
+    slope = np.empty(len(points))
     half = min(half, frames - 1)
     for part in range(ends.shape[1]):
         for axis in range(3):
@@ -61,7 +61,7 @@ def _curves(places, ends, index, weights, sine, cosine, half, curves):
             for frame in range(len(points)):
                 points[frame] = child[frame] - parent[frame]
             if len(index):
-                _resampled(points, index, weights, rough[axis])
+                _resampled(points, index, weights, slope, rough[axis])
             else:
                 rough[axis] = points
         forward, right = rough[0], rough[2]
@@ -76,13 +76,13 @@ def _curves(places, ends, index, weights, sine, cosine, half, curves):
 @numba.njit(cache=True, nogil=True)
 def _calm(places, index, weights, half, found):
     """Write places (3, K, S), resampled and smoothed, (3, K, N); without an index as they are."""
-    rough = np.empty(found.shape[2])
+    rough, slope = np.empty(found.shape[2]), np.empty(places.shape[2])
     half = min(half, len(rough) - 1)
     for axis in range(3):
         for joint in range(places.shape[1]):
             points = places[axis, joint]
             if len(index):
-                _resampled(points, index, weights, rough)
+                _resampled(points, index, weights, slope, rough)
             else:
                 rough[:] = points
             _smooth(rough, half, found[axis, joint])

@@ -5,7 +5,7 @@ Source: ``encode/BODY.md``, "Measures".
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,15 +18,18 @@ from lanindex.model.symbol import FIELDS
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Rows = NDArray[Any]
+Look = Callable[[Floats, Whole, Whole, Whole, Floats, int], tuple[Floats, Whole, Floats, Floats]]
 
 WAY = 0.05
 """Seconds from one point of a way to the next."""
 
-_TINY = 1e-9
+TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
 
 
-def measure(rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile) -> None:
+def measure(
+    rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile, look: Look | None = None
+) -> None:
     """Fill in the measures of rows, in place; a starting position has none.
 
     Parameters
@@ -40,62 +43,94 @@ def measure(rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile) -
         (P) parts whose symbols they are.
     profile : Profile
         Frames a second.
+    look : Look, optional
+        What follows the curves; by default `looked`.
     """
     limb, frames = np.arange(len(counts)).repeat(counts), limbs.curve.shape[1]
     first = np.maximum(rows["start"].astype(np.int64) - limbs.begin - 1, 0)
-    last = np.clip(rows["stop"].astype(np.int64) - limbs.begin - 1, first, frames - 1)
-    rate = float(profile.rate)
-    speed = _peaks(limbs.curve, limb, first, last) * rate / limbs.lengths[limb]
+    last = np.minimum(
+        np.maximum(rows["stop"].astype(np.int64) - limbs.begin - 1, first), frames - 1
+    )
+    rate, curves = float(profile.rate), limbs.curve.transpose(2, 0, 1)
+    seen = look or looked
     pace = max(round(WAY * rate), 1)
-    size, straight = _ways(limbs.curve, limb, first, last, limbs.lengths, pace)
-    moved = np.diff(limb, prepend=-1) == 0
-    for name, values in ("speed", speed), ("size", size), ("straightness", straight):
+    peaks, begins, turned, gone = seen(curves, limb, first, last, limbs.lengths, pace)
+    turned = 2 * np.arcsin(np.minimum(turned / 2, 1))
+    steps = np.hypot(turned, gone)
+    whole, degrees = steps[begins], np.degrees(turned[begins])
+    steps[begins] = 0
+    way = np.add.reduceat(steps, begins)
+    straight = np.divide(whole, way, out=np.ones(len(whole)), where=way > 0)
+    moved = limb[1:] == limb[:-1]
+    for name, values in (
+        ("speed", peaks * rate / limbs.lengths[limb]),
+        ("size", degrees),
+        ("straightness", np.minimum(straight, 1.0)),
+    ):
         how = FIELDS[name]
         told = np.rint(np.minimum(values * how.scale, how.most)) / how.scale
-        rows[name][moved] = told[moved]
+        rows[name][1:][moved] = told[1:][moved]
 
 
-def _peaks(curve: Floats, limb: Whole, first: Whole, last: Whole) -> Floats:
+def looked(
+    curves: Floats, limb: Whole, first: Whole, last: Whole, lengths: Floats, pace: int
+) -> tuple[Floats, Whole, Floats, Floats]:
+    """Return what rows go along their curves.
+
+    The way of a row is looked at in points, `pace` frames apart, of which the last may lie nearer.
+
+    Parameters
+    ----------
+    curves : ndarray
+        (3, P, N) float64, mm.
+    limb, first, last : ndarray
+        (S,) int64: the part of each row, and its frames, both included.
+    lengths : ndarray
+        (P,) float64, mm.
+    pace : int
+        Frames.
+
+    Returns
+    -------
+    peaks : ndarray
+        (S,) float64: the highest speed, mm a frame, by central differences.
+    begins : ndarray
+        (S,) int64: where the points of each row begin.
+    turned, gone : ndarray
+        (M,) float64: between the directions of each point and the one before it how far their tips
+        are apart; and how much farther away it is, in lengths of the part. For the first point of a
+        row, the same between its first and its last one.
+    """
+    counts = -((first - last) // pace) + 1
+    begins = np.cumsum(counts) - counts
+    row = np.arange(len(first)).repeat(counts)
+    frames = first[row] + pace * (np.arange(len(row)) - begins[row])
+    points = curves[:, limb[row], np.minimum(frames, last[row])]
+    away = _size(points)
+    points /= np.maximum(away, TINY)
+    away /= lengths[limb[row]]
+    before = np.arange(-1, len(row) - 1)
+    after = before + 1
+    before[begins], after[begins] = begins, begins + counts - 1
+    turned = _size(points[:, after] - points[:, before])
+    return _peaks(curves, limb, first, last), begins, turned, away[after] - away[before]
+
+
+def _size(points: Floats) -> Floats:
+    x, y, z = points
+    found: Floats = np.sqrt(x * x + z * z + y * y)
+    return found
+
+
+def _peaks(curves: Floats, limb: Whole, first: Whole, last: Whole) -> Floats:
     """Return the highest speed of each row: (S,) mm a frame, by central differences."""
-    parts, frames, _ = curve.shape
+    _, parts, frames = curves.shape
     squares = np.zeros((parts, frames + 1))  # one more, for a row to end before
     if frames > 1:
-        for place in curve.transpose(2, 0, 1):
+        for place in curves:
             squares[:, 1:-2] += np.square(place[:, 2:] - place[:, :-2])
             squares[:, 0] += 4 * (place[:, 1] - place[:, 0]) ** 2
             squares[:, -2] += 4 * (place[:, -1] - place[:, -2]) ** 2
     pairs = np.stack((first, last + 1), axis=1) + (limb * (frames + 1))[:, None]
     peaks: Floats = np.sqrt(np.maximum.reduceat(squares.ravel(), pairs.ravel())[::2]) / 2
     return peaks
-
-
-def _ways(
-    curve: Floats, limb: Whole, first: Whole, last: Whole, lengths: Floats, pace: int
-) -> tuple[Floats, Floats]:
-    """Return the degrees from the first frame of each row to its last, and how straight it goes.
-
-    The way counts what the direction turns, in radians, and what the part is stretched or drawn
-    in, in its lengths, both at once.
-    """
-    counts = -((first - last) // pace) + 1
-    begins = np.cumsum(counts) - counts
-    row = np.arange(len(first)).repeat(counts)
-    frames = first[row] + pace * (np.arange(len(row)) - begins[row])
-    points = curve[limb[row], np.minimum(frames, last[row])]
-    away = np.sqrt(np.square(points).sum(axis=1))
-    directions = points / np.maximum(away, _TINY)[:, None]
-    away /= lengths[limb[row]]
-    ends = begins + counts - 1
-    turned = _angles(directions[ends], directions[begins])
-    whole = np.hypot(turned, away[ends] - away[begins])
-    steps = np.hypot(_angles(directions[1:], directions[:-1]), np.diff(away))
-    steps[ends[:-1]] = 0  # from one row to the next
-    gone = np.add.reduceat(np.append(steps, 0.0), begins)
-    straight = np.divide(whole, gone, out=np.ones(len(whole)), where=gone > 0)
-    return np.degrees(turned), np.minimum(straight, 1.0)
-
-
-def _angles(some: Floats, others: Floats) -> Floats:
-    """Return the angles between unit vectors, radians: (N,)."""
-    angles: Floats = 2 * np.arcsin(np.minimum(np.sqrt(np.square(some - others).sum(axis=1)) / 2, 1))
-    return angles

@@ -10,6 +10,8 @@ from math import sqrt
 import numba
 import numpy as np
 
+from lanindex.encode.measures import TINY
+
 _SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
 _CELL, _START, _STOP, _ACHIEVED, _RULE, _IS_PASSING, _SWINGS, _FIRST, _BEHIND = range(9)
 
@@ -272,3 +274,48 @@ def rows(
         shares[part] = many
         done, first, run = done + many, first + counts[part], behind
     return table[:done], shares
+
+
+@numba.njit
+def _speed(curve, frame):
+    """Return the square of twice the way in a frame, one-sided at the ends."""
+    last = curve.shape[1] - 1
+    before, after = max(frame - 1, 0), min(frame + 1, last)
+    square = 0.0
+    for axis in range(3):
+        way = curve[axis, after] - curve[axis, before]
+        square += way * way
+    return square if after - before == 2 else 4 * square
+
+
+@numba.njit(cache=True, nogil=True)
+def looked(curves, limb, first, last, lengths, pace):
+    """Return what rows go along their curves: see `lanindex.encode.measures.looked`."""
+    count, many = len(first), 0
+    peaks, begins = np.empty(count), np.empty(count, np.int64)
+    for row in range(count):
+        begins[row] = many
+        many += -((first[row] - last[row]) // pace) + 1
+    turned, gone = np.empty(many), np.empty(many)
+    for row in range(count):
+        curve, length = curves[:, limb[row]], lengths[limb[row]]
+        peak = 0.0
+        for frame in range(first[row], last[row] + 1):
+            peak = max(peak, _speed(curve, frame))
+        peaks[row] = sqrt(peak) / 2
+        until = begins[row + 1] if row + 1 < count else many
+        x = y = z = away = 0.0
+        for place in range(begins[row], until):
+            frame = min(first[row] + pace * (place - begins[row]), last[row])
+            a, b, c = curve[0, frame], curve[1, frame], curve[2, frame]
+            size = sqrt(a * a + c * c + b * b)
+            least = max(size, TINY)
+            a, b, c, size = a / least, b / least, c / least, size / length
+            d, e, f = a - x, b - y, c - z
+            turned[place], gone[place] = sqrt(d * d + f * f + e * e), size - away
+            if place == begins[row]:
+                begun = (a, b, c, size)
+            x, y, z, away = a, b, c, size
+        x, y, z = x - begun[0], y - begun[1], z - begun[2]
+        turned[begins[row]], gone[begins[row]] = sqrt(x * x + z * z + y * y), away - begun[3]
+    return peaks, begins, turned, gone

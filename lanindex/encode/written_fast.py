@@ -67,7 +67,7 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
         (limbs.known.start, limbs.known.stop, limbs.begin, step.numerator, step.denominator),
     )
     rows = _rows(table, curves, around, limb.repeat(shares))
-    measure(rows, shares, limbs, profile)
+    measure(rows, shares, limbs, profile, rows_fast.looked)
     rows["start"], rows["stop"] = table.T[1:3]
     each = np.split(rows, np.cumsum(shares)[:-1])
     return [Written(part, limbs.known, own) for part, own in zip(limbs.parts, each, strict=True)]
