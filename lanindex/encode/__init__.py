@@ -77,6 +77,8 @@ def encode(
     r_arm right mid [60, 70)
     r_arm right high [70, 76)
     """
+    from itertools import accumulate, pairwise
+
     import numpy as np
 
     from lanindex.encode import compiled, heading, joints, limbs
@@ -104,7 +106,10 @@ def encode(
     for one in (*of_limbs, *of_all):
         found.setdefault(one.part, []).append(one)
     ordered = sorted(found, key=lambda part: found[part][0].known)
-    rows = {part: joined(one.rows for one in found[part]) for part in ordered}
+    table = joined(one.rows for part in ordered for one in found[part])
+    counts = [sum(len(one.rows) for one in found[part]) for part in ordered]
+    edges = pairwise(accumulate(counts, initial=0))
+    rows = {part: table[slice(*edge)] for part, edge in zip(ordered, edges, strict=True)}
     time = count(tempo, motion, chosen, rows)
     tracks = worked_out(
         {part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered}

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lanindex.alphabet import BENDS, PARTS
-from lanindex.encode import compiled
 from lanindex.encode.arithmetic import Floats, bend
 from lanindex.encode.inclines import INCLINED, leaning
 from lanindex.encode.joints import Body
@@ -87,7 +86,7 @@ def bends(body: Body) -> Iterator[Told]:
     r_leg_bend Span(start=0, stop=840) [0.]
     l_leg_bend Span(start=0, stop=840) [0.]
     """
-    find = compiled.chosen(0).bends
+    find = body.stages.bends
     for stretch, parts in together(body, _CHAINS):
         found = find(_angles(stretch, parts), body.profile)
         for part, those in zip(parts, found, strict=True):
@@ -130,5 +129,5 @@ def leans(body: Body, turn: Floats) -> Iterator[Told]:
                 own[block.inner] = LEANS[part].angles(places, front[block.inner])
         for part, own in zip(parts, angles, strict=True):
             _, _, away, eighths = LEANS[part]
-            found = compiled.chosen(0).arrivals(own, away, body.profile, eighths)
+            found = body.stages.arrivals(own, away, body.profile, eighths)
             yield part, over.known, over.frames.start, found

@@ -9,8 +9,9 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, reduce
+from functools import cache, cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,9 @@ from lanindex.body.made import GAP, MADE, weighted
 from lanindex.encode.arithmetic import blocks, runs
 from lanindex.encode.profile import Profile
 from lanindex.model import Motion
+
+if TYPE_CHECKING:
+    from lanindex.encode.compiled import Stages
 
 Floats = NDArray[np.float64]
 
@@ -93,6 +97,13 @@ class Body:
         self.calm: dict[tuple[int, int], Floats] = {}
         self._lengths: dict[str, float] = {}
         self._some: dict[tuple[str, ...], tuple[int, int, int, Joints]] = {}
+
+    @cached_property
+    def stages(self) -> Stages:
+        """How its loops over frames are done: plainly, or compiled."""
+        from lanindex.encode import compiled
+
+        return compiled.chosen(0)
 
     @cached_property
     def _all(self) -> Joints:
@@ -246,31 +257,44 @@ def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
     >>> lengths(joints, ["r_arm", "r_leg"]).round()
     array([570., 820.])
     """
-    nowhere = np.all(joints.unknown, axis=0).tolist()
-    gone = {name for name, never in zip(joints.names, nowhere, strict=True) if never}
+    nowhere = np.logical_and.reduce(joints.unknown).tolist()
+    gone = frozenset(name for name, never in zip(joints.names, nowhere, strict=True) if never)
+    ends, chains = _chains(tuple(parts), joints.names, gone)
+    bones = _bones(joints, ends)
+    sizes = bones[chains[0]]
+    for bone in chains[1:]:
+        sizes += bones[bone]
+    counts = len(joints) - np.count_nonzero(np.isnan(sizes), axis=1)
+    middle = np.maximum(np.stack((counts - 1, counts)) // 2, 0).T
+    sizes.partition(sorted({*middle.ravel().tolist()}), axis=1)  # what is not known comes last
+    found: Floats = np.take_along_axis(sizes, middle, axis=1).sum(axis=1) / 2
+    return found
+
+
+@cache
+def _chains(
+    parts: tuple[str, ...], names: tuple[str, ...], gone: frozenset[str]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the columns of bones' ends, (2, B), and each part's bones, (L, P); B: none more."""
     chains = [
         list(pairwise((first, *(joint for joint in inner if joint not in gone), last)))
         for first, *inner, last in (PARTS[name].chain for name in parts)
     ]
     pairs = list(dict.fromkeys(pair for chain in chains for pair in chain))
-    bones = dict(zip(pairs, _bones(joints, pairs), strict=True))
-    sizes = np.array([reduce(np.add, (bones[pair] for pair in chain)) for chain in chains])
-    counts = len(joints) - np.count_nonzero(np.isnan(sizes), axis=1)
-    middle = np.maximum(np.stack((counts - 1, counts)) // 2, 0).T
-    sizes.partition(np.unique(middle), axis=1)  # those that are not known come last
-    found: Floats = np.take_along_axis(sizes, middle, axis=1).sum(axis=1) / 2
-    return found
+    ends = np.array([list(map(names.index, pair)) for pair in pairs]).T
+    longest = max(map(len, chains))
+    bones = [[*map(pairs.index, one), *[len(pairs)] * (longest - len(one))] for one in chains]
+    return ends, np.array(bones).T
 
 
-def _bones(joints: Joints, pairs: Sequence[tuple[str, str]]) -> Floats:
-    """Return how far joints are from others, (B, T)."""
-    ends = np.array([list(map(joints.names.index, pair)) for pair in pairs]).T
-    sizes = np.empty((len(pairs), len(joints)))
+def _bones(joints: Joints, ends: NDArray[np.int64]) -> Floats:
+    """Return how far joints are from others, (B + 1, T), the last of them not at all."""
+    sizes = np.zeros((ends.shape[1] + 1, len(joints)))
     places = joints.places.T
     for part in blocks(len(joints)):
         some = places[..., part.inner]
-        x, y, z = some[:, ends[1]] - some[:, ends[0]]
-        sizes[:, part.inner] = np.sqrt(x * x + y * y + z * z)
+        x, y, z = some.take(ends[1], axis=1) - some.take(ends[0], axis=1)
+        sizes[:-1, part.inner] = np.sqrt(x * x + y * y + z * z)
     return sizes
 
 
@@ -287,10 +311,12 @@ def unmeasured(body: Body, parts: Sequence[str]) -> list[str]:
         Those that have no track.
     """
     found = []
-    for name, length in zip(parts, body.lengths(parts), strict=True):
+    for name, length in zip(parts, body.lengths(parts).tolist(), strict=True):
+        if not math.isnan(length):
+            continue
         ends = PARTS[name].chain[0], PARTS[name].chain[-1]
         joints = body.joints(ends)
         unknown = [unknown_of(joints[joint]) for joint in ends]
-        if math.isnan(length) and not np.logical_or(*unknown).all():
+        if not np.logical_or(*unknown).all():
             found.append(name)
     return found

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode import compiled
 from lanindex.encode.arithmetic import BLOCK, Block, blocks, runs
 from lanindex.encode.joints import COLUMNS, KEPT, NAMES, Body
 from lanindex.encode.limbs import window
@@ -89,7 +88,7 @@ class Stretch:
         near = self.work.sources(some)
         begin = self.known.start
         points = at(self.body, names, slice(begin + near.start, begin + near.stop))
-        calm = compiled.chosen(0).calm(points, self.work, some, width)
+        calm = self.body.stages.calm(points, self.work, some, width)
         return calm[:, frames.start - first : frames.stop - first]
 
 

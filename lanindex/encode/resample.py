@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,16 +60,7 @@ class Resampling:
         weights : ndarray
             (4, N) float64: of this point and the next, and of their slopes.
         """
-        if self.step == 1 or self.count < 2:
-            return np.empty(0, np.int64), np.empty((4, 0))
-        numbers = np.arange(frames.start, frames.stop) * self.step.numerator
-        whole, rest = np.divmod(numbers, self.step.denominator)
-        index = np.minimum(whole - self.start, self.count - 2)
-        share = rest / self.step.denominator + (whole - self.start - index)
-        square, cube = share**2, share**3
-        bend = 3 * square - 2 * cube
-        weights = np.array((1 - bend, bend, cube - 2 * square + share, cube - square))
-        return index - self.sources(frames).start, weights
+        return _weights(self, frames)
 
     def values(self, points: Floats, frames: range) -> Floats:
         """Return the values of some frames.
@@ -96,6 +88,20 @@ class Resampling:
             + slope.take(index + 1, axis=-1) * weights[3]
         )
         return values.T
+
+
+@lru_cache(4)  # heading, limbs and joints ask for the same
+def _weights(work: Resampling, frames: range) -> tuple[NDArray[np.int64], Floats]:
+    if work.step == 1 or work.count < 2:
+        return np.empty(0, np.int64), np.empty((4, 0))
+    numbers = np.arange(frames.start, frames.stop) * work.step.numerator
+    whole, rest = np.divmod(numbers, work.step.denominator)
+    index = np.minimum(whole - work.start, work.count - 2)
+    share = rest / work.step.denominator + (whole - work.start - index)
+    square, cube = share**2, share**3
+    bend = 3 * square - 2 * cube
+    weights = np.array((1 - bend, bend, cube - 2 * square + share, cube - square))
+    return index - work.sources(frames).start, weights
 
 
 def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tuple[int, Floats]:

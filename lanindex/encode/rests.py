@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from lanindex.alphabet import CARRIERS
-from lanindex.encode import compiled
 from lanindex.encode.arithmetic import held, runs
 from lanindex.encode.carriers import HAND, KNEE, OTHER, SEAT, TRUNK, lowest, masses, points
 from lanindex.encode.events import Event
@@ -46,7 +45,7 @@ def rests(ground: Ground, places: Stretch) -> list[Event]:
             own = np.zeros((2, len(CARRIERS), block.outer.stop - block.outer.start), bool)
             body = points(seen, ground.leg, floor, some)
             feet = ground.carries[:, block.outer][:, some]
-            own[..., some] = compiled.chosen(0).carriers(body, mass, feet, rate, SPEEDS)
+            own[..., some] = places.body.stages.carriers(body, mass, feet, rate, SPEEDS)
             low[..., block.inner] = own[..., block.within]
     for start, stop in ground.air:
         low[..., start:stop] = False

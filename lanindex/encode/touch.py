@@ -10,7 +10,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode import compiled
 from lanindex.encode.arithmetic import held, runs
 from lanindex.encode.events import Event
 from lanindex.encode.ground import FLICKER
@@ -55,7 +54,7 @@ def touches(body: Body, arm: float) -> Iterator[tuple[str, Stretch, list[Event]]
     for one in stretches(body, (*HANDS, *core), _OTHERS):
         found, told = empty(len(one.frames)), plan(one.names)
         for block, places in one.blocks(1):
-            near = compiled.chosen(0).nearest(points(places, arm, told), told, rate)
+            near = body.stages.nearest(points(places, arm, told), told, rate)
             found.take(near, block)
         for part, what, apart, pace in zip(_TRACKS, *found, strict=True):
             yield part, one, _events(what, apart, pace, rate, part == _TRACKS[0])

@@ -92,15 +92,20 @@ def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
     A run that is too short joins what was before it; at the beginning, what comes first that is
     long enough, or else the longest.
     """
-    edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
-    parts = [(a, b, int(codes[a])) for a, b in pairwise(edges)]
-    long = [part for part in parts if part[1] - part[0] >= least]
-    last = (long or [max(parts, key=lambda part: part[1] - part[0])])[0][2]
-    for start, stop, code in parts:
-        last = code if stop - start >= least else last
-        codes[start:stop] = last
-    edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
-    return list(pairwise(edges))
+    edges = [0, *((codes[1:] != codes[:-1]).nonzero()[0] + 1).tolist(), len(codes)]
+    if len(edges) == 2:
+        return [(0, len(codes))]
+    sizes = [stop - start for start, stop in pairwise(edges)]
+    long = [start for start, size in zip(edges, sizes, strict=False) if size >= least]
+    starts, kept = [0], list[int]()
+    for start in long or [edges[sizes.index(max(sizes))]]:
+        if not kept or codes[start] != kept[-1]:
+            starts += [start] if kept else []
+            kept.append(int(codes[start]))
+    found = list(pairwise([*starts, len(codes)]))
+    for (start, stop), code in zip(found, kept, strict=True):
+        codes[start:stop] = code
+    return found
 
 
 def turns(heading: Floats, profile: Profile) -> Floats:

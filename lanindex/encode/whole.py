@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
-from lanindex.encode import compiled
 from lanindex.encode.angles import Told, bends, leans
 from lanindex.encode.arithmetic import unwrapped
 from lanindex.encode.events import Event, table
@@ -71,7 +70,7 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         yield from _weight(ground, places, turn)
     for hips in stretches(body, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
-        front, stages, profile = unwrapped(front), compiled.chosen(0), body.profile
+        front, stages, profile = unwrapped(front), body.stages, body.profile
         calm = stages.mean(front, window(STRIDE, profile.rate))
         way = travel(_way(hips), calm, leg, profile) if leg else []
         yield "body_travel", hips.known, begin, table(way)

@@ -44,7 +44,7 @@ class Track:
         object.__setattr__(self, "kind", self.kind or kind_of(self.part))
         if self.kind not in KINDS:
             raise EncodeError(f'the kind "{self.kind}"', wanted=f"one of {', '.join(KINDS)}")
-        if self.symbols.dtype != SYMBOL:
+        if self.symbols.dtype is not SYMBOL and self.symbols.dtype != SYMBOL:
             raise EncodeError(f"symbols have dtype {self.symbols.dtype}", wanted="model.SYMBOL")
         object.__setattr__(self, "symbols", frozen(self.symbols))
 
