@@ -7,12 +7,16 @@ where it compiles for something else already: a few short captures go the plain 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import NamedTuple
 
-from lanindex.encode import bends, carriers, curves, limbs, near, swings, track, ways
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encode import bends, carriers, curves, ground, limbs, near, steps, swings, track, ways
 from lanindex.encode.carriers import Carriers
+from lanindex.encode.ground import Feet, Flags
 from lanindex.encode.limbs import Curves, Floats, Limbs
 from lanindex.encode.near import Nearest
 from lanindex.encode.profile import Profile
@@ -39,6 +43,8 @@ class Stages(NamedTuple):
     bends: Callable[[Floats, Profile], list[Floats]]
     arrivals: Callable[[Angles, float, Profile, bool], Floats]
     turns: Callable[[Floats, Profile], Floats]
+    carried: Callable[[Feet, NDArray[np.float32], float], tuple[Flags, bool]]
+    levels: Callable[[Sequence[int], Flags, Feet, int, float | None, float], list[int]]
 
 
 PLAIN = Stages(
@@ -51,6 +57,8 @@ PLAIN = Stages(
     bends.found,
     swings.arrivals,
     ways.turns,
+    ground.carried,
+    steps.levels,
 )
 
 _FAST = "lanindex.encode.written_fast"
@@ -77,9 +85,11 @@ def compiled() -> Stages | None:
     try:
         from lanindex.encode.carriers_fast import carriers
         from lanindex.encode.curves_fast import arrivals, bends, mean, turns
+        from lanindex.encode.ground_fast import carried, levels
         from lanindex.encode.limbs_fast import calm, curves
         from lanindex.encode.near_fast import nearest
         from lanindex.encode.written_fast import written
     except (ImportError, RuntimeError):
         return None
-    return Stages(curves, written, calm, nearest, carriers, mean, bends, arrivals, turns)
+    of_curves = mean, bends, arrivals, turns
+    return Stages(curves, written, calm, nearest, carriers, *of_curves, carried, levels)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import cos, pi, radians, sin
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from lanindex.encode.arithmetic import blocks, sizes
 from lanindex.notation.lpd import Ranges
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 CELLS = 27
 """Cells are numbered direction · 3 + level."""
@@ -119,14 +121,31 @@ def _sectors(azimuth: Floats, ranges: Ranges) -> NDArray[np.int64]:
     return order[borders.searchsorted(azimuth, side="right") - 1]
 
 
-def _numbers(around: Sequence[Space]) -> Floats:
-    """Return length, radius of place and the elevations of mid and high, each by limb."""
-    return np.array(
-        [
-            (one.length, one.ranges.radius(one.length), one.ranges.mid, one.ranges.high)
-            for one in around
-        ]
-    ).T
+class Borders(NamedTuple):
+    """The divisions of some limbs' spaces, one a row: see `Ranges`, and `Space.references`."""
+
+    place: Floats
+    relative: Flags
+    mid: Floats
+    high: Floats
+    starts: Floats
+    references: Floats
+
+
+@cache
+def borders(each: tuple[Ranges, ...]) -> Borders:
+    """Return divisions as one."""
+    told = [(one.place, one.relative, one.mid, one.high, one.starts) for one in each]
+    columns = map(np.array, zip(*told, strict=True))
+    return Borders(*columns, np.array([_references(one) for one in each]))
+
+
+def numbers(around: Sequence[Space]) -> tuple[Borders, Floats]:
+    """Return the divisions; and length, radius of place, elevations of mid and high, (4, P)."""
+    found = borders(tuple(one.ranges for one in around))
+    length = np.array([one.length for one in around])
+    radius = found.place * np.where(found.relative, length, 1)
+    return found, np.array((length, radius, found.mid, found.high))
 
 
 def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
@@ -165,14 +184,15 @@ def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
 
 def _course(curves: Floats, around: Sequence[Space]) -> tuple[NDArray[np.int64], Floats, Floats]:
     """Return the fields of `Course` for some frames of each curve, (P, N) each."""
-    length, radius, mid, high = _numbers(around)[..., None]
+    found, (length, radius, mid, high) = numbers(around)
+    length, radius, mid, high = (it[:, None] for it in (length, radius, mid, high))
     away, azimuth, elevation = _polar(curves)
     place = away <= radius
     sectors = [_sectors(turn, one.ranges) for turn, one in zip(azimuth, around, strict=True)]
     level = np.add(elevation >= mid, elevation >= high, dtype=np.int64)
     code = np.where(place, PLACE, sectors) * 3 + level
     scale = np.where(place, length, np.maximum(sizes(curves), 1e-9))
-    middles = np.concatenate([one.references for one in around]).T
+    middles = found.references.reshape(-1, 3).T
     middle = middles.take(code + CELLS * np.arange(len(around))[:, None], axis=1)
     apart = sizes((curves.transpose(2, 0, 1) / scale - middle).transpose(1, 2, 0))
     return code, apart, _angles(code, apart, elevation)
@@ -225,12 +245,13 @@ def margins(
     >>> clear.round(2), other  # the second, right mid, might have been right low
     (array([1.  , 0.53]), array([0, 0]))
     """
-    _, radius, mid, high = _numbers(around)[:, limb]
+    found, told = numbers(around)
+    _, radius, mid, high = told[:, limb]
     away, azimuth, elevation = _polar(points)
     direction, level = np.divmod(code, 3)
     placed = direction == PLACE
     before, after = (direction - 1) % 8, (direction + 1) % 8
-    behind = azimuth[:, None] - np.array([one.ranges.starts for one in around])[limb]
+    behind = azimuth[:, None] - found.starts[limb]
     across = np.where(placed, (behind % 360).argmin(axis=1), PLACE)
     rows = np.arange(len(code))
     never = 1e9

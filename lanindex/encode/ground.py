@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from lanindex.encode.arithmetic import bend, blocks, held, median, runs
 from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
 from lanindex.model import Span
+
+if TYPE_CHECKING:
+    from lanindex.encode.compiled import Stages
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -56,6 +59,8 @@ STEEP = 0.15
 
 _STANDS, _SPREAD = 4, 1.0  # stands, and lengths of a leg between them, that tell how a floor slopes
 _FLAT = 0.1  # of stands in a row, how far they stray from it: less tells no slope across
+
+UNTOLD = "the feet stand at different heights: which of them carries is told by speed"
 
 SIDES = "RL"
 LEGS = ("r_leg", "l_leg")
@@ -99,6 +104,8 @@ class Ground:
 
     Attributes
     ----------
+    stages : Stages
+        How its loops are done.
     known : Span
         The stretch, in frames of the source.
     begin : int
@@ -119,6 +126,7 @@ class Ground:
         What was doubtful.
     """
 
+    stages: Stages
     known: Span
     begin: int
     rate: float
@@ -155,13 +163,16 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
     rate = float(body.profile.rate)
     for one in stretches(body, needed, wished):
         feet = _feet(one, leg, rate)
-        carries, doubts = _carries(feet, rate)
+        heights = _above(feet, STANCE * rate)
+        carries, uneven = body.stages.carried(feet, heights, rate)
+        doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
         air = _flights(carries, feet.pelvis[:, 1] / leg, feet.pace, rate)
         lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
         usual = tuple(map(_flat, feet.points, carries))
-        yield Ground(one.known, one.frames.start, rate, leg, feet, carries, air, usual, doubts)
+        own = body.stages, one.known, one.frames.start, rate, leg
+        yield Ground(*own, feet, carries, air, usual, doubts)
 
 
 def _feet(one: Stretch, leg: float, rate: float) -> Feet:
@@ -211,15 +222,43 @@ def _flat(points: NDArray[np.float32], carries: Flags) -> float | None:
     return fifth(ankle - toe)
 
 
-def _carries(feet: Feet, rate: float) -> tuple[Flags, tuple[str, ...]]:
-    """Return which feet carry, (2, N), and what was doubtful."""
+def _above(feet: Feet, least: float) -> NDArray[np.float32]:
+    """Return how high joints of the feet are above the floor, (2, K, N), up to a constant.
+
+    The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
+    """
+    heights = feet.points[..., 1].copy()
+    if any(_wide(feet.points[:, -1, :, axis]) > _SPREAD for axis in (0, 2)):
+        stands = [runs(foot < STANDS) for foot in feet.speed]
+        _level(heights, feet.points, stands, least)
+    return heights
+
+
+def _wide(values: NDArray[np.float32]) -> float:
+    return float(values.max() - values.min())
+
+
+def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, bool]:
+    """Return which feet carry, (2, N), and whether they stand at heights that no floor explains.
+
+    Parameters
+    ----------
+    feet : Feet
+        What they do.
+    heights : ndarray
+        (2, K, N) float32: of their joints, up to a constant.
+    rate : float
+        Frames a second.
+    """
     speed = feet.speed
-    heights = _above(feet, [runs(foot < STANDS) for foot in speed], STANCE * rate)
+    for kind in range(heights.shape[1]):
+        some = (heights[side, kind][feet.slow[side, kind]] for side in range(2))
+        rests = [fifth(one) for one in some if len(one)] or [fifth(heights[:, kind].ravel())]
+        heights[:, kind] -= min(rests)
     height = heights.min(axis=1)
-    doubts: tuple[str, ...] = ()
-    if _uneven(height, speed, rate):
+    uneven = _uneven(height, speed, rate)
+    if uneven:
         height = np.zeros_like(height)
-        doubts = ("the feet stand at different heights: which of them carries is told by speed",)
     begins = (speed < np.maximum(STANDS, SHARE * feet.pace)) & (height < NEAR)
     stays = (speed < SLIDES) & (height < LIFTED)
     carries = np.array([held(*foot) for foot in zip(begins, stays, strict=True)])
@@ -229,22 +268,7 @@ def _carries(feet: Feet, rate: float) -> tuple[Flags, tuple[str, ...]]:
             for start, stop in runs(foot == there):
                 if start > 0 and stop < len(foot) and stop - start <= most:
                     foot[start:stop] = not there
-    return carries, doubts
-
-
-def _above(feet: Feet, stands: list[list[tuple[int, int]]], least: float) -> NDArray[np.float32]:
-    """Return how high joints of the feet are above where they stand, (2, K, N).
-
-    The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
-    """
-    heights = feet.points[..., 1].copy()
-    if np.ptp(feet.points[:, -1, :, ::2], axis=(0, 1)).max() > _SPREAD:
-        _level(heights, feet.points, stands, least)
-    for kind in range(heights.shape[1]):
-        some = (heights[side, kind][feet.slow[side, kind]] for side in range(2))
-        rests = [fifth(one) for one in some if len(one)] or [fifth(heights[:, kind].ravel())]
-        heights[:, kind] -= min(rests)
-    return heights
+    return carries, uneven
 
 
 def _level(

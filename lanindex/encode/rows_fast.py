@@ -203,8 +203,8 @@ def _written(curve, moves, runs, apart, angle, scales, middles, lengthen, ruled,
 
 @numba.njit(cache=True, nogil=True)
 def rows(
-    curves, moves, counts, runs, apart, angle, firsts, scales, middles, lengthen, which, openings,
-    rules, frames,
+    curves, moves, counts, runs, apart, angle, firsts, within, distances, middles, lengthen, which,
+    openings, rules, frames,
 ):  # fmt: skip
     """Return the rows of parts, and how many each has.
 
@@ -218,8 +218,10 @@ def rows(
         (R,) float64, degrees from the middle of a run's cell.
     firsts : ndarray
         (P,) the cells of the first frame.
-    scales : ndarray
-        (P, 2): degrees within which a direction is achieved, and d_t in mm.
+    within : float
+        Degrees within which a direction is achieved.
+    distances : ndarray
+        (P,) d_t, mm.
     middles : ndarray
         (P, 27, 3) mm.
     lengthen : bool
@@ -261,7 +263,7 @@ def rows(
         ruled = openings[which[part]], rules
         many = _written(
             curves[:, part], own, runs[run:behind], apart[run:behind], angle[run:behind],
-            (scales[part, 0], scales[part, 1]), middles[part], lengthen, ruled, some, scratch,
+            (within, distances[part]), middles[part], lengthen, ruled, some, scratch,
         )  # fmt: skip
         some = some[:many]
         for row in some:

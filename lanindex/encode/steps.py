@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encode.arithmetic import runs
 from lanindex.encode.events import SECTOR, Event
-from lanindex.encode.ground import FLICKER, STIRS, Ground
+from lanindex.encode.ground import FLICKER, STIRS, Feet, Flags, Ground
 from lanindex.encode.onset import begun
 
 Floats = NDArray[np.float64]
@@ -159,23 +159,44 @@ def _landings(ground: Ground) -> list[tuple[int, int, int]]:
 
 
 def _levels(ground: Ground, foot: int, frames: Sequence[int]) -> list[int]:
-    """Return the levels of steps, by how the leg takes the weight from some frames on."""
-    width, count = max(round(WEIGHT * ground.rate), 1), ground.carries.shape[1]
+    if not frames:
+        return []
+    told = ground.carries, ground.feet, foot, ground.usual[foot], ground.rate
+    return ground.stages.levels(frames, *told)
+
+
+def levels(
+    frames: Sequence[int], carries: Flags, feet: Feet, foot: int, usual: float | None, rate: float
+) -> list[int]:
+    """Return the levels of steps, by how the leg takes the weight from some frames on.
+
+    Parameters
+    ----------
+    frames : sequence of int
+        When the foot stands.
+    carries, feet, usual
+        As of a `Ground`, of the foot.
+    foot : int
+        0 right, 1 left.
+    rate : float
+        Frames a second.
+    """
+    width, count = max(round(WEIGHT * rate), 1), carries.shape[1]
     near = np.array(frames, np.int64)[:, None] + np.arange(width)
     there = np.minimum(near, count - 1)
-    carried = ground.carries[foot][there] & (near < count)
-    bent = np.where(carried, ground.feet.bent[foot][there], np.inf).min(axis=1)
+    carried = carries[foot][there] & (near < count)
+    bent = np.where(carried, feet.bent[foot][there], np.inf).min(axis=1)
     low = (bent > BENT) & (bent < np.inf)  # where it is not known it is not more
-    usual, high = ground.usual[foot], np.zeros(len(near), bool)
+    high = np.zeros(len(near), bool)
     if usual is not None:
-        ankle, toe = ground.feet.points[foot, ..., 1]
+        ankle, toe = feet.points[foot, ..., 1]
         rise = np.sort(np.where(carried, ankle[there] - toe[there], np.inf), axis=1)
         middle = np.count_nonzero(carried, axis=1)[:, None]
         middle = np.concatenate((middle - 1, middle), axis=1) // 2
         one, other = np.take_along_axis(rise, np.maximum(middle, 0), axis=1).T
         high = ((one + other) / 2 - usual > TOES) & carried.any(axis=1)
-    levels: list[int] = np.where(low, LOW, np.where(high, HIGH, MID)).tolist()
-    return levels
+    found: list[int] = np.where(low, LOW, np.where(high, HIGH, MID)).tolist()
+    return found
 
 
 def _flight(ground: Ground, turn: Floats, start: int, stop: int, brief: int) -> Event:

@@ -7,15 +7,15 @@ the rows are those of `track`, bit for bit.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
-from math import cos, inf, radians, sin
+from functools import cache, lru_cache
+from math import inf
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encode import moves_fast, rows_fast
-from lanindex.encode.direction import Space, angles, course, margins, space
+from lanindex.encode.direction import Space, angles, borders, course, margins, numbers, space
 from lanindex.encode.limbs import Limbs
 from lanindex.encode.measures import measure
 from lanindex.encode.profile import Profile
@@ -38,17 +38,15 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     profile : Profile
         The numbers.
     """
-    around = [
-        space(profile.ranges[part], length)
-        for part, length in zip(limbs.parts, limbs.lengths.tolist(), strict=True)
-    ]
+    lengths = limbs.lengths.tolist()
+    around = list(map(space, (profile.ranges[part] for part in limbs.parts), lengths))
     curves = np.ascontiguousarray(limbs.curve.transpose(2, 0, 1))
     moves, runs, apart, counts, cells = _passed(curves, around, profile)
     limb = np.arange(len(around))
     owner = limb.repeat(counts).repeat(moves[:, 4])
     points = curves[:, owner, runs[:, 3]].T
     angle = angles(points, runs[:, 0], apart)
-    which, openings, rules = _ruled([profile.rules[part] for part in limbs.parts])
+    which, openings, rules = _ruled(tuple(profile.rules[part] for part in limbs.parts))
     step = limbs.rate / profile.rate
     table, shares = rows_fast.rows(
         curves,
@@ -58,8 +56,9 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
         apart,
         angle,
         cells[:, 0].astype(np.int64),
-        np.array([(profile.achieved_within, profile.distance.of(one.length)) for one in around]),
-        np.array([one.references * one.length for one in around]),
+        profile.achieved_within,
+        np.array([profile.distance.of(length) for length in lengths]),
+        borders(tuple(one.ranges for one in around)).references * limbs.lengths[:, None, None],
         profile.onset > 0,
         which,
         openings,
@@ -73,7 +72,8 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     return [Written(part, limbs.known, own) for part, own in zip(limbs.parts, each, strict=True)]
 
 
-def _ruled(each: Sequence[Rules]) -> tuple[Ints, Ints, Ints]:
+@lru_cache(8)
+def _ruled(each: tuple[Rules, ...]) -> tuple[Ints, Ints, Ints]:
     """Return which rules are a part's, and all of them: see `rows_fast.rows`."""
     different = list(dict.fromkeys(each))
     begins = np.cumsum([0, *(len(one.table[1]) for one in different)])
@@ -99,15 +99,21 @@ def _passed(
 ) -> tuple[Ints, Ints, Floats, Ints, NDArray[np.int8]]:
     """Return moves, runs, how far they are from the middle, moves of each part, and cells."""
     cells = np.full(curves.shape[1:], moves_fast.UNSEEN, np.int8)
+    division, measures = numbers(around)
+    turned, levels, orders = _turned(tuple(one.ranges for one in around))
+    length, radius, *_ = measures
+    distance = profile.distance.of(length)
+    limit = profile.path_check * distance
+    speeds = (profile.candidate_speed, profile.prominence, profile.still)
+    table = np.empty((len(around), 7 + levels.shape[1]))
+    table[:, 7:] = levels
+    values = *(one.of(length) for one in speeds), distance, limit, length, radius
+    for column, value in enumerate(values):
+        table[:, column] = value
+    table[table[:, 4] == 0, 4] = inf
     told = (
-        curves,
-        float(profile.rate),
-        profile.onset,
-        np.array([_numbers(one, profile) for one in around]),
-        np.array([_sides(one.ranges) for one in around]),
-        np.array([np.argsort(one.ranges.starts) for one in around]),
-        np.array([one.references for one in around]),
-        cells,
+        *(curves, float(profile.rate), profile.onset),
+        *(table, turned, orders, division.references, cells),
     )
     *found, unclear = moves_fast.passed(*told)
     if unclear:
@@ -120,22 +126,15 @@ def _passed(
     return moves, runs, apart[:, 0], counts, cells
 
 
-def _numbers(around: Space, profile: Profile) -> tuple[float, ...]:
-    length, ranges = around.length, around.ranges
-    distance = profile.distance.of(length)
-    measures = (profile.candidate_speed, profile.prominence, profile.still)
-    levels = (radians(ranges.mid), radians(ranges.high))
-    return (
-        *(one.of(length) for one in measures),
-        distance,
-        profile.path_check * distance or inf,
-        length,
-        ranges.radius(length),
-        *(turn(level) for level in levels for turn in (cos, sin)),
-    )
-
-
 @cache
+def _turned(each: tuple[Ranges, ...]) -> tuple[Floats, Floats, Ints]:
+    """Return sides, cosine and sine of the levels, and orders: see `moves_fast.passed`."""
+    levels = np.radians([(one.mid, one.high) for one in each])
+    turned = np.stack((np.cos(levels), np.sin(levels)), axis=2).reshape(len(each), 4)
+    orders = np.array([np.argsort(one.starts) for one in each])
+    return np.array([_sides(one) for one in each]), turned, orders
+
+
 def _sides(ranges: Ranges) -> Floats:
     starts = np.array(ranges.starts)
     order = np.argsort(starts)

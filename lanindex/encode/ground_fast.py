@@ -1,0 +1,150 @@
+"""Which foot carries, and how legs take the weight, compiled (extra ``fast``).
+
+The same as `ground` and `steps` do with numpy, which are the truth: equal flags and levels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import HIGH, LOW, MID
+from lanindex.encode.ground import (
+    FLICKER,
+    LIFTED,
+    NEAR,
+    SHARE,
+    SLIDES,
+    STANCE,
+    STANDS,
+    UNEVEN,
+    Feet,
+    Flags,
+)
+from lanindex.encode.steps import BENT, TOES, WEIGHT
+
+_NUMBERS = np.array((NEAR, LIFTED, STANDS, SHARE, UNEVEN, BENT, TOES), np.float32)
+
+
+@numba.njit
+def _fifth(values, mask):
+    """Return the value of which a fifth of those that a mask leaves are smaller."""
+    some = values[mask]
+    some.sort()
+    return some[(len(some) - 1) // 5]
+
+
+@numba.njit
+def _lower(heights, slow):
+    """Count heights of joints (2, K, N) from where these rest; return the lower one, (2, N)."""
+    for kind in range(heights.shape[1]):
+        rest = np.float32(inf)
+        for side in range(2):
+            if slow[side, kind].any():
+                rest = min(rest, _fifth(heights[side, kind], slow[side, kind]))
+        if rest == inf:
+            both = np.concatenate((heights[0, kind], heights[1, kind]))
+            rest = _fifth(both, np.ones(len(both), np.bool_))
+        for side in range(2):
+            for frame in range(heights.shape[2]):
+                heights[side, kind, frame] -= rest
+    found = heights[:, 0].copy()
+    for kind in range(1, heights.shape[1]):
+        found = np.minimum(found, heights[:, kind])
+    return found
+
+
+@numba.njit
+def _uneven(height, speed, stands, most, least):
+    """Tell whether the lower of the feet stands at heights that no floor explains."""
+    lower, slow = np.minimum(height[0], height[1]), np.zeros(height.shape[1] + 1, np.bool_)
+    low, high = np.float32(inf), np.float32(-inf)
+    for frame in range(len(lower)):
+        if min(speed[0, frame], speed[1, frame]) < stands:
+            slow[frame] = True
+            low, high = min(low, lower[frame]), max(high, lower[frame])
+    if not high - low > most:
+        return False
+    lowest, highest, start = inf, -inf, 0
+    for frame in range(len(slow)):
+        if not slow[frame]:
+            if frame - start >= least and frame > start:
+                some = np.sort(lower[start:frame])
+                middle = some[(len(some) - 1) // 2] + some[len(some) // 2]
+                lowest, highest = min(lowest, middle / 2), max(highest, middle / 2)
+            start = frame + 1
+    return highest - lowest > UNEVEN
+
+
+@numba.njit
+def _steady(state, value, most):
+    """Turn what lasts no longer, but at the ends of the frames."""
+    start = 0
+    for frame in range(1, len(state)):
+        if state[frame] != state[frame - 1]:
+            if start > 0 and state[start] == value and frame - start <= most:
+                state[start:frame] = not value
+            start = frame
+
+
+@numba.njit(cache=True, nogil=True)
+def _carried(heights, speed, slow, pace, numbers, stands, slides, least, brief):
+    near, lifted, quick, share, most = numbers[:5]
+    height = _lower(heights, slow)
+    uneven = _uneven(height, speed, stands, most, least)
+    carries = np.zeros(speed.shape, np.bool_)
+    for foot in range(2):
+        on = False
+        for frame in range(len(pace)):
+            high = np.float32(0) if uneven else height[foot, frame]
+            stays = speed[foot, frame] < slides and high < lifted
+            begins = speed[foot, frame] < max(quick, share * pace[frame]) and high < near
+            on = stays and (on or begins)
+            carries[foot, frame] = on
+        _steady(carries[foot], False, brief)
+        _steady(carries[foot], True, brief - 1)
+    return carries, uneven
+
+
+def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, bool]:
+    """Return which feet carry: see `lanindex.encode.ground.carried`."""
+    told = _NUMBERS, STANDS, SLIDES, STANCE * rate, round(FLICKER * rate)
+    carries, uneven = _carried(heights, feet.speed, feet.slow, feet.pace, *told)
+    return carries, bool(uneven)
+
+
+@numba.njit(cache=True, nogil=True)
+def _levels(frames, carries, bent, points, usual, width, numbers):
+    least, toes = numbers[5:]
+    rise, found = np.empty(width, np.float32), np.empty(len(frames), np.int64)
+    for number in range(len(frames)):
+        first, many, lowest = frames[number], 0, np.float32(inf)
+        for frame in range(first, min(first + width, len(carries))):
+            if carries[frame]:
+                if lowest == lowest and not bent[frame] >= lowest:  # once unknown, ever unknown
+                    lowest = bent[frame]
+                rise[many] = points[0, frame, 1] - points[-1, frame, 1]
+                many += 1
+        found[number] = MID
+        if lowest > least and lowest < inf:
+            found[number] = LOW
+        elif many and usual == usual:  # NaN is not
+            some = np.sort(rise[:many])
+            middle = np.float32((some[(many - 1) // 2] + some[many // 2]) / 2)
+            if np.float32(middle - usual) > toes:
+                found[number] = HIGH
+    return found
+
+
+def levels(
+    frames: Sequence[int], carries: Flags, feet: Feet, foot: int, usual: float | None, rate: float
+) -> list[int]:
+    """Return how a leg takes the weight: see `lanindex.encode.steps.levels`."""
+    own, width = np.float32(np.nan if usual is None else usual), max(round(WEIGHT * rate), 1)
+    told = np.array(frames, np.int64), carries[foot], feet.bent[foot], feet.points[foot]
+    found: list[int] = _levels(*told, own, width, _NUMBERS).tolist()
+    return found
