@@ -135,9 +135,14 @@ class Borders(NamedTuple):
 @cache
 def borders(each: tuple[Ranges, ...]) -> Borders:
     """Return divisions as one."""
-    told = [(one.place, one.relative, one.mid, one.high, one.starts) for one in each]
-    columns = map(np.array, zip(*told, strict=True))
-    return Borders(*columns, np.array([_references(one) for one in each]))
+    return Borders(
+        np.array([one.place for one in each]),
+        np.array([one.relative for one in each]),
+        np.array([one.mid for one in each]),
+        np.array([one.high for one in each]),
+        np.array([one.starts for one in each]),
+        np.array([_references(one) for one in each]),
+    )
 
 
 def numbers(around: Sequence[Space]) -> tuple[Borders, Floats]:

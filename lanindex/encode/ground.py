@@ -188,29 +188,28 @@ def _feet(one: Stretch, leg: float, rate: float) -> Feet:
         np.full((2, count), np.nan, np.float32),
     )
     for block, places in one.blocks(1):
-        points = np.array([[places[side + it] for it in kinds] for side in SIDES]) / leg
-        speeds = np.linalg.norm(slope(points, rate), axis=-1)[..., block.within]
-        found.points[..., block.inner, :] = points[..., block.within, :]
+        points = np.array([[places[side + it].T for it in kinds] for side in SIDES]) / leg
+        x, y, z = np.moveaxis(slope(points, rate), 2, 0)
+        speeds = np.sqrt(x * x + (y * y + z * z))[..., block.within]
+        found.points[..., block.inner, :] = points[..., block.within].swapaxes(2, 3)
         found.speed[:, block.inner] = speeds.min(axis=1)
         found.slow[..., block.inner] = speeds < STANDS
-        pelvis = (places["RHip"] + places["LHip"]) / 2
-        pace = np.hypot(*slope(pelvis, rate).T[::2]) / leg
-        found.pelvis[block.inner], found.pace[block.inner] = (
-            pelvis[block.within],
-            pace[block.within],
-        )
-        for side, bent in zip(SIDES, found.bent, strict=True):
-            if side + "Knee" in places:
-                hip, knee, ankle = (places[side + it][block.within] for it in LEG)
-                bent[block.inner] = bend((knee - hip).T, (ankle - knee).T)
+        pelvis = (places["RHip"] + places["LHip"]).T / 2
+        pace = np.hypot(*slope(pelvis[::2], rate)) / leg
+        found.pelvis[block.inner] = pelvis.T[block.within]
+        found.pace[block.inner] = pace[block.within]
+        if known := [row for row, side in enumerate(SIDES) if side + "Knee" in places]:
+            legs = np.array([[places[SIDES[row] + it].T for row in known] for it in LEG])
+            hip, knee, ankle = legs[..., block.within].swapaxes(1, 2)
+            found.bent[known, block.inner] = bend(knee - hip, ankle - knee)
     return found
 
 
 def slope(points: Floats, rate: float) -> Floats:
-    """Return velocities of (..., N, 3) points."""
-    if points.shape[-2] < 2:
+    """Return velocities of (..., N) coordinates."""
+    if points.shape[-1] < 2:
         return np.zeros_like(points)
-    found: Floats = np.gradient(points, axis=-2) * rate
+    found: Floats = np.gradient(points, axis=-1) * rate
     return found
 
 

@@ -145,17 +145,21 @@ def _known(body: Body, turn: Floats, parts: Sequence[str], make: Curves) -> list
     joints = body.joints({joint for name in parts for joint in PARTS[name].chain})
     size = dict(zip(parts, body.lengths(parts).tolist(), strict=True))
     unknown = dict(zip(joints.names, joints.unknown.T, strict=True))
+    ever = dict(zip(joints.names, np.logical_or.reduce(joints.unknown).tolist(), strict=True))
     stretches: dict[tuple[int, int], list[str]] = {}
     for name in parts:
         if size[name] > 0:
-            for stretch in runs(~(unknown[PARTS[name].parent] | unknown[PARTS[name].child])):
+            one, other = PARTS[name].parent, PARTS[name].child
+            gaps = ever[one] or ever[other]
+            known = runs(~(unknown[one] | unknown[other])) if gaps else [(0, len(joints))]
+            for stretch in known:
                 stretches.setdefault(stretch, []).append(name)
     found = []
     for stretch, names in sorted(stretches.items()):
-        known, sizes = Span(*stretch), np.array([size[name] for name in names])
-        begin, curve = _curve(body, joints, turn, known, names, make)
+        span, sizes = Span(*stretch), np.array([size[name] for name in names])
+        begin, curve = _curve(body, joints, turn, span, names, make)
         if curve.shape[1]:
-            found.append(Limbs(tuple(names), known, body.motion.rate, begin, curve, sizes))
+            found.append(Limbs(tuple(names), span, body.motion.rate, begin, curve, sizes))
     return found
 
 

@@ -177,4 +177,4 @@ def _seen(whole: Body, names: Sequence[str]) -> NDArray[np.bool_]:
 
 def ever(whole: Body, name: str) -> bool:
     """Tell whether a joint is known in any frame."""
-    return bool(_seen(whole, (name,)).any())
+    return _always(whole, (name,)) or bool(_seen(whole, (name,)).any())

@@ -5,7 +5,6 @@ Source: ``encode/BODY.md``, "Travel" and "Turns".
 
 from __future__ import annotations
 
-import math
 from itertools import chain, pairwise
 from typing import Any
 
@@ -38,8 +37,8 @@ PAUSE = 10.0
 """Degrees a second: slower, for as long as `BRIEF`, parts two turns."""
 
 
-def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> list[Event]:
-    """Return the stretches in which the body goes one way, or stays.
+def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> Floats:
+    """Return the stretches in which the body goes one way, or stays, as from `events.table`.
 
     Parameters
     ----------
@@ -54,12 +53,12 @@ def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> list[Eve
 
     Returns
     -------
-    list of Event
+    ndarray
         They fill the stretch.
     """
     rate = float(profile.rate)
     if len(way) < 2:
-        return [Event(0, len(way), PLACE, -1, 1.0, amount=0)]
+        return table([Event(0, len(way), PLACE, -1, 1.0, amount=0)])
     width = window(STRIDE, profile.rate)
     frames = np.arange(len(way))
     first, last = np.maximum(frames - width // 2, 0), np.minimum(frames + width // 2, frames[-1])
@@ -70,19 +69,24 @@ def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> list[Eve
     azimuth = np.degrees(np.arctan2(forward, right)) % 360
     path = np.degrees(unwrapped(np.arctan2(south, east)))
     codes = np.where(held(pace > GOES, pace > RESTS), np.round(azimuth / 45) % 8, PLACE).astype(int)
-    found = []
-    for start, stop in pieces(codes, round(BRIEF * rate)):
-        code = int(codes[start])
-        ahead, aside = float(forward[start:stop].mean()), float(right[start:stop].mean())
-        off = (math.degrees(math.atan2(ahead, aside)) - 45 * code + 180) % 360 - 180
-        margin = 1 - abs(off) / SECTOR if code != PLACE else 1 - math.hypot(ahead, aside) / GOES
-        curved = round(float(np.ptp(path[start:stop]))) if code != PLACE else 0
-        speed = float(pace[start:stop].max()) if code != PLACE else -0.01
-        margin = min(max(margin, 0.0), 1.0)
-        beside = (code + (1 if off > 0 else -1)) % 8 if code != PLACE else -1
-        found.append(
-            Event(start, stop, code, -1, margin, amount=curved, speed=speed, beside=beside)
-        )
+    starts, stops = np.array(pieces(codes, round(BRIEF * rate))).T
+    code, sizes = codes[starts], stops - starts
+    goes = code != PLACE
+    ahead, aside = (np.add.reduceat(it, starts) / sizes for it in (forward, right))
+    off = (np.degrees(np.arctan2(ahead, aside)) - 45 * code + 180) % 360 - 180
+    margin = 1 - np.where(goes, np.abs(off) / SECTOR, np.hypot(ahead, aside) / GOES)
+    curved = np.rint(np.maximum.reduceat(path, starts) - np.minimum.reduceat(path, starts))
+    found = np.full((len(starts), len(Event._fields)), -1.0)
+    for name, values in (
+        ("start", starts),
+        ("stop", stops),
+        ("direction", code),
+        ("margin", np.minimum(np.maximum(margin, 0), 1)),
+        ("amount", np.where(goes, curved, 0)),
+        ("speed", np.where(goes, np.maximum.reduceat(pace, starts), -0.01)),
+        ("beside", np.where(goes, (code + np.where(off > 0, 1, -1)) % 8, -1)),
+    ):
+        found[:, Event._fields.index(name)] = values
     return found
 
 

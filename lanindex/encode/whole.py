@@ -72,8 +72,8 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
         front, stages, profile = unwrapped(front), body.stages, body.profile
         calm = stages.mean(front, window(STRIDE, profile.rate))
-        way = travel(_way(hips), calm, leg, profile) if leg else []
-        yield "body_travel", hips.known, begin, table(way)
+        way = travel(_way(hips), calm, leg, profile) if leg else table([])
+        yield "body_travel", hips.known, begin, way
         yield "body_turn", hips.known, begin, stages.turns(np.degrees(front), profile)
     yield from leans(body, turn)
 

@@ -62,7 +62,9 @@ def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
     rows = joined(foot.symbols for foot in feet)
     rows = rows[rows["start"] < rows["stop"]]
     if jump is not None:
-        landed = np.sort(jump.symbols["stop"][np.isin(jump.symbols["amount"], _NO_STEPS)])
+        landed = np.sort(
+            jump.symbols["stop"][(jump.symbols["amount"][:, None] == _NO_STEPS).any(axis=1)]
+        )
         before, until = (np.searchsorted(landed, rows[end], "right") for end in ("start", "stop"))
         rows = rows[before == until]
     return Track(STEP, rows[np.lexsort((rows["stop"], rows["start"]))], known)
