@@ -23,7 +23,7 @@ Look = Callable[[Floats, Whole, Whole, Whole, Floats, int], tuple[Floats, Whole,
 WAY = 0.05
 """Seconds from one point of a way to the next."""
 
-TINY = 1e-9
+_TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
 
 
@@ -107,7 +107,7 @@ def looked(
     frames = first[row] + pace * (np.arange(len(row)) - begins[row])
     points = curves[:, limb[row], np.minimum(frames, last[row])]
     away = _size(points)
-    points /= np.maximum(away, TINY)
+    points /= np.maximum(away, _TINY)
     away /= lengths[limb[row]]
     before = np.arange(-1, len(row) - 1)
     after = before + 1

@@ -10,7 +10,7 @@ from math import sqrt
 import numba
 import numpy as np
 
-from lanindex.encode.measures import TINY
+from lanindex.encode.measures import _TINY
 
 _SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
 _CELL, _START, _STOP, _ACHIEVED, _RULE, _IS_PASSING, _SWINGS, _FIRST, _BEHIND = range(9)
@@ -311,7 +311,7 @@ def looked(curves, limb, first, last, lengths, pace):
             frame = min(first[row] + pace * (place - begins[row]), last[row])
             a, b, c = curve[0, frame], curve[1, frame], curve[2, frame]
             size = sqrt(a * a + c * c + b * b)
-            least = max(size, TINY)
+            least = max(size, _TINY)
             a, b, c, size = a / least, b / least, c / least, size / length
             d, e, f = a - x, b - y, c - z
             turned[place], gone[place] = sqrt(d * d + f * f + e * e), size - away
