@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lanindex.encode.profile import Profile
-    from lanindex.encode.track import Trace, Written
+    from lanindex.encode.track import Trace
     from lanindex.model import Motion, Score
 
 
@@ -77,17 +77,14 @@ def encode(
     r_arm right mid [60, 70)
     r_arm right high [70, 76)
     """
-    from itertools import accumulate, pairwise
-
     import numpy as np
 
-    from lanindex.encode import compiled, heading, joints, limbs
+    from lanindex.encode import compiled, heading, joints, limbs, track
     from lanindex.encode.tempo import count
     from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
     from lanindex.model.bends import worked_out
     from lanindex.model.score import HEADING_RATE
-    from lanindex.model.symbol import joined
 
     chosen = _profile(profile)
     if not len(motion):
@@ -102,18 +99,9 @@ def encode(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
     of_all, doubts = whole(body, turn)
-    found: dict[str, list[Written]] = {}
-    for one in (*of_limbs, *of_all):
-        found.setdefault(one.part, []).append(one)
-    ordered = sorted(found, key=lambda part: found[part][0].known)
-    table = joined(one.rows for part in ordered for one in found[part])
-    counts = [sum(len(one.rows) for one in found[part]) for part in ordered]
-    edges = pairwise(accumulate(counts, initial=0))
-    rows = {part: table[slice(*edge)] for part, edge in zip(ordered, edges, strict=True)}
-    time = count(tempo, motion, chosen, rows)
-    tracks = worked_out(
-        {part: Track(part, rows[part], tuple(one.known for one in found[part])) for part in ordered}
-    )
+    parts = track.together((*of_limbs, *of_all))
+    time = count(tempo, motion, chosen, {part: rows for part, (rows, _) in parts.items()})
+    tracks = worked_out({part: Track(part, *told) for part, told in parts.items()})
     if chosen.rate != HEADING_RATE:
         turn = heading.heading(motion, Fraction(HEADING_RATE), body.joints)
     degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another

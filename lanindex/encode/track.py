@@ -5,7 +5,7 @@ Source: ``encode/METHOD.md``, stages 2 to 5.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -23,6 +23,7 @@ from lanindex.encode.rows import Writer, table_of
 from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
 from lanindex.encode.timing import to_source
 from lanindex.model import Span
+from lanindex.model.symbol import joined
 
 Floats = NDArray[np.float64]
 
@@ -106,6 +107,23 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     """Do `write_limbs` and let go of all that led to the rows."""
     traces = write_limbs(limbs, profile, traced=False)
     return [Written(one.part, one.known, one.rows) for one in traces]
+
+
+def together(written: Iterable[Written]) -> dict[str, tuple[NDArray[Any], tuple[Span, ...]]]:
+    """Return the rows of each part, slices of one table, and the stretches in which it is known.
+
+    Parts come in the order of their first stretches.
+    """
+    found: dict[str, list[Written]] = {}
+    for one in written:
+        found.setdefault(one.part, []).append(one)
+    ordered = sorted(found.items(), key=lambda it: it[1][0].known)
+    table = joined(one.rows for _, those in ordered for one in those)
+    told, first = {}, 0
+    for part, those in ordered:
+        begin, first = first, first + sum(len(one.rows) for one in those)
+        told[part] = table[begin:first], tuple(one.known for one in those)
+    return told
 
 
 def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Iterator[Trace]:
