@@ -91,7 +91,7 @@ def score_of(draft: Draft) -> Score:
     frames = draft.time + RATE
     tracks = {}
     for part, those in draft.rows.items():
-        begin = int(part.endswith("support"))
+        begin = int(kind_of(part) == "support")
         rows = blank(len(those) + begin)
         if begin:
             rows[0]["direction"], rows[0]["level"] = DIRECTION_CODES["place"], LEVELS.index("mid")

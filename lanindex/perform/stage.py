@@ -14,14 +14,13 @@ from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Motion, Score, Source
 from lanindex.perform.figure import Body, Limb, standard
 from lanindex.perform.going import WEIGHT, Going, going
+from lanindex.perform.laying import laid
 from lanindex.perform.reach import FOLDED, UP, Cell, Reach, bent, direction, great_circle, reaches
+from lanindex.perform.resting import OTHER
 from lanindex.perform.touching import TOUCHES, touch
 from lanindex.perform.turning import TURNED, angles, head_right, leaning, twisted
 
 Floats = NDArray[np.float64]
-
-OTHER = "other_support"
-"""The track of what else than feet carries."""
 
 CARRIED = (
     *WEIGHT,
@@ -70,7 +69,10 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     times = np.arange(frames) / float(rate)
     body = standard()
     gone = going(score, times, body)
-    bones = _bones(score, times, body)
+    bones, unlaid = _bones(score, times, body), tuple[str, ...]()
+    if gone is not None and gone.resting.rests:
+        own, unlaid = laid(score, gone.resting, times, gone.hips[:, 1], bones, body)
+        bones, unlaid = bones | own, (*gone.left_out, *unlaid)
     chest = twisted(bones["torso"], angles(score, "torso_twist", times).real)
     joints = _joints(body, bones if gone is None else bones | gone.legs, chest, gone)
     unreached = touch(joints, score, times, body)
@@ -78,7 +80,7 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     if noise:
         joints += _tremor(body, noise, seed, frames)
     source = Source("", "score", "mm", 1.0, "y")
-    places, said = joints.astype(np.float32), (*_left_out(score, body), *unreached)
+    places, said = joints.astype(np.float32), (*_left_out(score, body), *unlaid, *unreached)
     return Motion(body.skeleton, rate, places, source, warnings=said, axes=axes)
 
 
@@ -109,8 +111,7 @@ def _left_out(score: Score, body: Body) -> tuple[str, ...]:
         and PARTS[part].group not in body.limbs
         and _folds(_shown(score, part)).any()
     ]
-    stands = "the standard body stands on its feet: other supports are not carried out"
-    return (*strange, *stiff, *((stands,) if len(_shown(score, OTHER)) else ()))
+    return (*strange, *stiff)
 
 
 def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:

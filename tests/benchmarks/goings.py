@@ -1,9 +1,10 @@
-"""Steps, jumps, turns, twists, inclines and bends drawn at random, carried out, written down again.
+"""What the whole body does, drawn at random, carried out, and written down again.
 
     python tests/benchmarks/goings.py [SCORES]
 
-Prints, without noise and with 2 mm on every coordinate: how many symbols there were, how many came
-back exactly (angles within 5 degrees), how many came that were not there, and how many frames of 60
+Steps, jumps and turns; the same between other supports (*); twists and inclines; bends. Prints,
+without noise and with 2 mm on every coordinate: how many symbols there were, how many came back
+exactly (angles within 5 degrees), how many came that were not there, and how many frames of 60
 their borders are off.
 """
 
@@ -19,27 +20,31 @@ from lanindex.alphabet import BENDS
 from lanindex.perform import perform
 from lanindex.perform.going import WEIGHT
 from lanindex.perform.turning import TURNED
-from tests import bends, turnings
+from tests import bends, restings, turnings
 from tests.goings import RATE, Tally, compared, drawn
 
 
 def main() -> int:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 100
     for noise in (0.0, 2.0):
-        tally: dict[str, Tally] = {}
+        tally, between = dict[str, Tally](), dict[str, Tally]()
         for seed in range(count):
-            for score, parts in (
-                (drawn(seed), WEIGHT),
-                (turnings.drawn(seed), TURNED),
-                (bends.drawn(seed), BENDS.values()),
+            for score, parts, into in (
+                (drawn(seed), WEIGHT, tally),
+                (restings.drawn(seed), restings.TRACKS, between),
+                (turnings.drawn(seed), TURNED, tally),
+                (bends.drawn(seed), BENDS.values(), tally),
             ):
                 motion = perform(score, rate=RATE, noise=noise, seed=seed)
-                compared(score, encode(motion), tally, parts)
+                compared(score, encode(motion), into, parts)
         print(f"{count} scores, noise {noise:g} mm; borders in frames, p50 p95")
-        for part, it in tally.items():
+        for part, it in (*tally.items(), *((f"* {part}", it) for part, it in between.items())):
+            if not it.wanted:
+                print(f"{part:15} {it.added} added")
+                continue
             starts, stops = (np.percentile(off, [50, 95]) for off in (it.starts, it.stops))
             print(
-                f"{part:13} {it.exact:5} of {it.wanted:5} ({it.exact / it.wanted:.4f}), "
+                f"{part:15} {it.exact:5} of {it.wanted:5} ({it.exact / it.wanted:.4f}), "
                 f"{it.added} added; starts {starts[0]:.0f} {starts[1]:.0f}, "
                 f"stops {stops[0]:.0f} {stops[1]:.0f}"
             )

@@ -191,7 +191,3 @@ def test_what_cannot_be_reached_is_said():
     assert [it[:2] for it in told(motion)] == [("l_hand", "head")]
     low = perform(read_lnd(text.replace("r_hand_touch knee", "r_hand_touch head")), rate=30)
     assert low.warnings == ()
-    rest = perform(read_lnd("#unit1\ncarrier other_support knee 1 2\n"), rate=30)
-    assert rest.warnings == (
-        "the standard body stands on its feet: other supports are not carried out",
-    )

@@ -1,0 +1,278 @@
+"""How the standard body rests on something else than its feet: kneels, sits, lies, props itself.
+
+Source: ``encode/BODY.md``, "Other supports", read backwards. Lengths are those of a leg, angles
+degrees from straight down to forward.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import CARRIERS
+from lanindex.model import Score
+from lanindex.perform.reach import minimum_jerk
+
+Floats = NDArray[np.float64]
+
+OTHER = "other_support"
+"""The track that is carried out here."""
+
+DOWN, RISES, LEAST = 0.9, 0.8, 0.4
+"""Seconds that the body takes to come down and to rise, and that it takes at least."""
+
+LANDS = 0.15
+"""Seconds after a step that its leg still tells the level."""
+
+LIES = 0.07
+"""Lengths of a leg above the floor: so high lies a knee or a wrist that carries."""
+
+Window = tuple[float, float]
+Told = tuple[float, float, str]
+"""From when to when something else than feet carries, in seconds, and what."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """How a body rests that has its feet where it stood.
+
+    Attributes
+    ----------
+    ahead : float
+        How far the hips are before the feet.
+    up : float
+        How high they are at least; knees do not go below `LIES`.
+    comes, leaves : float
+        How long before it has come down support begins, and after it begins to rise support ends:
+        seconds, if it is on the way for one; else with the power of 1.5 of that time.
+    heels : float
+        How high they are raised.
+    knees : float
+        Where they go.
+    trunk : float or None
+        Where it points; as it did, if none.
+    arms : float or None
+        Where they point that would go through the floor; to the floor, if none.
+    least : float
+        Seconds that it lasts at least to be seen.
+    drop : float
+        How far what carries comes down, about.
+    """
+
+    ahead: float
+    up: float
+    comes: float
+    leaves: float
+    heels: float = 0.0
+    knees: float = 90.0
+    trunk: float | None = None
+    arms: float | None = 60.0
+    least: float = 0.25
+    drop: float = 1.0
+
+    def slower(self, height: float) -> float:
+        """Return how much longer it takes who stands so much higher than with straight legs."""
+        return float(np.sqrt(self.drop / (self.drop + height)))
+
+
+POSES = {
+    "knee": Pose(0.417, 0.0, 0.14, 0.3, heels=0.12, knees=45.0, drop=0.45),
+    "seat": Pose(-0.35, 0.12, 0.1, 0.2),
+    "trunk": Pose(-0.35, 0.13, 0.1, 0.2, trunk=-90.0, arms=90.0),
+    "hand": Pose(0.72, 0.0, 0.16, 0.35, heels=0.12, knees=45.0, trunk=110.0, arms=None, least=0.5),
+    "other": Pose(-0.35, 0.57, 0.06, 0.16, least=0.6),
+}
+"""By what carries."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A time in which something else than feet carries, in seconds.
+
+    Attributes
+    ----------
+    start, stop : float
+        When it does.
+    down, rise : tuple of float
+        From when to when the body comes down, and rises.
+    what : str
+        What carries.
+    returns : bool
+        Whether the hips come back over the feet as it rises: not if it steps at once, or goes on
+        resting on something else.
+    """
+
+    start: float
+    stop: float
+    down: Window
+    rise: Window
+    what: str
+    returns: bool
+
+    @property
+    def pose(self) -> Pose:
+        """How the body rests."""
+        return POSES[self.what]
+
+    def middle(self, times: Floats) -> int:
+        """Return the frame in the middle of it."""
+        return min(int(np.searchsorted(times, (self.start + self.stop) / 2)), len(times) - 1)
+
+    def share(self, times: Floats) -> Floats:
+        """Return how much of it is done."""
+        return part(times, self.down) * (1 - part(times, self.rise))
+
+
+def part(times: Floats, window: Window) -> Floats:
+    """Return how much is done of what takes some time."""
+    share = (times - window[0]) / max(window[1] - window[0], 1e-9)
+    return minimum_jerk(np.clip(share, 0, 1))
+
+
+Mix = Callable[[Floats, Floats, Floats], Floats]
+
+
+def told(score: Score) -> list[Told]:
+    """Return from when to when something else than feet carries, in seconds, and what."""
+    rows = score.tracks[OTHER].symbols if OTHER in score.tracks else ()
+    rate = float(score.rate)
+    return [
+        (float(row["start"]) / rate, float(row["stop"]) / rate, CARRIERS[row["amount"]])
+        for row in rows
+        if 0 <= row["amount"] < len(CARRIERS) and row["start"] < row["stop"]
+    ]
+
+
+def planned(
+    those: Sequence[Told], busy: Sequence[tuple[float, float, float]], last: float
+) -> tuple[list[Rest], tuple[str, ...]]:
+    """Return how the body comes down to what carries it, and rises; and for what there is no time.
+
+    Parameters
+    ----------
+    those : sequence of Told
+        As from `told`.
+    busy : sequence of tuple of float
+        From when to when the body steps or flies, in order of their ends, and how much higher it
+        stands then than with straight legs.
+    last : float
+        When the score ends: a body that rests then does not rise.
+    """
+    joined = [None, *map(_joined, those[:-1], those[1:]), None]
+    halves = [-np.inf, *((one[1] + two[0]) / 2 for one, two in pairwise(those)), np.inf]
+    ends, found, doubts = [it[1] for it in busy], list[Rest](), dict[str, None]()
+    for number, (start, stop, what) in enumerate(those):
+        before, after = joined[number : number + 2]
+        past, next_one = bisect_right(ends, start), bisect_right(ends, stop)
+        step_end, height = (ends[past - 1] + LANDS, busy[past - 1][2]) if past else (-np.inf, 0.0)
+        down = before or _down(start, start - max(step_end, halves[number]), what, height)
+        room, returns = halves[number + 1] - stop, after is None
+        if next_one < len(busy):
+            begin, end, then = busy[next_one]
+            if begin - stop < LEAST:
+                returns, begin, height = False, end, min(height, then)
+            room = min(room, begin - stop)
+        rise = after or _rise(stop, room, what, height, last)
+        found.append(Rest(start, stop, down, rise, what, returns))
+        tight = (not before and 0 < start < step_end - LANDS + LEAST / 2) or room < LEAST / 2
+        if tight or (after and those[number + 1][2] == what):
+            doubts[f"{what} carries at {start:g} s: there is no time to come down, or to rise"] = (
+                None
+            )
+        if stop - start < POSES[what].least:
+            doubts[f"{what} carries at {start:g} s for so short a time that nobody sees it"] = None
+    return found, tuple(doubts)
+
+
+def _joined(one: Told, two: Told) -> Window | None:
+    """Return from when to when a body goes from one support to the next, if it does not rise."""
+    gap = two[0] - one[1]
+    if gap >= 1.25 * LEAST:
+        return None
+    length = max(gap, 1.5 * LEAST)
+    if CARRIERS.index(two[2]) > CARRIERS.index(one[2]):
+        until = two[0] + POSES[two[2]].comes * length**1.5
+        return until - length, until
+    begin = one[1] - POSES[one[2]].leaves * length**1.5
+    return begin, begin + length
+
+
+def _down(start: float, room: float, what: str, height: float) -> Window:
+    length, pose = min(max(room, LEAST), DOWN), POSES[what]
+    until = start + pose.comes * pose.slower(height) * length**1.5 if start > 0 else 0.0
+    return until - length, until
+
+
+def _rise(stop: float, room: float, what: str, height: float, last: float) -> Window:
+    if stop >= last:
+        return stop + 1, stop + 2
+    length, pose = min(max(room, LEAST), RISES), POSES[what]
+    begin = stop - pose.leaves * pose.slower(height) * length**1.5
+    return begin, begin + length
+
+
+class Resting:
+    """How much a body rests, frame by frame.
+
+    Attributes
+    ----------
+    rests : list of Rest
+        When something else than feet carries.
+    done : ndarray
+        (T,) how much of all of them together.
+    """
+
+    def __init__(self, rests: Sequence[Rest], times: Floats) -> None:
+        self.rests, self.done = rests, np.zeros(len(times))
+        self._parts = list[tuple[slice, Floats]]()
+        for rest in rests:
+            some = slice(*np.searchsorted(times, (rest.down[0], rest.rise[1])).tolist())
+            own = rest.share(times[some])
+            self.done[some] += own
+            self._parts.append((some, own / np.maximum(self.done[some], 1e-9)))
+
+    def blended(self, base: Floats, aims: Sequence[Any], mix: Mix) -> Floats:
+        """Return values that rests bring to where they aim at; without an aim they stay."""
+        aimed = base.copy()
+        for (some, own), aim in zip(self._parts, aims, strict=True):
+            there = np.broadcast_to(base[some] if aim is None else aim, base[some].shape)
+            aimed[some] = mix(aimed[some], there, own)
+        return mix(base, aimed, self.done)
+
+
+def straight(start: Floats, stop: Floats, share: Floats) -> Floats:
+    """Return numbers on the way from one to another, (T,)."""
+    return start + share * (stop - start)
+
+
+def slerp(start: Floats, stop: Floats, share: Floats) -> Floats:
+    """Return directions on the way from one to another, (T, 3); opposite ones pass the front."""
+    along = np.clip(np.sum(start * stop, axis=1, keepdims=True), -1, 1)
+    across = stop - along * start
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    ahead = np.array([1.0, 0.0, 0.0])
+    other = ahead - np.sum(start * ahead, axis=1, keepdims=True) * start
+    across = np.where(size < 1e-6, other, across)
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
+    angle = np.arctan2(size, along) * share[:, None]
+    found: Floats = np.cos(angle) * start + np.sin(angle) * across
+    return found
+
+
+def way(degrees: float) -> Floats:
+    """Return where something points that is turned forward from straight down.
+
+    Examples
+    --------
+    >>> from lanindex.perform.resting import way
+    >>> way(90).round(3) + 0.0
+    array([1., 0., 0.])
+    """
+    angle = np.radians(degrees)
+    return np.array([np.sin(angle), -np.cos(angle), 0.0])
