@@ -25,7 +25,12 @@ LIFTED = 0.05
 HEIGHTS = 70
 """Hundredths of a leg in which the height is looked for at which a body rests."""
 
+TOES = 64.0
+"""Millimetres from the toe's joint to its tip."""
+
 SIDES = "rl"
+
+_SLIGHT = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +98,23 @@ def leg_to(
     point = np.stack((tip[:, 0], body.sole + size.leg * raised, tip[:, 1]), axis=1)
     foot = turned(point - hips, -front) - joint - size.leg / 2 * (thigh + shank)
     foot /= np.linalg.norm(foot, axis=1, keepdims=True)
-    return {f"{side}_thigh": thigh, f"{side}_shank": shank, f"{side}_foot": foot}
+    toes = _toes(foot, (body.sole + size.leg * raised) / TOES)
+    return {
+        f"{side}_thigh": thigh,
+        f"{side}_shank": shank,
+        f"{side}_foot": foot,
+        f"{side}_toes": toes,
+    }
+
+
+def _toes(foot: Floats, high: Floats) -> Floats:
+    """Return where toes point that are so high above the floor, in their lengths, (T, 3)."""
+    ahead = foot * [1, 0, 1] + [_SLIGHT, 0, 0]  # of a foot that points straight down, too
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    down = np.maximum(foot[:, 1], -np.minimum(high, 1))
+    found: Floats = np.sqrt(1 - down**2)[:, None] * ahead
+    found[:, 1] = down
+    return found
 
 
 def lying_height(

@@ -144,7 +144,7 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
         bones[f"{side}_hand"] = own.get(f"{side}_hand", bones[f"{side}_forearm"])
         standing = np.broadcast_to(body.standing_foot, (len(times), 3))
         turned = _turned(standing, -UP, bones[f"{side}_shank"])
-        bones[f"{side}_foot"] = own.get(f"{side}_foot", turned)
+        bones[f"{side}_foot"] = bones[f"{side}_toes"] = own.get(f"{side}_foot", turned)
     return bones
 
 
@@ -292,7 +292,7 @@ def _joints(
         joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
     if gone is not None:
         return _gone(joints, gone)
-    feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_shank", "_foot"))]
+    feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_foot", "_toes"))]
     joints[..., 1] += body.sole - joints[:, feet, 1].min(axis=1, keepdims=True)
     return joints
 
