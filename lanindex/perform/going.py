@@ -6,7 +6,7 @@ Source: ``encode/BODY.md``, read backwards.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,10 +19,22 @@ from lanindex.perform.figure import Body
 from lanindex.perform.legs import SIDES, Size, Stand, hip, leg_to, lying_height, toward
 from lanindex.perform.path import HEIGHT, REACHES, Move, Path, add
 from lanindex.perform.reach import FORWARD, bent
-from lanindex.perform.resting import Resting, Told, planned, slerp, straight, told, way
+from lanindex.perform.resting import (
+    Rest,
+    Resting,
+    Tells,
+    Told,
+    part,
+    planned,
+    slerp,
+    straight,
+    told,
+    way,
+)
 
 Floats = NDArray[np.float64]
 Rows = NDArray[Any]
+Bones = dict[str, Floats]
 
 LIFTS, FREE = 0.15, 0.25
 """Lengths of a leg that a foot is lifted on its way, and that a foot hangs that does not carry."""
@@ -32,6 +44,12 @@ SETTLES = 0.1
 
 GIVES = 0.04
 """Lengths of a leg that hips sink at most for a toe to stay on the floor."""
+
+ELSEWHERE = 0.5
+"""Lengths of a leg from where a foot is while something else carries: it is told to go there."""
+
+UNLIKE = 0.38
+"""The cosine between where a bone of a leg points and where it is told to: of three borders."""
 
 WEIGHT = ("r_support", "l_support", "jump", "body_turn")
 """The tracks that are carried out here."""
@@ -64,7 +82,7 @@ class Going:
     left_out: tuple[str, ...]
 
 
-def going(score: Score, times: Floats, body: Body) -> Going | None:
+def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> Going | None:
     """Return how the body goes, where the score tells anything of it.
 
     Parameters
@@ -75,6 +93,8 @@ def going(score: Score, times: Floats, body: Body) -> Going | None:
         (T,) seconds.
     body : Body
         Who carries it out.
+    bones : dict of str to ndarray
+        (T, 3) where bones point as told: legs, while something else carries.
     """
     shown, carried = {name: _shown(score, name) for name in WEIGHT}, told(score)
     if not carried and not any(len(rows) for rows in shown.values()):
@@ -85,7 +105,8 @@ def going(score: Score, times: Floats, body: Body) -> Going | None:
     busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
     rests, doubts = planned(carried, busy, score.frames / rate)
     path = Path.of(body, times, front)
-    path.follow(moves, rests)
+    placed = _placed(score, rests, times, bones)
+    path.follow(moves, rests, placed)
     feet_at, high = path.steps.cumsum(axis=0), path.high
     body_at = feet_at + path.shift.cumsum(axis=0)
     levels, asked = _levels(_begun(score), moves, times), _asked(score, times)
@@ -96,11 +117,9 @@ def going(score: Score, times: Floats, body: Body) -> Going | None:
         over[side], raised[side] = _foot(side, own, times, places, front, hip(body, side), high)
     heels = np.maximum(levels, 0)
     stands = np.minimum(REACHES + levels, heels + np.maximum(*asked))
-    resting = Resting(rests, times)
-    heels = resting.blended(heels, [it.pose.heels for it in rests], straight)
-    ahead = np.tile(FORWARD, (len(times), 1))
-    knees = resting.blended(ahead, [way(it.pose.knees) for it in rests], slerp)
-    stand, size = Stand(over, raised, heels, high, knees), Size.of(body)
+    resting, size = Resting(rests, times), Size.of(body)
+    heel, knees = _drawn_up(resting, placed, times, heels)
+    stand = Stand(over, raised, heel, knees, high)
     up = size.ankle + size.leg * (stands + high)
     up = _sunk(up, body_at, front, stand, body)
     hips = np.stack((body_at[:, 0], up, body_at[:, 1]), axis=1)
@@ -111,7 +130,57 @@ def going(score: Score, times: Floats, body: Body) -> Going | None:
         legs |= leg_to(
             side, hips, front, stand, straight(reach, np.ones(len(times)), resting.done), body
         )
-    return Going(front, hips, legs, resting, (*left_out, *doubts))
+    unlike = _unlike(score, rests, times, bones, legs)
+    return Going(front, hips, legs, resting, (*left_out, *doubts, *unlike))
+
+
+def _drawn_up(
+    resting: Resting, placed: Sequence[dict[str, Floats]], times: Floats, heels: Floats
+) -> tuple[Bones, Bones]:
+    """Return how high heels are raised, (T,), and where knees go, (T, 3), by side."""
+    heel, knees = dict[str, Floats](), dict[str, Floats]()
+    ahead, rests = np.tile(FORWARD, (len(times), 1)), resting.rests
+    for side in SIDES:
+        heel[side] = resting.blended(heels, [it.pose.heels for it in rests], straight)
+        knees[side] = resting.blended(ahead, [way(it.pose.knees) for it in rests], slerp)
+        for rest, feet in zip(rests, placed, strict=True):
+            if side in feet and feet[side][0] > 0:  # that foot stands
+                some = slice(*np.searchsorted(times, (rest.start, rest.rise[1])).tolist())
+                share = part(times[some], rest.draws) * (1 - part(times[some], rest.rise))
+                heel[side][some] *= 1 - share
+                up = np.broadcast_to(way(135.0), knees[side][some].shape)
+                knees[side][some] = slerp(knees[side][some], up, share)
+    return heel, knees
+
+
+def _placed(
+    score: Score, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
+) -> list[dict[str, Floats]]:
+    """Return where legs have their feet that are told to go elsewhere: see `Path.follow`."""
+    tells, found = Tells(score), list[dict[str, Floats]]()
+    for rest in rests:
+        feet, frame = dict[str, Floats](), rest.middle(times)
+        for side in SIDES:
+            thigh, shank = (f"{side}_{it}" for it in ("thigh", "shank"))
+            foot = (bones[thigh][frame, ::2] + bones[shank][frame, ::2]) / 2
+            elsewhere = np.hypot(foot[0] + rest.pose.ahead, foot[1]) > ELSEWHERE
+            if elsewhere and tells(rest, f"{side}_leg", thigh, shank):
+                feet[side] = foot
+        found.append(feet)
+    return found
+
+
+def _unlike(
+    score: Score, rests: Sequence[Rest], times: Floats, told: Bones, legs: Bones
+) -> Iterator[str]:
+    """Say which legs do not go as told while something else carries."""
+    tells = Tells(score)
+    for rest in rests:
+        frame = rest.middle(times)
+        for name in legs:
+            goes = name[2:] in ("thigh", "shank") and tells(rest, name, f"{name[:2]}leg")
+            if goes and float(told[name][frame] @ legs[name][frame]) < UNLIKE:
+                yield f"{name} goes as {rest.what} needs it at {rest.start:g} s, not as told"
 
 
 def _on_feet(moves: list[Move], carried: Sequence[Told]) -> tuple[list[Move], tuple[str, ...]]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lanindex.model import Score
 from lanindex.perform.figure import Body
-from lanindex.perform.resting import DOWN, LIES, Pose, Rest, Resting, slerp, way
+from lanindex.perform.resting import LIES, Pose, Resting, Tells, slerp, way
 
 Floats = NDArray[np.float64]
 
@@ -45,13 +45,21 @@ def laid(
         Who carries it out.
     """
     rests, doubts = resting.rests, dict[str, None]()
-    tells = _Tells(score)
+    tells = Tells(score)
     leans = [tells(rest, "torso", "torso_incline") for rest in rests]
     aims = [
         None if it.pose.trunk is None or lean else way(it.pose.trunk)
         for it, lean in zip(rests, leans, strict=True)
     ]
     found = {"torso": resting.blended(bones["torso"], aims, slerp)}
+    neck = hips + _along(body, "Neck") * found["torso"][:, 1]
+    for rest, lean in zip(rests, leans, strict=True):
+        if (
+            lean
+            and rest.what == "trunk"
+            and neck[rest.middle(times)] > hips[rest.middle(times)] * 2
+        ):
+            doubts[f"torso goes as told at {rest.start:g} s and does not lie"] = None
     if bones["head"] is bones["torso"]:
         found["head"] = found["torso"]
     up = hips + _along(body, "RightShoulder") * found["torso"][:, 1]
@@ -67,29 +75,13 @@ def laid(
             arms.append(_arm(pose, float(up[middle]), body) if moves else (None,) * len(ARM))
             if told and pose.arms is None:
                 doubts[f"{side}_arm goes as told at {rest.start:g} s and does not prop"] = None
+            elif pose.arms is None and up[middle] > sum(_sizes(body)[:2]) * (1 + LIES):
+                doubts[f"{side}_hand does not reach the floor at {rest.start:g} s"] = None
             elif told and sinks:
                 doubts[f"{side}_arm would go through the floor at {rest.start:g} s"] = None
         for name, base, those in zip(names, own, zip(*arms, strict=True), strict=True):
             found[name] = resting.blended(base, those, slerp)
     return found, tuple(doubts)
-
-
-class _Tells:
-    """Whether a score moves a part as the body comes down, or rests."""
-
-    def __init__(self, score: Score) -> None:
-        self._score, self._begins = score, dict[str, NDArray[np.float64]]()
-
-    def __call__(self, rest: Rest, *parts: str) -> bool:
-        return any(self._in(rest, part) for part in parts if part in self._score.tracks)
-
-    def _in(self, rest: Rest, part: str) -> bool:
-        if part not in self._begins:
-            rows = self._score.tracks[part].symbols
-            rows = rows[~rows["passing"] & (rows["stop"] > rows["start"])]
-            self._begins[part] = np.sort(rows["start"] / float(self._score.rate))
-        first, last = np.searchsorted(self._begins[part], (rest.start - DOWN, rest.stop))
-        return bool(first < last)
 
 
 def _arm(pose: Pose, shoulder: float, body: Body) -> tuple[Floats, Floats, Floats]:

@@ -25,6 +25,9 @@ LIFTED = 0.05
 HEIGHTS = 70
 """Hundredths of a leg in which the height is looked for at which a body rests."""
 
+SITS = 0.12
+"""Lengths of a leg above the floor: so high are hips that sit."""
+
 TOES = 64.0
 """Millimetres from the toe's joint to its tip."""
 
@@ -59,24 +62,28 @@ class Stand:
         (T, 2) mm, by side: where the ankle is over the ground while the heel is down.
     raised : dict of str to ndarray
         (T,) how high.
-    heels, high : ndarray
-        (T,) how high heels are raised, and how high the body flies.
-    knees : ndarray
-        (T, 3) unit vectors of the body frame: where knees go.
+    heels : dict of str to ndarray
+        (T,) how high the heel is raised.
+    knees : dict of str to ndarray
+        (T, 3) unit vectors of the body frame: where the knee goes.
+    high : ndarray
+        (T,) how high the body flies.
     """
 
     over: dict[str, Floats]
     raised: dict[str, Floats]
-    heels: Floats
+    heels: dict[str, Floats]
+    knees: dict[str, Floats]
     high: Floats
-    knees: Floats
 
     def at(self, frame: int, count: int) -> Stand:
         """Return one frame so many times."""
         some = np.full(count, frame)
-        over = {side: it[some] for side, it in self.over.items()}
-        raised = {side: it[some] for side, it in self.raised.items()}
-        return Stand(over, raised, self.heels[some], self.high[some], self.knees[some])
+        over, raised, heels, knees = (
+            {side: it[some] for side, it in one.items()}
+            for one in (self.over, self.raised, self.heels, self.knees)
+        )
+        return Stand(over, raised, heels, knees, self.high[some])
 
 
 def leg_to(
@@ -85,16 +92,16 @@ def leg_to(
     """Return where the bones of a leg point whose foot is there, (T, 3)."""
     size, joint, ahead = Size.of(body), hip(body, side), toward(front + np.pi / 2)
     foot_size, raised = float(np.linalg.norm(size.toe)), stand.raised[side]
-    back = size.leg * stand.heels - size.toe[1]
+    back = size.leg * stand.heels[side] - size.toe[1]
     back = np.sqrt(foot_size**2 - np.minimum(back, 0.99 * foot_size) ** 2)
     tip = stand.over[side] + size.toe[0] * ahead  # the toe stays where the heel cannot
     heel = tip - back[:, None] * ahead
-    height = size.ankle + size.leg * (raised + stand.heels)
+    height = size.ankle + size.leg * (raised + stand.heels[side])
     target = np.stack((heel[:, 0], height, heel[:, 1]), axis=1)
     way = (turned(target - hips, -front) - joint) / size.leg
     far, free = np.linalg.norm(way, axis=1), np.clip((raised - stand.high) / LIFTED, 0, 1)
     way *= (1 - free * np.maximum(1 - reach / np.maximum(far, 1e-9), 0))[:, None]
-    thigh, shank = _bent(way, stand.knees)
+    thigh, shank = _bent(way, stand.knees[side])
     point = np.stack((tip[:, 0], body.sole + size.leg * raised, tip[:, 1]), axis=1)
     foot = turned(point - hips, -front) - joint - size.leg / 2 * (thigh + shank)
     foot /= np.linalg.norm(foot, axis=1, keepdims=True)
@@ -133,7 +140,9 @@ def lying_height(
         for side in SIDES
     ]
     sunk = np.flatnonzero(np.minimum(*knees) < LIES * leg)
-    return float(heights[min(sunk[-1] + 1, HEIGHTS - 1) if len(sunk) else 0])
+    if not len(sunk):  # knees that stand up carry nothing
+        return leg * max(rest.pose.up, SITS)
+    return float(heights[min(sunk[-1] + 1, HEIGHTS - 1)])
 
 
 def _bent(way: Floats, knees: Floats) -> tuple[Floats, Floats]:

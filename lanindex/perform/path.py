@@ -37,11 +37,11 @@ HEIGHT = {LOW: -SINKS, HIGH: HEELS}
 REACHES = 0.995
 """Part of its length that a leg that carries has from hip to ankle."""
 
+BRIEF = 0.1
+"""Seconds: a step that begins so soon after a rest begins at once."""
+
 DRAWN = 12.0
 """Lengths of a leg a second squared: how bodies fall."""
-
-DRAWS = 0.1
-"""Seconds before a rest ends in which feet have been drawn up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,14 +132,30 @@ class Path:
         feet = {side: hip(body, side)[2] * toward(0.0) for side in SIDES}
         return cls(body, times, front, steps, shift, np.zeros(len(times)), [], np.zeros(2), feet)
 
-    def follow(self, moves: Sequence[Move], rests: Sequence[Rest]) -> None:
-        """Take body and feet along."""
-        both: list[Move | Rest] = [*moves, *rests]
-        for one in sorted(both, key=lambda it: it.stop):
-            if isinstance(one, Rest):
+    def follow(
+        self, moves: Sequence[Move], rests: Sequence[Rest], placed: Sequence[dict[str, Floats]]
+    ) -> None:
+        """Take body and feet along.
+
+        Parameters
+        ----------
+        moves : sequence of Move
+            What takes them along.
+        rests : sequence of Rest
+            When something else than feet carries.
+        placed : sequence of dict of str to ndarray
+            By rest and side, where a leg has its foot that goes as told: (2,) lengths of a leg
+            forward and right of its hip.
+        """
+        both: list[Move | tuple[Rest, dict[str, Floats]]] = [
+            *moves,
+            *zip(rests, placed, strict=True),
+        ]
+        for one in sorted(both, key=lambda it: it.stop if isinstance(it, Move) else it[0].stop):
+            if isinstance(one, tuple):
                 if not moves:  # its feet have turned along
-                    self._feet = self._joints(self._front(one.start))
-                self._rest(one)
+                    self._feet = self._joints(self._front(one[0].start))
+                self._rest(*one)
             else:
                 self._move(one)
 
@@ -150,21 +166,22 @@ class Path:
         """Return where both hips are over the ground."""
         return {side: self._now + hip(self.body, side)[2] * toward(turned) for side in SIDES}
 
-    def _rest(self, one: Rest) -> None:
+    def _rest(self, one: Rest, placed: dict[str, Floats]) -> None:
         """Bring the hips before the foot in front, or behind the other; feet are drawn up."""
         leg, before = Size.of(self.body).leg, toward(self._front(one.start) + np.pi / 2)
         apart = abs(float((self._feet["r"] - self._feet["l"]) @ before)) / 2
         away = leg * one.pose.ahead + np.copysign(apart, one.pose.ahead)
         self._shift((self._feet["r"] + self._feet["l"]) / 2 + away * before, one.down)
         turned = self._front(one.stop)
-        back = leg * one.pose.ahead * toward(turned + np.pi / 2)
-        until = max(one.stop - DRAWS, one.start + DRAWS)
+        back = np.array([-one.pose.ahead, 0.0])
         for side, joint in self._joints(turned).items():
-            self._feet[side] = joint - back
-            self.drawn.append(Move(one.start, until, PLACE, -1, side, to=joint - back))
+            ahead, right = leg * placed.get(side, back)
+            to = joint + ahead * toward(turned + np.pi / 2) + right * toward(turned)
+            self._feet[side] = to
+            self.drawn.append(Move(*one.draws, PLACE, -1, side, to=to))
         self._until = one.stop
         if one.returns:
-            self._shift(self._now - back, one.rise)
+            self._shift((self._feet["r"] + self._feet["l"]) / 2, one.rise)
 
     def _shift(self, there: Floats, window: tuple[float, float]) -> None:
         some = slice(*np.searchsorted(self.times, window).tolist())
@@ -185,7 +202,7 @@ class Path:
         for side in SIDES:
             if one.flies or side in one.feet:
                 self._feet[side] = joints[side]
-            elif one.start < self._until + DRAWS:
+            elif one.start < self._until + BRIEF:
                 self._draw(side, one, joints[side], turned)
         if one.flies:
             self.high[some] += DRAWN / 2 * (one.stop - one.start) ** 2 * share * (1 - share)

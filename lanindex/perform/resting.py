@@ -30,6 +30,9 @@ DOWN, RISES, LEAST = 0.9, 0.8, 0.4
 LANDS = 0.15
 """Seconds after a step that its leg still tells the level."""
 
+DRAWS = (0.1, 1.0)
+"""Seconds in which feet are drawn up at least, and before a rest ends; and at most."""
+
 LIES = 0.07
 """Lengths of a leg above the floor: so high lies a knee or a wrist that carries."""
 
@@ -119,6 +122,13 @@ class Rest:
     def pose(self) -> Pose:
         """How the body rests."""
         return POSES[self.what]
+
+    @property
+    def draws(self) -> Window:
+        """From when to when feet are drawn up: before it ends, so that no step is seen."""
+        return self.start, min(
+            max(self.stop - DRAWS[0], self.start + DRAWS[0]), self.start + DRAWS[1]
+        )
 
     def middle(self, times: Floats) -> int:
         """Return the frame in the middle of it."""
@@ -215,6 +225,25 @@ def _rise(stop: float, room: float, what: str, height: float, last: float) -> Wi
     length, pose = min(max(room, LEAST), RISES), POSES[what]
     begin = stop - pose.leaves * pose.slower(height) * length**1.5
     return begin, begin + length
+
+
+class Tells:
+    """Whether a score moves one of some parts as the body comes down, or rests."""
+
+    def __init__(self, score: Score) -> None:
+        self._score, self._begins = score, dict[str, NDArray[np.float64]]()
+
+    def __call__(self, rest: Rest, *parts: str) -> bool:
+        """Tell it of one of a score's rests."""
+        return any(self._in(rest, part) for part in parts if part in self._score.tracks)
+
+    def _in(self, rest: Rest, part: str) -> bool:
+        if part not in self._begins:
+            rows = self._score.tracks[part].symbols
+            rows = rows[~rows["passing"] & (rows["stop"] > rows["start"])]
+            self._begins[part] = np.sort(rows["start"] / float(self._score.rate))
+        first, last = np.searchsorted(self._begins[part], (rest.start - DOWN, rest.stop))
+        return bool(first < last)
 
 
 class Resting:

@@ -68,8 +68,8 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
         )
     times = np.arange(frames) / float(rate)
     body = standard()
-    gone = going(score, times, body)
     bones, unlaid = _bones(score, times, body), tuple[str, ...]()
+    gone = going(score, times, body, bones)
     if gone is not None and gone.resting.rests:
         own, unlaid = laid(score, gone.resting, times, gone.hips[:, 1], bones, body)
         bones, unlaid = bones | own, (*gone.left_out, *unlaid)
