@@ -45,6 +45,12 @@ SETTLES = 0.1
 GIVES = 0.04
 """Lengths of a leg that hips sink at most for a toe to stay on the floor."""
 
+SETTLED, FLESH = 5, 30.0
+"""How often hips are raised for knees that would sink, and millimetres that these lie high."""
+
+PRONE = 0.7
+"""How far forward a trunk leans that lies face down: half a right angle."""
+
 ELSEWHERE = 0.5
 """Lengths of a leg from where a foot is while something else carries: it is told to go there."""
 
@@ -102,6 +108,7 @@ def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> 
     rate = float(score.rate)
     front = _front(shown["body_turn"], times, rate)
     moves, left_out = _on_feet(_moves(shown, rate), carried)
+    carried = [_faced(it, times, bones["torso"]) for it in carried]
     busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
     rests, doubts = planned(carried, busy, score.frames / rate)
     path = Path.of(body, times, front)
@@ -125,13 +132,38 @@ def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> 
     hips = np.stack((body_at[:, 0], up, body_at[:, 1]), axis=1)
     lies = [lying_height(it, times, hips, front, stand, body) for it in rests]
     hips[:, 1] = resting.blended(up, lies, straight)
-    legs = dict[str, Floats]()
-    for side, reach in zip(SIDES, asked, strict=True):
-        legs |= leg_to(
-            side, hips, front, stand, straight(reach, np.ones(len(times)), resting.done), body
-        )
+    legs = _on_floor(hips, front, stand, asked, resting, body)
     unlike = _unlike(score, rests, times, bones, legs)
     return Going(front, hips, legs, resting, (*left_out, *doubts, *unlike))
+
+
+def _on_floor(
+    hips: Floats,
+    front: Floats,
+    stand: Stand,
+    asked: tuple[Floats, Floats],
+    resting: Resting,
+    body: Body,
+) -> Bones:
+    """Return where the bones of legs point, hips raised, in place, where a knee would sink."""
+    leg, legs = Size.of(body).leg, dict[str, Floats]()
+    for _ in range(SETTLED):
+        sinks = np.zeros(len(hips))
+        for side, told_of in zip(SIDES, asked, strict=True):
+            reach = straight(told_of, np.ones(len(hips)), resting.done)
+            legs |= leg_to(side, hips, front, stand, reach, body)
+            sinks = np.maximum(sinks, FLESH - hips[:, 1] - leg / 2 * legs[f"{side}_thigh"][:, 1])
+        if not sinks.any():
+            break
+        hips[:, 1] += sinks
+    return legs
+
+
+def _faced(one: Told, times: Floats, torso: Floats) -> Told:
+    """Return what carries: of a trunk that is told to lean forward, a prone one."""
+    start, stop, what = one
+    lean = torso[min(int(np.searchsorted(times, (start + stop) / 2)), len(times) - 1)]
+    return (start, stop, "prone trunk") if what == "trunk" and lean[0] > PRONE else one
 
 
 def _drawn_up(

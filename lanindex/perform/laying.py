@@ -12,9 +12,15 @@ from numpy.typing import NDArray
 
 from lanindex.model import Score
 from lanindex.perform.figure import Body
-from lanindex.perform.resting import LIES, Pose, Resting, Tells, slerp, way
+from lanindex.perform.resting import LIES, Resting, Tells, above, slerp, way
 
 Floats = NDArray[np.float64]
+
+LEVEL = 0.7
+"""The sine of half a right angle: what is lower lies; the cosine of two that differ by more."""
+
+FLESH = 10.0
+"""Millimetres above the floor: lower goes no joint of an arm."""
 
 ARM = ("upper_arm", "forearm", "hand")
 
@@ -45,59 +51,46 @@ def laid(
         Who carries it out.
     """
     rests, doubts = resting.rests, dict[str, None]()
-    tells = Tells(score)
-    leans = [tells(rest, "torso", "torso_incline") for rest in rests]
-    aims = [
-        None if it.pose.trunk is None or lean else way(it.pose.trunk)
-        for it, lean in zip(rests, leans, strict=True)
-    ]
+    tells, middles = Tells(score), [rest.middle(times) for rest in rests]
+    aims = list[Floats | None]()
+    for rest, middle in zip(rests, middles, strict=True):
+        pose, lean = rest.pose, bones["torso"][middle]
+        told = tells(rest, "torso", "torso_incline")
+        suits = abs(lean[1]) < LEVEL or (pose.props and lean[0] > LEVEL)
+        aims.append(None if pose.trunk is None or told or suits else way(pose.trunk))
+        if pose.trunk is not None and told and not suits:
+            doubts[f"torso goes as told at {rest.start:g} s: {rest.what} may not carry"] = None
     found = {"torso": resting.blended(bones["torso"], aims, slerp)}
-    neck = hips + _along(body, "Neck") * found["torso"][:, 1]
-    for rest, lean in zip(rests, leans, strict=True):
-        if (
-            lean
-            and rest.what == "trunk"
-            and neck[rest.middle(times)] > hips[rest.middle(times)] * 2
-        ):
-            doubts[f"torso goes as told at {rest.start:g} s and does not lie"] = None
     if bones["head"] is bones["torso"]:
         found["head"] = found["torso"]
-    up = hips + _along(body, "RightShoulder") * found["torso"][:, 1]
+    up, sizes = hips + _along(body, "RightShoulder") * found["torso"][:, 1], _sizes(body)
     for side in "rl":
         names = [f"{side}_{it}" for it in ARM]
-        own = [bones[it] for it in names]
-        arms = list[tuple[Floats | None, ...]]()
-        for rest in rests:
-            middle, pose = rest.middle(times), rest.pose
-            told = tells(rest, f"{side}_arm", *names)
-            sinks = up[middle] + _lowest(own, middle, body) < 0
-            moves = sinks or (pose.arms is None and not told)
-            arms.append(_arm(pose, float(up[middle]), body) if moves else (None,) * len(ARM))
-            if told and pose.arms is None:
-                doubts[f"{side}_arm goes as told at {rest.start:g} s and does not prop"] = None
-            elif pose.arms is None and up[middle] > sum(_sizes(body)[:2]) * (1 + LIES):
-                doubts[f"{side}_hand does not reach the floor at {rest.start:g} s"] = None
-            elif told and sinks:
+        told_of = [tells(rest, f"{side}_arm", *names) for rest in rests]
+        reaches = list[list[Floats | None]]()
+        for rest, middle, told in zip(rests, middles, told_of, strict=True):
+            props = rest.pose.props and not told
+            reaches.append([*_reach(float(up[middle]), sizes)] if props else [None] * len(ARM))
+            if rest.pose.props and (told or up[middle] > (1 + 2 * LIES) * sum(sizes[:2])):
+                doubts[f"{side}_hand does not prop at {rest.start:g} s: it goes as told"] = None
+        high, lies = up, resting.done > 0
+        for number, (name, size) in enumerate(zip(names, sizes, strict=True)):
+            ways = resting.blended(bones[name], [it[number] for it in reaches], slerp)
+            ways[lies] = above(ways[lies], (high[lies] - FLESH) / size)
+            found[name], high = ways, high + size * ways[:, 1]
+        for rest, middle, told in zip(rests, middles, told_of, strict=True):
+            if told and any(
+                float(found[it][middle] @ bones[it][middle]) < LEVEL for it in names[:2]
+            ):
                 doubts[f"{side}_arm would go through the floor at {rest.start:g} s"] = None
-        for name, base, those in zip(names, own, zip(*arms, strict=True), strict=True):
-            found[name] = resting.blended(base, those, slerp)
     return found, tuple(doubts)
 
 
-def _arm(pose: Pose, shoulder: float, body: Body) -> tuple[Floats, Floats, Floats]:
-    """Return where the bones of an arm point that rests, or props the body."""
-    if pose.arms is not None:
-        return (way(pose.arms),) * 3
-    sizes = _sizes(body)
-    cosine = min((shoulder - LIES * sum(sizes[:2])) / sum(sizes[:2]), 1.0)
-    reach = way(float(np.degrees(np.arccos(cosine))))
-    return reach, reach, way(90.0)
-
-
-def _lowest(own: Sequence[Floats], frame: int, body: Body) -> float:
-    """Return how far below its shoulder an arm ends, mm."""
-    return sum(size * min(float(it[frame, 1]), 0.0)
-               for it, size in zip(own, _sizes(body), strict=True))  # fmt: skip
+def _reach(shoulder: float, sizes: Sequence[float]) -> tuple[Floats, Floats, Floats]:
+    """Return where the bones of an arm point whose hand is on the floor."""
+    arm = sum(sizes[:2])
+    way_down = way(float(np.degrees(np.arccos(min(max(shoulder / arm - LIES, 0), 1)))))
+    return way_down, way_down, way(90.0)
 
 
 def _sizes(body: Body) -> tuple[float, float, float]:

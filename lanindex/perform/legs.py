@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES
 from lanindex.perform.figure import Body
 from lanindex.perform.reach import UP
-from lanindex.perform.resting import LIES, Rest
+from lanindex.perform.resting import LIES, Rest, above
 
 Floats = NDArray[np.float64]
 
@@ -32,8 +32,6 @@ TOES = 64.0
 """Millimetres from the toe's joint to its tip."""
 
 SIDES = "rl"
-
-_SLIGHT = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +103,7 @@ def leg_to(
     point = np.stack((tip[:, 0], body.sole + size.leg * raised, tip[:, 1]), axis=1)
     foot = turned(point - hips, -front) - joint - size.leg / 2 * (thigh + shank)
     foot /= np.linalg.norm(foot, axis=1, keepdims=True)
-    toes = _toes(foot, (body.sole + size.leg * raised) / TOES)
+    toes = above(foot, (body.sole + size.leg * raised) / TOES)
     return {
         f"{side}_thigh": thigh,
         f"{side}_shank": shank,
@@ -114,23 +112,15 @@ def leg_to(
     }
 
 
-def _toes(foot: Floats, high: Floats) -> Floats:
-    """Return where toes point that are so high above the floor, in their lengths, (T, 3)."""
-    ahead = foot * [1, 0, 1] + [_SLIGHT, 0, 0]  # of a foot that points straight down, too
-    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
-    down = np.maximum(foot[:, 1], -np.minimum(high, 1))
-    found: Floats = np.sqrt(1 - down**2)[:, None] * ahead
-    found[:, 1] = down
-    return found
-
-
 def lying_height(
     rest: Rest, times: Floats, hips: Floats, front: Floats, stand: Stand, body: Body
 ) -> float:
     """Return how high the hips of a body are that rests: the lower knee lies on the floor."""
     leg = Size.of(body).leg
-    frame = min(int(np.searchsorted(times, rest.stop)), len(times) - 1)
-    heights = leg * (rest.pose.up + np.arange(HEIGHTS) / 100)
+    if rest.pose.up is not None:
+        return leg * rest.pose.up
+    frame = min(int(np.searchsorted(times, min(rest.stop, rest.rise[0]))), len(times) - 1)
+    heights = leg * np.arange(HEIGHTS) / 100
     there = np.tile(hips[frame], (HEIGHTS, 1))
     there[:, 1] = heights
     some, ahead = stand.at(frame, HEIGHTS), np.full(HEIGHTS, front[frame])
@@ -141,7 +131,7 @@ def lying_height(
     ]
     sunk = np.flatnonzero(np.minimum(*knees) < LIES * leg)
     if not len(sunk):  # knees that stand up carry nothing
-        return leg * max(rest.pose.up, SITS)
+        return leg * SITS
     return float(heights[min(sunk[-1] + 1, HEIGHTS - 1)])
 
 

@@ -171,7 +171,7 @@ class Path:
         leg, before = Size.of(self.body).leg, toward(self._front(one.start) + np.pi / 2)
         apart = abs(float((self._feet["r"] - self._feet["l"]) @ before)) / 2
         away = leg * one.pose.ahead + np.copysign(apart, one.pose.ahead)
-        self._shift((self._feet["r"] + self._feet["l"]) / 2 + away * before, one.down)
+        self._shift((self._feet["r"] + self._feet["l"]) / 2 + away * before, one.forth)
         turned = self._front(one.stop)
         back = np.array([-one.pose.ahead, 0.0])
         for side, joint in self._joints(turned).items():
@@ -181,7 +181,7 @@ class Path:
             self.drawn.append(Move(*one.draws, PLACE, -1, side, to=to))
         self._until = one.stop
         if one.returns:
-            self._shift((self._feet["r"] + self._feet["l"]) / 2, one.rise)
+            self._shift((self._feet["r"] + self._feet["l"]) / 2, one.back)
 
     def _shift(self, there: Floats, window: tuple[float, float]) -> None:
         some = slice(*np.searchsorted(self.times, window).tolist())

@@ -30,6 +30,8 @@ DOWN, RISES, LEAST = 0.9, 0.8, 0.4
 LANDS = 0.15
 """Seconds after a step that its leg still tells the level."""
 
+HURRIES = "there is no time to come down, or to rise"
+
 DRAWS = (0.1, 1.0)
 """Seconds in which feet are drawn up at least, and before a rest ends; and at most."""
 
@@ -49,8 +51,8 @@ class Pose:
     ----------
     ahead : float
         How far the hips are before the feet.
-    up : float
-        How high they are at least; knees do not go below `LIES`.
+    up : float or None
+        How high they are; if none, so high that the lower knee lies at `LIES`.
     comes, leaves : float
         How long before it has come down support begins, and after it begins to rise support ends:
         seconds, if it is on the way for one; else with the power of 1.5 of that time.
@@ -60,23 +62,26 @@ class Pose:
         Where they go.
     trunk : float or None
         Where it points; as it did, if none.
-    arms : float or None
-        Where they point that would go through the floor; to the floor, if none.
+    props : bool
+        Whether hands carry.
     least : float
         Seconds that it lasts at least to be seen.
+    early : float
+        In which part of the time hips come there over the ground, before they have come down.
     drop : float
         How far what carries comes down, about.
     """
 
     ahead: float
-    up: float
+    up: float | None
     comes: float
     leaves: float
     heels: float = 0.0
     knees: float = 90.0
     trunk: float | None = None
-    arms: float | None = 60.0
+    props: bool = False
     least: float = 0.25
+    early: float = 1.0
     drop: float = 1.0
 
     def slower(self, height: float) -> float:
@@ -85,13 +90,16 @@ class Pose:
 
 
 POSES = {
-    "knee": Pose(0.417, 0.0, 0.14, 0.3, heels=0.12, knees=45.0, drop=0.45),
+    "knee": Pose(0.417, None, 0.14, 0.3, heels=0.12, knees=45.0, drop=0.45),
     "seat": Pose(-0.35, 0.12, 0.1, 0.2),
-    "trunk": Pose(-0.35, 0.13, 0.1, 0.2, trunk=-90.0, arms=90.0),
-    "hand": Pose(0.72, 0.0, 0.16, 0.35, heels=0.12, knees=45.0, trunk=110.0, arms=None, least=0.5),
+    "trunk": Pose(-0.35, 0.13, 0.1, 0.2, trunk=-90.0),
+    "prone trunk": Pose(1.08, 0.13, 0.17, 0.28, heels=0.12, knees=45.0, early=0.7),
+    "hand": Pose(
+        0.72, None, 0.16, 0.35, heels=0.12, knees=45.0, trunk=110.0, props=True, least=0.5
+    ),
     "other": Pose(-0.35, 0.57, 0.06, 0.16, least=0.6),
 }
-"""By what carries."""
+"""By what carries; prone, who lies face down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +130,16 @@ class Rest:
     def pose(self) -> Pose:
         """How the body rests."""
         return POSES[self.what]
+
+    @property
+    def forth(self) -> Window:
+        """From when to when the hips come before or behind the feet."""
+        return self.down[0], self.down[0] + self.pose.early * (self.down[1] - self.down[0])
+
+    @property
+    def back(self) -> Window:
+        """From when to when the hips come back over the feet."""
+        return self.rise[1] - self.pose.early * (self.rise[1] - self.rise[0]), self.rise[1]
 
     @property
     def draws(self) -> Window:
@@ -192,9 +210,7 @@ def planned(
         found.append(Rest(start, stop, down, rise, what, returns))
         tight = (not before and 0 < start < step_end - LANDS + LEAST / 2) or room < LEAST / 2
         if tight or (after and those[number + 1][2] == what):
-            doubts[f"{what} carries at {start:g} s: there is no time to come down, or to rise"] = (
-                None
-            )
+            doubts[f"{what} carries at {start:g} s: {HURRIES}"] = None
         if stop - start < POSES[what].least:
             doubts[f"{what} carries at {start:g} s for so short a time that nobody sees it"] = None
     return found, tuple(doubts)
@@ -206,11 +222,16 @@ def _joined(one: Told, two: Told) -> Window | None:
     if gap >= 1.25 * LEAST:
         return None
     length = max(gap, 1.5 * LEAST)
-    if CARRIERS.index(two[2]) > CARRIERS.index(one[2]):
+    if _rank(two) > _rank(one):
         until = two[0] + POSES[two[2]].comes * length**1.5
         return until - length, until
     begin = one[1] - POSES[one[2]].leaves * length**1.5
     return begin, begin + length
+
+
+def _rank(one: Told) -> int:
+    """Return which of several supports is told: the highest."""
+    return ("other", "knee", "hand", "seat", "trunk").index(one[2].removeprefix("prone "))
 
 
 def _down(start: float, room: float, what: str, height: float) -> Window:
@@ -291,6 +312,24 @@ def slerp(start: Floats, stop: Floats, share: Floats) -> Floats:
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
     angle = np.arctan2(size, along) * share[:, None]
     found: Floats = np.cos(angle) * start + np.sin(angle) * across
+    return found
+
+
+def above(ways: Floats, high: Floats) -> Floats:
+    """Return directions, (T, 3), raised so far that they end above the floor.
+
+    Parameters
+    ----------
+    ways : ndarray
+        (T, 3) unit vectors.
+    high : ndarray
+        (T,) how high each begins, in its length.
+    """
+    ahead = ways * [1, 0, 1] + [1e-6, 0, 0]  # of what points straight down, too
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    up = np.maximum(ways[:, 1], np.clip(-high, -1, 1))
+    found: Floats = np.sqrt(1 - np.minimum(up**2, 1))[:, None] * ahead
+    found[:, 1] = up
     return found
 
 
