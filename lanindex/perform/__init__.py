@@ -19,7 +19,8 @@ def perform(
     part rests. Forearm and shank have tracks of their own or follow the arm and leg, hands follow
     the forearms, the head the torso, feet their shanks. The lower foot stands on the floor. Chest
     and head twist and lean on straight ways.
-    Parts without a track hang or stand; passing symbols are passed over. Hands come to what they
+    Parts without a track hang or stand; passing symbols are passed over. The body kneels, sits,
+    lies or props itself while something else than feet carries. Hands come to what they
     touch, whatever their arms' tracks say, if they reach it.
 
     Parameters

@@ -35,6 +35,7 @@ from lanindex.perform.resting import (
 Floats = NDArray[np.float64]
 Rows = NDArray[Any]
 Bones = dict[str, Floats]
+"""By bone, or by side."""
 
 LIFTS, FREE = 0.15, 0.25
 """Lengths of a leg that a foot is lifted on its way, and that a foot hangs that does not carry."""
@@ -112,7 +113,8 @@ def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> 
     busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
     rests, doubts = planned(carried, busy, score.frames / rate)
     path = Path.of(body, times, front)
-    placed = _placed(score, rests, times, bones)
+    tells = Tells(score)
+    placed = _placed(tells, rests, times, bones)
     path.follow(moves, rests, placed)
     feet_at, high = path.steps.cumsum(axis=0), path.high
     body_at = feet_at + path.shift.cumsum(axis=0)
@@ -123,7 +125,7 @@ def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> 
         places = body_at, feet_at
         over[side], raised[side] = _foot(side, own, times, places, front, hip(body, side), high)
     heels = np.maximum(levels, 0)
-    stands = np.minimum(REACHES + levels, heels + np.maximum(*asked))
+    stands = np.minimum(REACHES + levels, heels + np.maximum(*asked.values()))
     resting, size = Resting(rests, times), Size.of(body)
     heel, knees = _drawn_up(resting, placed, times, heels)
     stand = Stand(over, raised, heel, knees, high)
@@ -133,15 +135,16 @@ def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> 
     lies = [lying_height(it, times, hips, front, stand, body) for it in rests]
     hips[:, 1] = resting.blended(up, lies, straight)
     legs = _on_floor(hips, front, stand, asked, resting, body)
-    unlike = _unlike(score, rests, times, bones, legs)
-    return Going(front, hips, legs, resting, (*left_out, *doubts, *unlike))
+    stands = () if any(map(len, shown.values())) else tuple(_stands(tells, rests))
+    unlike = _unlike(tells, rests, times, bones, legs, asked)
+    return Going(front, hips, legs, resting, (*left_out, *doubts, *unlike, *stands))
 
 
 def _on_floor(
     hips: Floats,
     front: Floats,
     stand: Stand,
-    asked: tuple[Floats, Floats],
+    asked: Bones,
     resting: Resting,
     body: Body,
 ) -> Bones:
@@ -149,7 +152,7 @@ def _on_floor(
     leg, legs = Size.of(body).leg, dict[str, Floats]()
     for _ in range(SETTLED):
         sinks = np.zeros(len(hips))
-        for side, told_of in zip(SIDES, asked, strict=True):
+        for side, told_of in asked.items():
             reach = straight(told_of, np.ones(len(hips)), resting.done)
             legs |= leg_to(side, hips, front, stand, reach, body)
             sinks = np.maximum(sinks, FLESH - hips[:, 1] - leg / 2 * legs[f"{side}_thigh"][:, 1])
@@ -186,10 +189,10 @@ def _drawn_up(
 
 
 def _placed(
-    score: Score, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
+    tells: Tells, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
 ) -> list[dict[str, Floats]]:
     """Return where legs have their feet that are told to go elsewhere: see `Path.follow`."""
-    tells, found = Tells(score), list[dict[str, Floats]]()
+    found = list[dict[str, Floats]]()
     for rest in rests:
         feet, frame = dict[str, Floats](), rest.middle(times)
         for side in SIDES:
@@ -203,16 +206,28 @@ def _placed(
 
 
 def _unlike(
-    score: Score, rests: Sequence[Rest], times: Floats, told: Bones, legs: Bones
+    tells: Tells, rests: Sequence[Rest], times: Floats, told: Bones, legs: Bones, asked: Bones
 ) -> Iterator[str]:
     """Say which legs do not go as told while something else carries."""
-    tells = Tells(score)
     for rest in rests:
         frame = rest.middle(times)
-        for name in legs:
-            goes = name[2:] in ("thigh", "shank") and tells(rest, name, f"{name[:2]}leg")
-            if goes and float(told[name][frame] @ legs[name][frame]) < UNLIKE:
-                yield f"{name} goes as {rest.what} needs it at {rest.start:g} s, not as told"
+        for side in SIDES:
+            limb, bones = f"{side}_leg", [f"{side}_{it}" for it in ("thigh", "shank")]
+            for name in bones:
+                cosine = float(told[name][frame] @ legs[name][frame])
+                if tells(rest, name, limb) and cosine < UNLIKE:
+                    yield f"{name} goes as {rest.what} needs it at {rest.start:g} s, not as told"
+            reach = np.linalg.norm(sum(legs[name][frame] for name in bones)) / 2
+            turn = np.arccos(np.minimum((reach, asked[side][frame]), 1))
+            if tells(rest, f"{limb}_bend") and abs(turn[0] - turn[1]) > np.pi / 8:
+                yield f"{limb} bends as {rest.what} needs it at {rest.start:g} s, not as told"
+
+
+def _stands(tells: Tells, rests: Sequence[Rest]) -> Iterator[str]:
+    """Say which legs do not go as told while a body stands that a score lets rest."""
+    for name in (f"{side}_{it}" for side in SIDES for it in ("leg", "thigh", "shank", "foot")):
+        if tells.beside(rests, name):
+            yield f"{name} goes as told only while something else than feet carries"
 
 
 def _on_feet(moves: list[Move], carried: Sequence[Told]) -> tuple[list[Move], tuple[str, ...]]:
@@ -229,14 +244,13 @@ def _on_feet(moves: list[Move], carried: Sequence[Told]) -> tuple[list[Move], tu
     return free, tuple(left_out)
 
 
-def _asked(score: Score, times: Floats) -> tuple[Floats, Floats]:
-    """Return how much of their lengths the legs may reach, right and left; all, if not told."""
-    tracks = [score.tracks.get(f"{side}_leg_bend") for side in SIDES]
-    right, left = (
-        np.ones(len(times)) if track is None else bent(track.symbols, times, score.rate)
-        for track in tracks
-    )
-    return right, left
+def _asked(score: Score, times: Floats) -> Bones:
+    """Return how much of their lengths the legs may reach, by side; all, if not told."""
+    tracks = {side: score.tracks.get(f"{side}_leg_bend") for side in SIDES}
+    return {
+        side: np.ones(len(times)) if track is None else bent(track.symbols, times, score.rate)
+        for side, track in tracks.items()
+    }
 
 
 def _sunk(up: Floats, place: Floats, front: Floats, stand: Stand, body: Body) -> Floats:

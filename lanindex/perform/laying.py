@@ -66,7 +66,10 @@ def laid(
     up, sizes = hips + _along(body, "RightShoulder") * found["torso"][:, 1], _sizes(body)
     for side in "rl":
         names = [f"{side}_{it}" for it in ARM]
-        told_of = [tells(rest, f"{side}_arm", *names) for rest in rests]
+        touches = (f"{side}_hand_touch", "hands_touch")
+        told_of = [
+            tells(it, f"{side}_arm", *names, *(touches if it.pose.props else ())) for it in rests
+        ]
         reaches = list[list[Floats | None]]()
         for rest, middle, told in zip(rests, middles, told_of, strict=True):
             props = rest.pose.props and not told

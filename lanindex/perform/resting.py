@@ -209,7 +209,7 @@ def planned(
         rise = after or _rise(stop, room, what, height, last)
         found.append(Rest(start, stop, down, rise, what, returns))
         tight = (not before and 0 < start < step_end - LANDS + LEAST / 2) or room < LEAST / 2
-        if tight or (after and those[number + 1][2] == what):
+        if tight or after:
             doubts[f"{what} carries at {start:g} s: {HURRIES}"] = None
         if stop - start < POSES[what].least:
             doubts[f"{what} carries at {start:g} s for so short a time that nobody sees it"] = None
@@ -258,13 +258,27 @@ class Tells:
         """Tell it of one of a score's rests."""
         return any(self._in(rest, part) for part in parts if part in self._score.tracks)
 
+    def beside(self, rests: Sequence[Rest], part: str) -> bool:
+        """Tell it of the time beside rests."""
+        if part not in self._score.tracks:
+            return False
+        begins = self._of(part)
+        return len(begins) > sum(int(np.diff(self._within(it, begins))[0]) for it in rests)
+
     def _in(self, rest: Rest, part: str) -> bool:
+        first, last = self._within(rest, self._of(part))
+        return bool(first < last)
+
+    def _of(self, part: str) -> Floats:
         if part not in self._begins:
             rows = self._score.tracks[part].symbols
             rows = rows[~rows["passing"] & (rows["stop"] > rows["start"])]
             self._begins[part] = np.sort(rows["start"] / float(self._score.rate))
-        first, last = np.searchsorted(self._begins[part], (rest.start - DOWN, rest.stop))
-        return bool(first < last)
+        return self._begins[part]
+
+    def _within(self, rest: Rest, begins: Floats) -> NDArray[np.int64]:
+        found: NDArray[np.int64] = np.searchsorted(begins, (rest.start - DOWN, rest.stop))
+        return found
 
 
 class Resting:

@@ -141,6 +141,18 @@ def test_legs_that_are_told_kneel_and_sit_as_they_are():
             ["direction r_leg place high 2 3", "carrier other_support knee 2 5"],
             "r_thigh goes as knee needs it at 2 s, not as told",
         ),
+        (
+            ["bend r_leg_bend bend1 2 3", "carrier other_support knee 2 5"],
+            "r_leg bends as knee needs it at 2 s, not as told",
+        ),
+        (
+            ["touch r_hand_touch head 3 4", "carrier other_support hand 2 5"],
+            "r_hand does not prop at 2 s: it goes as told",
+        ),
+        (
+            ["direction r_leg forward low 0 1", "carrier other_support knee 3 5"],
+            "r_leg goes as told only while something else than feet carries",
+        ),
     ],
 )
 def test_what_cannot_be_is_said(lines, warning):
