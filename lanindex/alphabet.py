@@ -63,6 +63,12 @@ Source: ``encode/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 2.
 
 JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 
+PALMS = {"RPalm": "RHand", "LPalm": "LHand"}
+"""Points in front of palms, no joints, and the hands that tell them where they face.
+
+Source: ``encode/BODY.md``, "Palms".
+"""
+
 
 FEET = ("spring", "hop", "leap", "assemble", "sissonne", "unseen")
 """Which feet a jump leaves and lands on, by its amount.
@@ -214,7 +220,8 @@ class Part:
     side : str
         ``r``, ``l`` or the empty string.
     chain : tuple of str
-        Joints from the parent to the child; the part's length is the sum of the bones between.
+        Joints from the parent to the child; the part's length is the sum of the bones between. A
+        palm's is one of `PALMS`.
     """
 
     name: str
@@ -238,6 +245,7 @@ _PAIRED = {
     "forearm": ("Elbow", "Wrist"),
     "upper_arm": ("Shoulder", "Elbow"),
     "hand": ("Wrist", "Hand"),
+    "palm": ("Wrist", "Palm"),
     "leg": ("Hip", "Knee", "Ankle"),
     "thigh": ("Hip", "Knee"),
     "shank": ("Knee", "Ankle"),
@@ -256,6 +264,12 @@ PARTS: dict[str, Part] = {
     **{name: Part(name, name, "", chain) for name, chain in _SINGLE.items()},
 }
 """Every part that is encoded as a limb, by name."""
+
+FACING = tuple(name for name, part in PARTS.items() if part.child in PALMS)
+"""Where palms face, which not every capture tells."""
+
+ALWAYS = tuple(name for name in PARTS if name not in FACING)
+"""Parts that any body may have."""
 
 BODY = (
     *("r_support", "l_support", "step", "jump", "body_travel", "body_turn"),

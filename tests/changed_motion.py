@@ -48,10 +48,11 @@ def mirrored(motion: Motion) -> Motion:
     ]
     skeleton = replace(motion.skeleton, body=motion.skeleton.body[swapped])
     mirror = np.array([1, 1, -1], np.float32)
-    axes = {
-        joint: own * np.array([[-1], [1]], np.float32) * mirror
-        for joint, own in motion.axes.items()
-    }
+    axes = {}
+    for joint, own in motion.axes.items():
+        side = {"R": "L", "L": "R"}.get(joint[0], "")
+        sign = 1 if side else np.array([[-1], [1]], np.float32)  # of a head its right
+        axes[side + joint[1:] if side else joint] = own * sign * mirror
     return replace(motion, skeleton=skeleton, positions=motion.positions * mirror, axes=axes)
 
 

@@ -22,6 +22,7 @@ FEW = (
     "bandai2/walk-turn-left/dataset-2_walk-turn-left_active_*.bvh",
     "mae_openni/swipe/*.bvh",
     "rokoko/*.bvh",
+    "cmu_retargeted/*.bvh",
     "xsens/*.bvh",
 )
 FAST = ("cmu_daz/*.bvh", "cmu_cgspeed/cmu_12_01_walk.bvh", "xia_style/*.bvh", "sfu_moda/*.bvh")

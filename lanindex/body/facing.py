@@ -183,11 +183,11 @@ def axes_of(
             for start in range(0, len(rotations), _BLOCK):
                 part = slice(start, start + _BLOCK)
                 for number, axis in enumerate(rest):
-                    found[name][part, number] = _turned(rotations[part, joint], axis)
+                    found[name][part, number] = about(rotations[part, joint], axis)
     return found
 
 
-def _turned(turns: NDArray[np.float32], vector: Floats) -> Floats:
+def about(turns: NDArray[np.float32], vector: Floats) -> Floats:
     """Return a vector as unit quaternions (T, 4) turn it."""
     real, axes = turns[:, :1].astype(np.float64), turns[:, 1:].astype(np.float64)
     twice = 2 * np.cross(axes, vector)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import resources
 from itertools import takewhile
@@ -66,12 +66,15 @@ class Making:
         Shoulders whose markers lie on top of them.
     pelvis : tuple of tuple of int
         Right and left in front, and behind: where the hips are told by them; else empty.
+    palms : mapping of str to tuple of int
+        By hand (``RHand``): the markers that tell its plane, as in `lanindex.body.palms.Plane`.
     """
 
     set: str
     ways: Mapping[str, Way]
     caps: frozenset[str] = frozenset()
     pelvis: tuple[Way, ...] = ()
+    palms: Mapping[str, Way] = field(default_factory=dict)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -261,7 +264,8 @@ def _making(
         if left or pelvis != made.pelvis:
             used.append(one.set)
         ways = {**made.ways, **{joint: one.ways[joint] for joint in left}}
-        made = Making(", ".join(used), ways, made.caps | (one.caps & left), pelvis)
+        caps, palms = made.caps | (one.caps & left), {**one.palms, **made.palms}
+        made = Making(", ".join(used), ways, caps, pelvis, palms)
     used_names = {name for name, number in index.items() if number in made.used}
     if all(name.lstrip("RL") in _PLAIN for name in used_names):
         made = Making("", {})  # those are joints, and called so
@@ -272,7 +276,7 @@ def _making(
         }
         pelvis = () if body.keys() >= _HIPS else made.pelvis
         called = ", ".join(("as told", *used))
-        made = Making(called, {**made.ways, **body}, made.caps - body.keys(), pelvis)
+        made = Making(called, {**made.ways, **body}, made.caps - body.keys(), pelvis, made.palms)
     whole = any(_LIMB[limb].issubset(it[1:] for it in made.joints if it[0] == side)
                 for side in "RL" for limb in _LIMB)  # fmt: skip
     faces = any({f"R{joint}", f"L{joint}"}.issubset(made.joints) for joint in ("Hip", "Shoulder"))
@@ -308,16 +312,16 @@ def _key(name: str) -> str:
 
 def _in_set(one: Mapping[str, Any], index: Mapping[str, int]) -> Making:
     """Return what a set makes of some markers."""
-    ways: dict[str, Way] = {}
-    caps: set[str] = set()
-    for group in ("joints", "shoulder_cap"):
+    found: dict[str, dict[str, Way]] = {"joints": {}, "shoulder_cap": {}, "palm": {}}
+    for group, ways in found.items():
         for joint, choices in one.get(group, {}).items():
             for side in "RL" if "{s}" in joint else ("",):
                 way = _first(choices, side, index)
                 if way:
                     ways[joint.format(s=side)] = way
-                    caps |= {joint.format(s=side)} if group == "shoulder_cap" else set()
-    return Making(one["name"], ways, frozenset(caps), _pelvis(one.get("pelvis"), index))
+    joints, capped, palms = found.values()
+    pelvis = _pelvis(one.get("pelvis"), index)
+    return Making(one["name"], {**joints, **capped}, frozenset(capped), pelvis, palms)
 
 
 def _pelvis(told: Mapping[str, Any] | None, index: Mapping[str, int]) -> tuple[Way, ...]:

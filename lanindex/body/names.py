@@ -13,6 +13,7 @@ from typing import Any
 _NAMESPACE = re.compile(r"^.*[:|]")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^\W\d_a-zA-Z]+")
 _SHARED = 0.8
+_GROUPS = ("middle", "limbs", "tips", "fingers")
 
 Key = tuple[str, str]
 """Side (``L``, ``R`` or empty) and the name without it."""
@@ -33,7 +34,7 @@ def _sides() -> Mapping[str, str]:
 
 @lru_cache(maxsize=1)
 def _known() -> frozenset[str]:
-    groups = (tables()[group] for group in ("middle", "limbs", "tips"))
+    groups = (tables()[group] for group in _GROUPS)
     return frozenset(word for group in groups for words in group.values() for word in words)
 
 
@@ -123,7 +124,7 @@ def candidates(names: tuple[str, ...]) -> Mapping[tuple[str, str, str], tuple[in
         (group, side, joint): tuple(
             found[side, alias] for alias in aliases if (side, alias) in found
         )
-        for group in ("middle", "limbs", "tips")
+        for group in _GROUPS
         for joint, aliases in tables()[group].items()
         for side in ("", "L", "R")
     }

@@ -92,7 +92,8 @@ def encode(
     body = joints.Body(motion, chosen)
     turn = heading.heading(motion, chosen.rate, body.joints)
     stages = compiled.chosen(len(turn) * len(PARTS))
-    groups = limbs.limbs(body, turn, make=stages.curves)
+    told = joints.told(motion)
+    groups = limbs.limbs(body, turn, told, stages.curves)
     of_limbs = [one for group in groups for one in stages.written(group, chosen)]
     if not of_limbs:
         raise EncodeError(
@@ -101,11 +102,11 @@ def encode(
     of_all, doubts = whole(body, turn)
     parts = track.together((*of_limbs, *of_all))
     time = count(tempo, motion, chosen, {part: rows for part, (rows, _) in parts.items()})
-    tracks = worked_out({part: Track(part, *told) for part, told in parts.items()})
+    tracks = worked_out({part: Track(part, *found) for part, found in parts.items()})
     if chosen.rate != HEADING_RATE:
         turn = heading.heading(motion, Fraction(HEADING_RATE), body.joints)
     degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
-    lost = joints.unmeasured(body, [part for part in PARTS if part not in tracks])
+    lost = joints.unmeasured(body, [part for part in told if part not in tracks])
     said = (f"{part} is left out: how long it is was never seen" for part in lost)
     doubts = (*doubts, *time.doubts, *said)
     return Score(motion.rate, len(motion), time.meter, tracks, degrees, time.header, doubts)
@@ -155,15 +156,14 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     135 142 1 symbol
     142 151 2 symbol
     """
-    from lanindex.encode import limbs
+    from lanindex.encode import joints, limbs
     from lanindex.encode.heading import heading
-    from lanindex.encode.joints import Body
     from lanindex.encode.track import write_limbs
 
     chosen = _profile(profile)
-    body = Body(motion, chosen)
+    body = joints.Body(motion, chosen)
     turn = heading(motion, chosen.rate, body.joints)
-    parts = [name for name in PARTS if name == part]
+    parts = [name for name in joints.told(motion) if name == part]
     found = [one for group in limbs.limbs(body, turn, parts) for one in write_limbs(group, chosen)]
     if not found:
         raise EncodeError(f'no part "{part}" is known', place=motion.source.path)

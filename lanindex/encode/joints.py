@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import JOINT_CODES, JOINTS, PARTS
+from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
 from lanindex.body.facing import TURNING
 from lanindex.body.made import GAP, MADE, weighted
 from lanindex.encode.arithmetic import blocks, runs
@@ -39,6 +39,9 @@ AXES = {
 """What points to a joint's own right, and up, beside the joints themselves: ``Head up``."""
 
 NAMES = (*JOINTS, *AXES)
+OUT = 100.0
+"""Millimetres in front of a palm that its point lies."""
+
 COLUMNS = {name: column for column, name in enumerate(NAMES)}
 
 
@@ -117,7 +120,10 @@ class Body:
 
     def joints(self, names: Iterable[str]) -> Joints:
         """Return these joints, or more; those of a long capture are read anew."""
-        return self._all if self.short else body(self.motion, names)
+        wanted = set(names)
+        if self.short and wanted.isdisjoint(PALMS):
+            return self._all
+        return body(self.motion, wanted)
 
     def some(self, names: Sequence[str], frames: slice) -> tuple[Joints, int]:
         """Return these joints in some frames and more, gaps filled, and the number of the first.
@@ -165,7 +171,7 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
     motion : Motion
         Any skeleton.
     names : iterable of str
-        Which joints, and `AXES`; all of a long capture are many.
+        Which joints, `AXES`, and `PALMS`; all of a long capture are many.
 
     Returns
     -------
@@ -181,11 +187,14 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
     (('RShoulder', 'RWrist'), array([-185.,  805.,    0.]))
     """
     wanted = set(names)
-    ordered = tuple(name for name in NAMES if name in wanted)
+    ordered = tuple(name for name in (*NAMES, *PALMS) if name in wanted)
     places = _seen(motion, ordered)
     for column, name in enumerate(ordered):
         if name in AXES:
             places[:, column] = _axis(motion, *AXES[name])
+        elif name in PALMS:
+            wrist = _seen(motion, (name[0] + "Wrist",))[:, 0]
+            places[:, column] = wrist + OUT * _axis(motion, PALMS[name], 0)
         elif name in MADE and motion.skeleton.body[JOINT_CODES[name]] < 0:
             shares = MADE[name].items()
             places[:, column] = weighted(
@@ -198,6 +207,15 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
         if ordered[column] not in AXES:
             _fill(places[:, column], unknown[:, column], math.floor(GAP * motion.rate))
     return Joints(ordered, places, unknown)
+
+
+def told(motion: Motion) -> list[str]:
+    """Return the parts that a motion may have: palms only where it says how hands are turned."""
+    return [
+        name
+        for name, part in PARTS.items()
+        if part.child not in PALMS or PALMS[part.child] in motion.axes
+    ]
 
 
 def _seen(motion: Motion, names: Sequence[str]) -> Floats:

@@ -278,7 +278,7 @@ def load(name: str | Path = "default") -> Profile:
     )
 
 
-METHOD = b"6"
+METHOD = b"7"
 """Which method encodes: another one makes other symbols with the same numbers."""
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.body import Stated, Understanding, body_of, understand
+from lanindex.body import Stated, Understanding, body_of, palms, understand
 from lanindex.body.calibration import BEGINNING, UNITS, unit_of
 from lanindex.body.clusters import Clusters
 from lanindex.body.facing import axes_of
@@ -87,6 +87,8 @@ class Points:
         (T, M, 4) from each joint's rest to the world, (w, x, y, z), axes of the file.
     doubts : tuple of str
         What the reader found doubtful.
+    palms_down : bool
+        Whether the format says that at rest palms face down.
     """
 
     names: tuple[str, ...]
@@ -97,6 +99,7 @@ class Points:
     offsets: NDArray[Any] | None = None
     rotations: NDArray[Any] | None = None
     doubts: tuple[str, ...] = ()
+    palms_down: bool = False
 
 
 def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Wanted) -> Motion:
@@ -136,11 +139,14 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     places = _places(points, made, told)
     found = _understood(names, places, points, stated, told, file.name)
     skeleton, order = _skeleton(names, places, points, found)
+    whole = skeleton
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
         order = order[kept]
     gaps = _gaps(places.known[:, found.body[found.body >= 0]], points.rate)
     positions, rotations = _oriented(found, places, order)
+    own = _axes(points, made, places, found, order, whole, skeleton.body, (positions, rotations))
+    axes, made_up = palms.measured(axes_of(skeleton, rotations) | own, positions, skeleton.body)
     markers = None
     if made is not None and not wanted.body_only and isinstance(points.places, np.ndarray):
         markers = Markers(points.names, _over(found, points.places))  # joints are made of them
@@ -150,7 +156,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         set=made.set if made else "",
         made=made.told(points.names) if made else {},
     )
-    doubts = (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate))
+    doubts = (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate), *made_up)
     return Motion(
         skeleton,
         points.rate,
@@ -160,8 +166,45 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         (*doubts, *found.doubts, *gaps),
         rotations,
         markers,
-        axes_of(skeleton, rotations),
+        axes,
     )
+
+
+def _axes(
+    points: Points,
+    made: Making | Clusters | None,
+    places: Places,
+    found: Understanding,
+    order: NDArray[np.int64],
+    whole: Skeleton,
+    body: NDArray[np.int16],
+    oriented: tuple[NDArray[np.float32], NDArray[np.float32] | None],
+) -> dict[str, NDArray[np.float32]]:
+    """Return where palms face: as hands are turned, else of markers or knuckles in each frame."""
+    positions, rotations = oriented
+    if rotations is not None:
+        rest = palms.rest_of(whole, points.palms_down)
+        return palms.turned(rest, lambda joint: _turns(joint, order, rotations, places, found))
+    if not isinstance(points.places, np.ndarray):
+        return {}
+    planes = made.palms if isinstance(made, Making) else palms.planes(points.names)
+    played = {hand: int(body[JOINT_CODES[palms.TURNED_BY[hand]]]) for hand in planes}
+    wrists = {hand: positions[:, joint] for hand, joint in played.items() if joint >= 0}
+    return palms.seen(points.places, planes, wrists, found.oriented)
+
+
+def _turns(
+    joint: int,
+    order: NDArray[np.int64],
+    rotations: NDArray[np.float32],
+    places: Places,
+    found: Understanding,
+) -> NDArray[np.float32]:
+    """Return how one joint of a file is turned, (T, 4), whether it was kept or not."""
+    if joint not in order:
+        _, alone = _oriented(found, places, np.array([joint]))
+        rotations, order = rotations if alone is None else alone, np.array([joint])
+    return rotations[:, order.tolist().index(joint)]
 
 
 def _made(names: tuple[str, ...], told: Reading) -> Making | Clusters | None:

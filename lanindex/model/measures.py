@@ -24,6 +24,7 @@ LIMITS: dict[str, dict[str, tuple[float, float]]] = {
     "forearm": {"speed": (2.4, 7.7), "size": (20, 54)},
     "upper_arm": {"speed": (2.0, 6.0), "size": (18, 44)},
     "hand": {"speed": (2.4, 8.8), "size": (19, 50)},
+    "palm": {"speed": (2.1, 8.7), "size": (17, 44)},
     "leg": {"speed": (1.2, 3.3), "size": (11, 30)},
     "thigh": {"speed": (1.4, 4.3), "size": (13, 35)},
     "shank": {"speed": (2.0, 6.0), "size": (17, 45)},

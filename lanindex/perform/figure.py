@@ -62,8 +62,13 @@ class Body:
 
 
 @cache
-def standard() -> Body:
+def standard(palms: frozenset[str] = frozenset()) -> Body:
     """Return the standard body.
+
+    Parameters
+    ----------
+    palms : frozenset of str
+        Parts that tell where palms face (``r_palm``): those hands have knuckles.
 
     Examples
     --------
@@ -73,7 +78,7 @@ def standard() -> Body:
     (28, ['arm', 'leg'], 8)
     """
     table = tomllib.loads(files("lanindex.perform").joinpath("figure.toml").read_text("utf-8"))
-    joints = table["joints"]
+    joints = [it for it in table["joints"] if it["bone"][1:] != "_palm" or it["bone"] in palms]
     names = [joint["name"] for joint in joints]
     plays = [joint["plays"] for joint in joints]
     skeleton = Skeleton(

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import BENDS, HIGH, LOW, PARTS, PLACE
+from lanindex.alphabet import BENDS, DIRECTION_CODES, FACING, HIGH, LOW, MID, PARTS, PLACE
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Motion, Score, Source
 from lanindex.perform.figure import Body, Limb, standard
 from lanindex.perform.going import WEIGHT, Going, going
 from lanindex.perform.laying import laid
+from lanindex.perform.palms import hold, shown
 from lanindex.perform.reach import FOLDED, UP, Cell, Reach, bent, direction, great_circle, reaches
 from lanindex.perform.resting import OTHER
 from lanindex.perform.touching import TOUCHES, touch
@@ -35,8 +36,11 @@ CARRIED = (
 )
 """Tracks of the whole body: what others of them tell is not carried out twice."""
 
-REST: dict[str, Cell] = {"torso": (PLACE, HIGH), "head": (PLACE, HIGH)}
-"""Where a part is without a symbol; the others hang."""
+REST: dict[str, Cell] = {
+    **{"torso": (PLACE, HIGH), "head": (PLACE, HIGH)},
+    **{"r_palm": (DIRECTION_CODES["left"], MID), "l_palm": (DIRECTION_CODES["right"], MID)},
+}
+"""Where a part is without a symbol; the others hang, palms face the thighs."""
 
 TURNING = 0.19
 """A limb folds straight towards its beginning; nearer than this, in place, its end turns."""
@@ -67,7 +71,7 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
             remedy="Perform it slower, or a part of it.",
         )
     times = np.arange(frames) / float(rate)
-    body = standard()
+    body = standard(frozenset(score.tracks).intersection(FACING))
     bones, unlaid = _bones(score, times, body), tuple[str, ...]()
     gone = going(score, times, body, bones)
     if gone is not None and gone.resting.rests:
@@ -76,9 +80,11 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     chest = twisted(bones["torso"], angles(score, "torso_twist", times).real)
     joints = _joints(body, bones if gone is None else bones | gone.legs, chest, gone)
     unreached = touch(joints, score, times, body)
+    unreached += hold(joints, _palms(score, times, bones, gone), body)
     axes = _axes(score, times, bones, gone)
     if noise:
         joints += _tremor(body, noise, seed, frames)
+    axes |= shown(joints, body)
     source = Source("", "score", "mm", 1.0, "y")
     places, said = joints.astype(np.float32), (*_left_out(score, body), *unlaid, *unreached)
     return Motion(body.skeleton, rate, places, source, warnings=said, axes=axes)
@@ -95,6 +101,18 @@ def _axes(
     right = head_right(bones["head"], bones["torso"], across)
     axes = np.stack((_seen(right), _seen(bones["head"])), axis=1)
     return {"Head": (axes if gone is None else _fronted(axes, gone)).astype(np.float32)}
+
+
+def _palms(
+    score: Score, times: Floats, bones: dict[str, Floats], gone: Going | None
+) -> dict[str, tuple[Floats, NDArray[np.int64]]]:
+    """Return where palms shall face, and the frames in which they have arrived."""
+    found = {}
+    for part in (part for part in FACING if part in bones):
+        out, ends = _seen(bones[part])[:, None], _shown(score, part)["stop"] / float(score.rate)
+        frames = np.minimum(np.searchsorted(times, ends), len(times) - 1)
+        found[part] = (out if gone is None else _fronted(out, gone))[:, 0], frames
+    return found
 
 
 def _left_out(score: Score, body: Body) -> tuple[str, ...]:
@@ -145,6 +163,7 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
         standing = np.broadcast_to(body.standing_foot, (len(times), 3))
         turned = _turned(standing, -UP, bones[f"{side}_shank"])
         bones[f"{side}_foot"] = bones[f"{side}_toes"] = own.get(f"{side}_foot", turned)
+        bones |= {part: own[part] for part in FACING if part in own}
     return bones
 
 
@@ -287,7 +306,7 @@ def _joints(
         if bone == "torso":
             axes = np.stack((chest[0], bones[bone], chest[1]), axis=1)
             offset = _seen(np.einsum("ti,tij->tj", _felt(offset), axes))
-        elif bone:
+        elif bone and bone not in FACING:
             offset = np.linalg.norm(offsets[joint]) * _seen(bones[bone])
         joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
     if gone is not None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lanindex.alphabet import PARTS
+from lanindex.alphabet import ALWAYS
 from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
@@ -96,7 +96,7 @@ def reader(library: Store) -> Callable[[str], Query | None]:
 
     def read(text: str) -> Query | None:
         try:
-            return parse(text, parts, known=PARTS)
+            return parse(text, parts, known=ALWAYS)
         except PatternError:
             return None
 

@@ -7,7 +7,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lanindex.alphabet import PARTS
+from lanindex.alphabet import ALWAYS
 from lanindex.errors import PatternError
 from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
@@ -258,7 +258,7 @@ class Library(Asking, Exploring):
         # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
             held = self.parts(checked=False)
-            query = parse(text, held, known=PARTS, names=names, strict=strict)
+            query = parse(text, held, known=ALWAYS, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

@@ -16,11 +16,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from lanindex import encode
-from lanindex.alphabet import BENDS
+from lanindex.alphabet import BENDS, FACING
 from lanindex.perform import perform
 from lanindex.perform.going import WEIGHT
 from lanindex.perform.turning import TURNED
-from tests import bends, restings, turnings
+from tests import bends, palmings, restings, turnings
 from tests.goings import RATE, Tally, compared, drawn
 
 
@@ -34,6 +34,7 @@ def main() -> int:
                 (restings.drawn(seed), restings.TRACKS, between),
                 (turnings.drawn(seed), TURNED, tally),
                 (bends.drawn(seed), BENDS.values(), tally),
+                (palmings.drawn(seed), FACING, tally),
             ):
                 motion = perform(score, rate=RATE, noise=noise, seed=seed)
                 compared(score, encode(motion), into, parts)

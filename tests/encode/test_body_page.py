@@ -2,6 +2,7 @@
 
 import re
 
+from lanindex.body import palms
 from lanindex.encode import (
     bends,
     carriers,
@@ -25,7 +26,7 @@ from lanindex.notation import beats
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
 MODULES = (
     *(bends, ground, inclines, onset, steps, rests, carriers, swings, twists, ways, touch, near),
-    *(measures, tempo, beats),
+    *(measures, tempo, beats, palms),
 )
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from lanindex import encode, read_lnd, write_lnd
+from lanindex.alphabet import FACING
 from lanindex.perform import perform
 from lanindex.perform.turning import TURNED
-from tests import turnings
+from tests import palmings, turnings
 from tests.goings import RATE, Tally, compared, drawn
 
 SEEDS = range(6)
@@ -71,6 +72,22 @@ def test_twists_and_inclines_come_back(noise, least):
         assert counts.exact >= least * counts.wanted, part
         assert counts.added <= 1, part
         most = 5 if noise else 3
+        assert np.percentile(counts.starts, 95) <= most, part
+        assert np.percentile(counts.stops, 95) <= most, part
+
+
+@pytest.mark.parametrize(("noise", "least", "most"), [(0.0, 1.0, 3), (2.0, 0.85, 25)])
+def test_palms_come_back(noise, least, most):
+    tally: dict[str, Tally] = {}
+    for seed in SEEDS:
+        score = palmings.drawn(seed)
+        motion = perform(score, rate=RATE, noise=noise, seed=seed)
+        assert motion.warnings == ()
+        compared(score, encode(motion), tally, FACING)
+    for part, counts in tally.items():
+        assert counts.wanted > 100, part
+        assert counts.exact >= least * counts.wanted, part
+        assert counts.added <= counts.wanted - counts.exact, part
         assert np.percentile(counts.starts, 95) <= most, part
         assert np.percentile(counts.stops, 95) <= most, part
 

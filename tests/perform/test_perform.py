@@ -63,7 +63,7 @@ def test_right_is_right(part: str, words: str, way: list[float]) -> None:
     assert pointing(motion, part, 2) == pytest.approx(way, abs=1e-3)
 
 
-@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("part", [part for part in PARTS if PARTS[part].group != "palm"])
 def test_every_part_starts_where_it_is_told(part: str) -> None:
     motion = act(f"{part} l_back high 0 0")
     assert pointing(motion, part, 0) == pytest.approx([-0.5, HALF, -0.5], abs=1e-3)

@@ -93,6 +93,7 @@ def test_a_query_in_english(text: str) -> None:
         ("Right Hand Touch Knees", "r_hand_touch knee"),
         ("mirror(r_hand touch head)", "(l_hand_touch head)"),
         ("touch hands_touch hand 0 1", "hands_touch hand"),
+        ("mirror(right palm forward/l_forward)", "(l_palm forward/r_forward)"),
         ("carrier other_support seat 0 1", "other_support seat"),
     ],
 )

@@ -88,6 +88,9 @@ SAID = {
     "lean to the side": "torso right/left",
     "upper body forward": "torso forward",
     "head turns left": "head_turn left",
+    "palms up": "palms high",
+    "the right palm faces forward": "r_palm forward",
+    "raise the right hand with the left palm facing back": "r_arm high with l_palm back",
     "turn the head to the right": "head_turn right",
     "tilt the head to the right": "head right",
     # Being there, and staying there

@@ -87,6 +87,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
         **({"marker set": motion.source.set} if motion.source.set else {}),
+        "palms": _palms(motion),
         "calibration": _calibration(motion.first),
         "joints": list(motion.source.joints),
         "body": {joint: played.get(joint) for joint in JOINTS},
@@ -122,6 +123,18 @@ def _height(motion: Motion) -> float:
             np.maximum(highest, level, out=highest)
             np.minimum(lowest, level, out=lowest)
     return float(np.nanmedian(highest - lowest))
+
+
+def _palms(motion: Motion) -> str:
+    """Say which palms are told, and why others are not."""
+    from lanindex.alphabet import FACING, PALMS, PARTS
+
+    told = [part for part in FACING if PALMS[PARTS[part].child] in motion.axes]
+    if told:
+        return f"{' and '.join(told)} {'are' if len(told) > 1 else 'is'} told"
+    if any(warning.startswith(FACING) for warning in motion.warnings):
+        return "not told: nobody measured how the hands are turned"
+    return "not told: neither fingers nor markers say how the hands are turned"
 
 
 def _calibration(first: int) -> str:

@@ -17,6 +17,7 @@ def run(
 ) -> None:
     """Say what the library holds."""
     out = Output(json, quiet, verbose, color)
+    from lanindex.alphabet import TRACKS
     from lanindex.app.formatting import duration
     from lanindex.pipeline import open_library
 
@@ -41,4 +42,6 @@ def run(
     rows += [
         (f"coverage {part}", f"{share:.1%}") for part, share in found.coverage.items() if share < 1
     ]
+    never = [part for part in TRACKS if part not in found.parts]
+    rows += [("in no capture", " ".join(never))] if found.captures and never else []
     out.table(("what", "how much"), rows)

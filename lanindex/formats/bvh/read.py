@@ -14,6 +14,7 @@ from lanindex.body.calibration import BEGINNING
 from lanindex.body.facing import TURNING, rest_axes, seen_axes
 from lanindex.body.kinematics import Plan, aimed, plan
 from lanindex.body.names import exporter_of
+from lanindex.body.palms import measured, rest_palms
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh import floats
 from lanindex.formats.bvh.compiled import Paths, paths
@@ -65,7 +66,8 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         compose=f"{order} first ({reason})",
         joints=joints.names,
     )
-    doubts = (*_count_doubt(layout), *rate_doubt(rate), *found.doubts)
+    axes, made_up = measured(axes, positions, skeleton.body)
+    doubts = (*_count_doubt(layout), *rate_doubt(rate), *found.doubts, *made_up)
     return Motion(skeleton, rate, positions, source, found.first, doubts, axes=axes)
 
 
@@ -74,20 +76,21 @@ def _turning(
 ) -> dict[str, Plan]:
     """Return what tells the axes of joints, if at rest or as seen in some poses they are known."""
     work, joints = frames.work, frames.layout.hierarchy
-    played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
-    if exporter_of(joints.names).get("turns") == "bones" or min(played.values()) < 0:
+    if exporter_of(joints.names).get("turns") == "bones":
         return {}
 
     def turned(joint: int) -> Floats:
         own = aimed(work, joints.channels, joint, np.eye(3))
         return np.swapaxes(frames.paths.positions(own, values)[:, -3:], 1, 2)
 
-    rest = rest_axes(joints.parents, joints.offsets, body)
-    if rest is None:
-        rest = seen_axes(joints.parents, body, poses, turned)
-    if rest is None:
-        return {}
-    return {name: aimed(work, joints.channels, joint, rest) for name, joint in played.items()}
+    told = rest_palms(joints.names, joints.parents, joints.offsets, body)
+    played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
+    if min(played.values()) >= 0:
+        rest = rest_axes(joints.parents, joints.offsets, body)
+        if rest is None:
+            rest = seen_axes(joints.parents, body, poses, turned)
+        told |= {name: (joint, rest) for name, joint in played.items() if rest is not None}
+    return {name: aimed(work, joints.channels, *it) for name, it in told.items()}
 
 
 def _order(told: str | None, names: tuple[str, ...]) -> tuple[str, str]:

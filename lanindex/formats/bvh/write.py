@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES
 from lanindex.body import sampled
-from lanindex.body.facing import rest_axes, seen_axes
+from lanindex.body.facing import TURNING, rest_axes, seen_axes
+from lanindex.body.palms import rest_of
 from lanindex.errors import ExportError
 from lanindex.model import Motion, Skeleton
 from lanindex.rotation import euler, rotations
@@ -89,21 +90,26 @@ def _aim(motion: Motion, turns: Floats) -> None:
     if not motion.axes:
         return
     skeleton, some = motion.skeleton, sampled(len(motion))
+    aimed = rest_of(skeleton)
     parents, turned = skeleton.parents.tolist(), turns[some]
     poses = motion.positions[some].astype(np.float64)
     rest = rest_axes(parents, skeleton.offsets, skeleton.body)
     if rest is None:
         rest = seen_axes(parents, skeleton.body, poses, lambda joint: turned[:, joint])
-    for name, axes in motion.axes.items() if rest is not None else ():
-        joint, known = int(skeleton.body[JOINT_CODES[name]]), np.isfinite(axes).all(axis=(1, 2))
-        now, then = _frames(axes[known].astype(float)), _frames(np.array(rest)[None])
+    if rest is not None:
+        aimed |= {name: (int(skeleton.body[JOINT_CODES[name]]), rest) for name in TURNING}
+    for name in aimed.keys() & motion.axes.keys():
+        axes, (joint, own) = motion.axes[name], aimed[name]
+        known = np.isfinite(axes).all(axis=(1, 2))
+        now, then = _frames(axes[known].astype(float)), _frames(own[None])
         turns[known, joint] = now @ np.swapaxes(then, 1, 2)
 
 
 def _frames(axes: Floats) -> Floats:
-    """Return right, up and what is at right angles to them, as the columns of (T, 3, 3)."""
-    third = np.cross(axes[:, 0], axes[:, 1])
-    return np.stack((axes[:, 0], axes[:, 1], third), axis=2)
+    """Return two axes and what is at right angles to them, exactly, as the columns of (T, 3, 3)."""
+    first, third = axes[:, 0], np.cross(axes[:, 0], axes[:, 1])
+    first, third = (it / np.linalg.norm(it, axis=1, keepdims=True) for it in (first, third))
+    return np.stack((first, np.cross(third, first), third), axis=2)
 
 
 def _channels(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[Floats, Floats]:

@@ -81,6 +81,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         offsets,
         turns,
         doubts,
+        not subject.said.get("configuration", "").endswith("NoHands"),
     )
     return motion_of(points, file, "mvnx", told, wanted)
 

@@ -32,6 +32,7 @@ _FAMILY = {
     "forearm": ("arm", "hand"),
     "upper_arm": ("arm",),
     "hand": ("arm", "forearm"),
+    "palm": ("hand", "forearm"),
     "leg": ("thigh", "shank", "foot"),
     "thigh": ("leg",),
     "shank": ("leg",),

@@ -77,6 +77,9 @@ _MANNERS = {
     "at": (("is", "anywhere"), ("are", "anywhere")),
     "hold": (("stays", "where it is"), ("stay", "where they are")),
 }
+_FACES = {"moves": "turns", "move": "turn", "goes": "turns", "go": "turn", "is": "faces",
+          "are": "face"}  # fmt: skip
+"""What palms do, by what limbs do."""
 """By manner, for one and for two: the verb, and where if no words tell."""
 _DOINGS = {
     "step": ("a foot", "steps"),
@@ -241,6 +244,8 @@ def _step(step: Step) -> str:
         verb, place = f"hold{'' if many else 's'} weight", ""
     elif kind_of(step.mover.members[0]) == "touch":
         verb, place = _touches(step)
+    elif step.mover.members[0].endswith("_palm"):
+        verb = re.sub(r"^\w+", lambda found: _FACES.get(found[0], found[0]), verb)
     where = _where(step)
     if place and step.manner in ("move", "via") and {it.kind for it in step.words} == {"bend"}:
         where = f"{place}, {where}"

@@ -27,7 +27,7 @@ _GUESS = re.compile(
 
 _LEGS = ("leg", "thigh", "shank")
 _HIGH = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/high"}
-_HIGH["thigh"] = _HIGH["leg"]
+_HIGH |= {"thigh": _HIGH["leg"], "palm": "high"}
 """By limb, where it is when it is up; of the others nobody can tell."""
 
 _BENT = {"upper_arm": "arm", "thigh": "leg", "arm": "arm", "leg": "leg"}
@@ -253,7 +253,7 @@ def _anybody(clause: _Clause, kinds: dict[str, str]) -> None:
 
 def _raise(clause: _Clause, kinds: dict[str, str]) -> None:
     high = _HIGH.get(clause.group)
-    if high is None or kinds.get("level") == "low" or "change" in kinds:
+    if high is None or clause.group == "palm" or kinds.get("level") == "low" or "change" in kinds:
         raise UnclearError
     if "direction" not in kinds:
         kinds.setdefault("level", high)
@@ -262,7 +262,11 @@ def _raise(clause: _Clause, kinds: dict[str, str]) -> None:
 
 
 def _lower(clause: _Clause, kinds: dict[str, str]) -> None:
-    if clause.group in SINGLE or kinds.setdefault("level", "low") != "low" or len(kinds) > 1:
+    if (
+        clause.group in (*SINGLE, "palm")
+        or kinds.setdefault("level", "low") != "low"
+        or len(kinds) > 1
+    ):
         raise UnclearError
 
 

@@ -15,6 +15,7 @@ from lanindex.alphabet import (
     CARRIERS,
     DIRECTION_CODES,
     DIRECTIONS,
+    FACING,
     FEET,
     LEVEL_CODES,
     LEVELS,
@@ -194,6 +195,8 @@ _SHORT = {
 }
 """What parts are called for short."""
 
+_UNTOLD = " No capture in it tells where palms face: lanindex inspect FILE says why."
+
 _PLURALS = {"foot": "feet", "hand_touch": "hand_touches"}
 
 
@@ -340,7 +343,8 @@ class Vocabulary:
             return f'I don\'t know "{word}". Did you mean "{guess}"?'
         if part_expected or elsewhere:
             has = "The parts are" if self._owner == "There is" else "It has"
-            return f'{self._owner} no part "{word}". {has}: {" ".join(self.parts) or "none"}'
+            why = _UNTOLD if word.lower() in _movers(FACING) else ""
+            return f'{self._owner} no part "{word}".{why} {has}: {" ".join(self.parts) or "none"}'
         return (
             f'I don\'t know "{word}". A movement has a direction ({", ".join(DIRECTIONS[:4])} …) '
             f"and a level (high, mid, low)."
