@@ -18,7 +18,7 @@ from plain_profile import Profile, amount, read_profile
 from plain_segment import Segment
 from plain_symbol import Row, Run, Space
 
-from lanindex.alphabet import PARTS
+from lanindex.alphabet import ALWAYS, PARTS
 
 
 @dataclass
@@ -66,7 +66,7 @@ def stages_plain(
     joints = plain_body.joints_of(body.tolist(), rate, first)
     turns = plain_body.rights(joints, rate, profile.rate)
     result = {}
-    for part in parts or PARTS:
+    for part in parts or ALWAYS:
         found = curves(part, joints, turns, rate, profile)
         for stretch in found:
             divide(stretch, profile)
