@@ -211,8 +211,8 @@ def _longer(table, many):
 
 
 @numba.njit(cache=True, nogil=True)
-def passed(curves, rate, onset, numbers, sides, orders, middles, cells):
-    """Return the moves of parts, and the runs that each passes.
+def moved(curves, rate, onset, numbers, sides, orders, cells):
+    """Return the moves of parts, and find out the cells that they pass.
 
     Parameters
     ----------
@@ -229,35 +229,28 @@ def passed(curves, rate, onset, numbers, sides, orders, middles, cells):
         begins in degrees; no cosine and sine where it takes half of the circle or more.
     orders : ndarray
         (P, 8): the directions in order of azimuth.
-    middles : ndarray
-        (P, 27, 3): the middle of each cell.
     cells : ndarray
-        (P, N) int8: of the frames that are asked for; those that are `UNSEEN` are found out.
+        (P, N) int8, `UNSEEN`: of the frames that are asked for they are written.
 
     Returns
     -------
     moves : ndarray
-        (M, 5) int64: the fields of `Segment`, and how many runs it passes.
-    runs : ndarray
-        (R, 4) int64: the cell, its frames, and the one that is nearest to the middle.
-    apart : ndarray
-        (R, 1) float64, how far from it.
+        (M, 5) int64: the fields of `Segment`, and room for how many runs it passes.
     counts : ndarray
         (P) moves of each part.
     unclear : int
-        How many cells are not to be told here: if any, all else is to be had by another call.
+        How many cells are not to be told here.
     """
     parts, frames = cells.shape
     speed, depths, rims = np.empty(frames), np.empty(frames), np.empty(frames)
     firsts, lasts = np.empty(frames, np.int64), np.empty(frames, np.int64)
     holds = np.empty((frames + 1, 2), np.int64)
     counts = np.empty(parts, np.int64)
-    moves, runs = np.empty((64 * parts, 5), np.int64), np.empty((128 * parts, 4), np.int64)
-    nearest = np.empty((128 * parts, 1))
-    done = many = unclear = 0
+    moves = np.empty((64 * parts, 5), np.int64)
+    done = unclear = 0
     for part in range(parts):
         x, y, z = curves[0, part], curves[1, part], curves[2, part]
-        slow, prominence, still, distance, limit, length = numbers[part, :6]
+        slow, prominence, still, distance, limit = numbers[part, :5]
         order, own = orders[part], cells[part]
         _speeds(x, y, z, rate, speed)
         count = _minima(speed, slow, prominence, still, depths, rims, firsts, lasts)
@@ -270,6 +263,37 @@ def passed(curves, rate, onset, numbers, sides, orders, middles, cells):
         for number in range(done, done + count - 1):
             first, last = moves[number, 0], moves[number, 1]
             unclear += _find(x, y, z, first, last, numbers[part], sides[part], order, own)
+        done += count - 1
+    return moves[:done], counts, unclear
+
+
+@numba.njit(cache=True, nogil=True)
+def passed(curves, moves, counts, lengths, middles, cells):
+    """Return the runs that moves pass, and write how many each does.
+
+    Parameters
+    ----------
+    curves, moves, counts, cells : ndarray
+        As for `moved`, and from it; no cell is unclear.
+    lengths : ndarray
+        (P,) float64, mm.
+    middles : ndarray
+        (P, 27, 3): the middle of each cell.
+
+    Returns
+    -------
+    runs : ndarray
+        (R, 4) int64: the cell, its frames, and the one that is nearest to the middle.
+    apart : ndarray
+        (R, 1) float64, how far from it.
+    """
+    runs = np.empty((128 * len(counts), 4), np.int64)
+    nearest = np.empty((128 * len(counts), 1))
+    done = many = 0
+    for part in range(len(counts)):
+        x, y, z, own = curves[0, part], curves[1, part], curves[2, part], cells[part]
+        for number in range(done, done + counts[part]):
+            first, last = moves[number, 0], moves[number, 1]
             while len(runs) < many + last - first + 1:
                 runs, nearest = _longer(runs, many), _longer(nearest, many)
             begin, start = many, first
@@ -278,11 +302,11 @@ def passed(curves, rate, onset, numbers, sides, orders, middles, cells):
                 while stop <= last and own[stop] == code:
                     stop += 1
                 some = last if stop > last else start
-                scale = length if code // 3 == PLACE else 0.0
+                scale = lengths[part] if code // 3 == PLACE else 0.0
                 near, off = _nearest(x, y, z, some, stop, scale, middles[part, code])
                 runs[many, 0], runs[many, 1], runs[many, 2], runs[many, 3] = code, start, stop, near
                 nearest[many, 0] = off
                 many, start = many + 1, stop
             moves[number, 4] = many - begin
-        done += count - 1
-    return moves[:done], runs[:many], nearest[:many], counts, unclear
+        done += counts[part]
+    return runs[:many], nearest[:many]

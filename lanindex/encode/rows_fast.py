@@ -213,7 +213,7 @@ def rows(
     curves : ndarray
         (3, P, N) float64, mm.
     moves, counts, runs, apart : ndarray
-        As from `moves_fast.passed`; runs and apart are used up.
+        As from `moves_fast`; runs and apart are used up.
     angle : ndarray
         (R,) float64, degrees from the middle of a run's cell.
     firsts : ndarray

@@ -111,24 +111,21 @@ def _passed(
     for column, value in enumerate(values):
         table[:, column] = value
     table[table[:, 4] == 0, 4] = inf
-    told = (
-        *(curves, float(profile.rate), profile.onset),
-        *(table, turned, orders, division.references, cells),
-    )
-    *found, unclear = moves_fast.passed(*told)
+    told = table, turned, orders, cells
+    moves, counts, unclear = moves_fast.moved(curves, float(profile.rate), profile.onset, *told)
     if unclear:
         for part, one in enumerate(around):
             some = np.flatnonzero(cells[part] == moves_fast.UNCLEAR)
             (seen,) = course(curves[:, part, some].T[None], [one])
             cells[part, some] = seen.cells
-        *found, _ = moves_fast.passed(*told)
-    moves, runs, apart, counts = found
+    middles = division.references
+    runs, apart = moves_fast.passed(curves, moves, counts, length, middles, cells)
     return moves, runs, apart[:, 0], counts, cells
 
 
 @cache
 def _turned(each: tuple[Ranges, ...]) -> tuple[Floats, Floats, Ints]:
-    """Return sides, cosine and sine of the levels, and orders: see `moves_fast.passed`."""
+    """Return sides, cosine and sine of the levels, and orders: see `moves_fast.moved`."""
     levels = np.radians([(one.mid, one.high) for one in each])
     turned = np.stack((np.cos(levels), np.sin(levels)), axis=2).reshape(len(each), 4)
     orders = np.array([np.argsort(one.starts) for one in each])
