@@ -43,6 +43,7 @@ class Stages(NamedTuple):
     bends: Callable[[Floats, Profile], list[Floats]]
     arrivals: Callable[[Angles, float, Profile, bool], Floats]
     turns: Callable[[Floats, Profile], Floats]
+    stood: Callable[[Feet, float], Floats]
     carried: Callable[[Feet, NDArray[np.float32], float], tuple[Flags, bool]]
     levels: Callable[[Sequence[int], Flags, Feet, int, float | None, float], list[int]]
 
@@ -57,6 +58,7 @@ PLAIN = Stages(
     bends.found,
     swings.arrivals,
     ways.turns,
+    ground.stood,
     ground.carried,
     steps.levels,
 )
@@ -85,11 +87,11 @@ def compiled() -> Stages | None:
     try:
         from lanindex.encode.carriers_fast import carriers
         from lanindex.encode.curves_fast import arrivals, bends, mean, turns
-        from lanindex.encode.ground_fast import carried, levels
+        from lanindex.encode.ground_fast import carried, levels, stood
         from lanindex.encode.limbs_fast import calm, curves
         from lanindex.encode.near_fast import nearest
         from lanindex.encode.written_fast import written
     except (ImportError, RuntimeError):
         return None
     of_curves = mean, bends, arrivals, turns
-    return Stages(curves, written, calm, nearest, carriers, *of_curves, carried, levels)
+    return Stages(curves, written, calm, nearest, carriers, *of_curves, stood, carried, levels)

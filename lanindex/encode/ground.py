@@ -163,7 +163,7 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
     rate = float(body.profile.rate)
     for one in stretches(body, needed, wished):
         feet = _feet(one, leg, rate)
-        heights = _above(feet, STANCE * rate)
+        heights = _above(feet, body.stages, rate)
         carries, uneven = body.stages.carried(feet, heights, rate)
         doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
         air = _flights(carries, feet.pelvis[:, 1] / leg, feet.pace, rate)
@@ -221,15 +221,14 @@ def _flat(points: NDArray[np.float32], carries: Flags) -> float | None:
     return fifth(ankle - toe)
 
 
-def _above(feet: Feet, least: float) -> NDArray[np.float32]:
+def _above(feet: Feet, stages: Stages, rate: float) -> NDArray[np.float32]:
     """Return how high joints of the feet are above the floor, (2, K, N), up to a constant.
 
     The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
     """
     heights = feet.points[..., 1].copy()
     if any(_wide(feet.points[:, -1, :, axis]) > _SPREAD for axis in (0, 2)):
-        stands = [runs(foot < STANDS) for foot in feet.speed]
-        _level(heights, feet.points, stands, least)
+        _level(heights, feet.points, stages.stood(feet, STANCE * rate))
     return heights
 
 
@@ -270,25 +269,35 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
     return carries, uneven
 
 
-def _level(
-    heights: NDArray[np.float32],
-    points: NDArray[np.float32],
-    stands: list[list[tuple[int, int]]],
-    least: float,
-) -> None:
-    """Take from heights by how much the floor rises, if stands that are long enough tell it."""
-    lower = heights[:, -1] <= heights[::-1, -1] + NEAR
+def stood(feet: Feet, least: float) -> Floats:
+    """Return where toes, or else ankles, stand for so long: (S, 3), over the ground and up.
+
+    Parameters
+    ----------
+    feet : Feet
+        What they do.
+    least : float
+        Frames.
+    """
+    points = feet.points[:, -1]
+    heights = points[..., 1]
+    lower = heights <= heights[::-1] + NEAR
     found = [
         (
-            *(median(points[side, -1, start:stop, axis]) for axis in (0, 2)),
-            fifth(heights[side, -1, start:stop]),
+            *(median(points[side, start:stop, axis]) for axis in (0, 2)),
+            fifth(heights[side, start:stop]),
         )
-        for side, those in enumerate(stands)
-        for start, stop in those
+        for side, foot in enumerate(feet.speed)
+        for start, stop in runs(foot < STANDS)
         if stop - start >= least and lower[side, start:stop].all()
     ]
-    if len(found) >= _STANDS:
-        table = np.array(found) - np.mean(found, axis=0)
+    return np.array(found).reshape(-1, 3)
+
+
+def _level(heights: NDArray[np.float32], points: NDArray[np.float32], stands: Floats) -> None:
+    """Take from heights by how much the floor rises, if there are stands enough to tell it."""
+    if len(stands) >= _STANDS:
+        table = stands - stands.mean(axis=0)
         tilt = np.linalg.lstsq(table[:, :2], table[:, 2], rcond=_FLAT)[0]
         if np.ptp(table[:, :2], axis=0).max() > _SPREAD and np.hypot(*tilt) < STEEP:
             for part in blocks(heights.shape[2]):

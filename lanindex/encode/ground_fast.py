@@ -24,6 +24,7 @@ from lanindex.encode.ground import (
     UNEVEN,
     Feet,
     Flags,
+    Floats,
 )
 from lanindex.encode.steps import BENT, TOES, WEIGHT
 
@@ -34,8 +35,14 @@ _NUMBERS = np.array((NEAR, LIFTED, STANDS, SHARE, UNEVEN, BENT, TOES), np.float3
 def _fifth(values, mask):
     """Return the value of which a fifth of those that a mask leaves are smaller."""
     some = values[mask]
-    some.sort()
-    return some[(len(some) - 1) // 5]
+    place = (len(some) - 1) // 5
+    return np.partition(some, place)[place]
+
+
+@numba.njit
+def _median(values):
+    some = np.sort(values)
+    return (some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2
 
 
 @numba.njit
@@ -73,9 +80,8 @@ def _uneven(height, speed, stands, most, least):
     for frame in range(len(slow)):
         if not slow[frame]:
             if frame - start >= least and frame > start:
-                some = np.sort(lower[start:frame])
-                middle = some[(len(some) - 1) // 2] + some[len(some) // 2]
-                lowest, highest = min(lowest, middle / 2), max(highest, middle / 2)
+                middle = _median(lower[start:frame])
+                lowest, highest = min(lowest, middle), max(highest, middle)
             start = frame + 1
     return highest - lowest > UNEVEN
 
@@ -118,6 +124,34 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
 
 
 @numba.njit(cache=True, nogil=True)
+def _stood(points, speed, stands, near, least):
+    frames, count = speed.shape[1], 0
+    found = np.empty((frames + 1, 3))
+    for side in range(2):
+        start = 0
+        own, other = points[side, -1], points[1 - side, -1]
+        for frame in range(frames + 1):
+            if frame < frames and speed[side, frame] < stands:
+                continue
+            low = frame > start and frame - start >= least
+            for place in range(start, frame if low else start):
+                low = low and own[place, 1] <= other[place, 1] + near
+            if low:
+                some = own[start:frame]
+                found[count, 0], found[count, 1] = _median(some[:, 0]), _median(some[:, 2])
+                found[count, 2] = np.sort(some[:, 1])[(frame - start - 1) // 5]
+                count += 1
+            start = frame + 1
+    return found[:count].copy()
+
+
+def stood(feet: Feet, least: float) -> Floats:
+    """Return where feet stand: see `lanindex.encode.ground.stood`."""
+    found: Floats = _stood(feet.points, feet.speed, STANDS, _NUMBERS[0], least)
+    return found
+
+
+@numba.njit(cache=True, nogil=True)
 def _levels(frames, carries, bent, points, usual, width, numbers):
     least, toes = numbers[5:]
     rise, found = np.empty(width, np.float32), np.empty(len(frames), np.int64)
@@ -132,11 +166,8 @@ def _levels(frames, carries, bent, points, usual, width, numbers):
         found[number] = MID
         if lowest > least and lowest < inf:
             found[number] = LOW
-        elif many and usual == usual:  # NaN is not
-            some = np.sort(rise[:many])
-            middle = np.float32((some[(many - 1) // 2] + some[many // 2]) / 2)
-            if np.float32(middle - usual) > toes:
-                found[number] = HIGH
+        elif many and np.float32(_median(rise[:many])) - usual > toes:  # never, if it is NaN
+            found[number] = HIGH
     return found
 
 

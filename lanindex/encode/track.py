@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.encode import rules
 from lanindex.encode.achieve import Run, achieve, runs
+from lanindex.encode.arithmetic import parted
 from lanindex.encode.direction import Course, Space, course, space
 from lanindex.encode.limbs import Limbs
 from lanindex.encode.measures import measure
@@ -164,7 +165,7 @@ def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Itera
     measure(table, counts, limbs, profile)
     to_source(table, counts, [limbs.known] * len(counts), limbs.rate, profile.rate)
     for part, stops, cells, (found, _), rows in zip(
-        parts, moved, passed, followed, np.split(table, np.cumsum(counts)[:-1]), strict=True
+        parts, moved, passed, followed, parted(table, counts), strict=True
     ):
         yield Trace(part[0], limbs.known, limbs.begin, *part[1:], cells, *stops, found, rows)
 

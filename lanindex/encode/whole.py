@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
 from lanindex.encode.angles import Told, bends, leans
-from lanindex.encode.arithmetic import unwrapped
+from lanindex.encode.arithmetic import parted, unwrapped
 from lanindex.encode.events import Event, table
 from lanindex.encode.ground import LEGS, Ground, grounds
 from lanindex.encode.joints import Body
@@ -129,10 +129,9 @@ def _written(told: Sequence[Told], body: Body) -> list[Written]:
     ends = np.cumsum(counts + bare)
     first = ends - counts - bare
     rows["start"][first] = rows["stop"][first] = begun
-    to_source(rows, (counts + bare).tolist(), known, body.motion.rate, body.profile.rate)
+    sizes = (counts + bare).tolist()
+    to_source(rows, sizes, known, body.motion.rate, body.profile.rate)
     return [
         Written(part, span, own[without:])
-        for part, span, own, without in zip(
-            parts, known, np.split(rows, ends[:-1]), bare, strict=True
-        )
+        for part, span, own, without in zip(parts, known, parted(rows, sizes), bare, strict=True)
     ]

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encode import moves_fast, rows_fast
+from lanindex.encode.arithmetic import parted
 from lanindex.encode.direction import Space, angles, borders, course, margins, numbers, space
 from lanindex.encode.limbs import Limbs
 from lanindex.encode.measures import measure
@@ -68,7 +69,7 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     rows = _rows(table, curves, around, limb.repeat(shares))
     measure(rows, shares, limbs, profile, rows_fast.looked)
     rows["start"], rows["stop"] = table.T[1:3]
-    each = np.split(rows, np.cumsum(shares)[:-1])
+    each = parted(rows, shares.tolist())
     return [Written(part, limbs.known, own) for part, own in zip(limbs.parts, each, strict=True)]
 
 
