@@ -17,6 +17,7 @@ from lanindex.encode.bends import CALM, IDLES, LULL, SWING
 from lanindex.encode.events import Event
 from lanindex.encode.limbs import window
 from lanindex.encode.limbs_fast import _smooth
+from lanindex.encode.nth_fast import nth
 from lanindex.encode.onset import FAINT, PLAIN, WIDTH
 from lanindex.encode.profile import Profile
 from lanindex.encode.swings import MOVED, STEADY, Angles
@@ -67,11 +68,13 @@ def _swings(curve, least):
 
 
 @numba.njit
-def _lulls(pace, slow, least):
-    found = np.empty((len(pace) // 2 + 1, 2), np.int64)
+def _lulls(pace, first, last, way, slow, least):
+    """Return the frames, counted from the first, in which a pace stays low for long enough."""
+    frames = last + 1 - first
+    found = np.empty((frames // 2 + 1, 2), np.int64)
     count = start = 0
-    for frame in range(len(pace) + 1):
-        if frame == len(pace) or not pace[frame] < slow:
+    for frame in range(frames + 1):
+        if frame == frames or not way * pace[first + frame] < slow:
             if frame - start >= least and frame > start:
                 found[count] = start, frame
                 count += 1
@@ -103,6 +106,14 @@ def _departures(angles, least):
 
 
 @numba.njit
+def _most(values, first, last):
+    most = values[first]
+    for frame in range(first, last + 1):
+        most = max(most, values[frame])
+    return most
+
+
+@numba.njit
 def _begun(pace, at, step, count, part, rests):
     """Return when a movement begins in `count` frames, of which the first is `at`."""
     peak = pace[at + step * part]
@@ -116,8 +127,7 @@ def _begun(pace, at, step, count, part, rests):
     some = np.empty(plain + 1)
     for frame in range(plain + 1):
         some[frame] = pace[at + step * frame]
-    some.sort()
-    faint = min(max(FAINT * peak, some[(plain + 1) // 2]), PLAIN / 2 * peak, rests)
+    faint = min(max(FAINT * peak, nth(some, (plain + 1) // 2)), PLAIN / 2 * peak, rests)
     last = plain - 1
     while last >= 0 and pace[at + step * last] > faint:
         last -= 1
@@ -136,7 +146,7 @@ def _begun(pace, at, step, count, part, rests):
 @numba.njit
 def _seen(curve, pace, first, last, low, high, rests):
     """Return from when to when a movement is seen: see `lanindex.encode.onset.seen`."""
-    own = PLAIN * pace[first : last + 1].max()
+    own = PLAIN * _most(pace, first, last)
     one = two = -1
     for frame in range(first, last + 1):
         if pace[frame] >= own:
@@ -152,7 +162,10 @@ def _seen(curve, pace, first, last, low, high, rests):
     for frame in range(count):
         on, back = min(frame + half, count - 1), max(frame - half, 0)
         calm[frame] = (along[on] - along[back]) / (2 * half)
-    top = first - low + int(calm[first - low : last - low + 1].argmax())
+    top = first - low
+    for frame in range(first - low, last - low + 1):
+        if calm[frame] > calm[top]:
+            top = frame
     begin = _begun(calm, 0, 1, top + 1, first - low, rests)
     end = count - 1 - _begun(calm, count - 1, -1, count - top, high - last, rests)
     lowest, highest = top, top
@@ -168,12 +181,12 @@ def _seen(curve, pace, first, last, low, high, rests):
 
 
 @numba.njit
-def _slopes(curve):
-    """Return the central differences of a curve, one-sided at the ends."""
+def _slopes(curve, rate):
+    """Return the central differences of a curve, one-sided at the ends, times a rate."""
     found, last = np.zeros(len(curve)), len(curve) - 1
     for frame in range(last + 1 if last else 0):
         before, after = max(frame - 1, 0), min(frame + 1, last)
-        found[frame] = (curve[after] - curve[before]) / (after - before)
+        found[frame] = (curve[after] - curve[before]) / (after - before) * rate
     return found
 
 
@@ -209,14 +222,15 @@ def _bend(table, count, frames, way, angle):
 @numba.njit(cache=True, nogil=True)
 def _bends(angle, width, rate, least):
     calm = _mean(angle, width)
-    pace = _slopes(calm) * rate
-    fast, table = np.abs(pace), np.empty((len(angle) + 1, FIELDS))
+    pace, fast, table = _slopes(calm, rate), _slopes(calm, rate), np.empty((len(angle) + 1, FIELDS))
+    for frame in range(len(fast)):
+        fast[frame] = abs(fast[frame])
     count, degree = _bend(table, 0, (0, 0), 1, calm[0])
     for first, last in _swings(calm, SWING):
         if abs(calm[last] - calm[first]) < SWING:
             continue
         way = 1 if calm[last] > calm[first] else -1
-        rests = _lulls(way * pace[first : last + 1], IDLES, least)
+        rests = _lulls(pace, first, last, way, IDLES, least)
         edges = _edges(first, last, rests, last)
         for number in range(2 * len(edges) - 1):
             place = number // 2
@@ -244,21 +258,25 @@ def bends(angles: Floats, profile: Profile) -> list[Floats]:
 def _turn(heading, start, stop, rate, table, count):
     some = heading[start:stop]
     left, last = some[-1] > some[0], len(some) - 1
-    pace = _slopes(some) * (rate if left else -rate)
+    pace = _slopes(some, rate if left else -rate)
     begin, end = _seen(some, pace, 0, last, 0, last, PAUSE / rate)
     amount = np.rint(abs(some[end] - some[begin]))
     if amount < TURNS:
         return count
     frames, told = (start + begin, start + end), LEFT if left else RIGHT
-    return _put(table, count, frames, told, min(amount / TURNS - 1, 1.0), amount, pace.max() / 360)
+    return _put(
+        table, count, frames, told, min(amount / TURNS - 1, 1.0), amount, _most(pace, 0, last) / 360
+    )
 
 
 @numba.njit(cache=True, nogil=True)
 def _turns(heading, wide, narrow, rate, least):
     calm, light = _mean(heading, wide), _mean(heading, narrow)
-    pace, table, count = np.abs(_slopes(calm)) * rate, np.empty((len(heading), FIELDS)), 0
+    pace, table, count = _slopes(calm, rate), np.empty((len(heading), FIELDS)), 0
+    for frame in range(len(pace)):
+        pace[frame] = abs(pace[frame])
     for first, last in _swings(calm, TURNS):
-        rests = _lulls(pace[first : last + 1], PAUSE, least)
+        rests = _lulls(pace, first, last, 1, PAUSE, least)
         for start, stop in _edges(first, last + 1, rests, last + 1):
             if stop > start and abs(calm[stop - 1] - calm[start]) >= TURNS:
                 count = _turn(light, start, stop, rate, table, count)
@@ -306,13 +324,13 @@ def _parts(angles, edges, first, last):
 @numba.njit(cache=True, nogil=True)
 def _arrivals(angles, width, rate, least, away, step):
     aside, ahead = angles.real.copy(), angles.imag.copy()
-    aside, ahead = _slopes(_mean(aside, width)), _slopes(_mean(ahead, width))
+    aside, ahead = _slopes(_mean(aside, width), rate), _slopes(_mean(ahead, width), rate)
     pace, table = np.empty(len(angles)), np.empty((len(angles) + 1, FIELDS))
     for frame in range(len(pace)):
-        pace[frame] = hypot(aside[frame] * rate, ahead[frame] * rate)
+        pace[frame] = hypot(aside[frame], ahead[frame])
     count = _there(angles[0], (0, 0), away, step, table, 0)
     for first, last in _departures(angles, MOVED):
-        rests = _lulls(pace[first : last + 1], PAUSE, least)
+        rests = _lulls(pace, first, last, 1, PAUSE, least)
         edges = _edges(first, last + 1, rests, last + 1)
         many = _parts(angles, edges, first, last)
         for number in range(many):

@@ -26,51 +26,50 @@ from lanindex.encode.ground import (
     Flags,
     Floats,
 )
+from lanindex.encode.nth_fast import middle, nth
 from lanindex.encode.steps import BENT, TOES, WEIGHT
 
 _NUMBERS = np.array((NEAR, LIFTED, STANDS, SHARE, UNEVEN, BENT, TOES), np.float32)
 
 
 @numba.njit
-def _fifth(values, mask):
-    """Return the value of which a fifth of those that a mask leaves are smaller."""
-    some = values[mask]
-    place = (len(some) - 1) // 5
-    return np.partition(some, place)[place]
-
-
-@numba.njit
-def _median(values):
-    some = np.sort(values)
-    return (some[(len(some) - 1) // 2] + some[len(some) // 2]) / 2
+def _rest(heights, slow, sides, some):
+    """Return the height of which a fifth are smaller where joints of these sides are slow."""
+    count = 0
+    for side in sides:
+        for frame in range(heights.shape[1]):
+            if slow[side, frame]:
+                some[count] = heights[side, frame]
+                count += 1
+    return nth(some[:count], (count - 1) // 5) if count else np.float32(inf)
 
 
 @numba.njit
 def _lower(heights, slow):
     """Count heights of joints (2, K, N) from where these rest; return the lower one, (2, N)."""
+    frames = heights.shape[2]
+    some, found = np.empty(2 * frames, np.float32), np.empty((2, frames), np.float32)
     for kind in range(heights.shape[1]):
-        rest = np.float32(inf)
-        for side in range(2):
-            if slow[side, kind].any():
-                rest = min(rest, _fifth(heights[side, kind], slow[side, kind]))
+        own, rests = heights[:, kind], slow[:, kind]
+        rest = min(_rest(own, rests, (0,), some), _rest(own, rests, (1,), some))
         if rest == inf:
-            both = np.concatenate((heights[0, kind], heights[1, kind]))
-            rest = _fifth(both, np.ones(len(both), np.bool_))
+            rests = np.ones((2, frames), np.bool_)
+            rest = _rest(own, rests, (0, 1), some)
         for side in range(2):
-            for frame in range(heights.shape[2]):
-                heights[side, kind, frame] -= rest
-    found = heights[:, 0].copy()
-    for kind in range(1, heights.shape[1]):
-        found = np.minimum(found, heights[:, kind])
+            for frame in range(frames):
+                high = own[side, frame] - rest
+                found[side, frame] = min(found[side, frame], high) if kind else high
     return found
 
 
 @numba.njit
 def _uneven(height, speed, stands, most, least):
     """Tell whether the lower of the feet stands at heights that no floor explains."""
-    lower, slow = np.minimum(height[0], height[1]), np.zeros(height.shape[1] + 1, np.bool_)
+    frames = height.shape[1]
+    lower, slow = np.empty(frames, np.float32), np.zeros(frames + 1, np.bool_)
     low, high = np.float32(inf), np.float32(-inf)
-    for frame in range(len(lower)):
+    for frame in range(frames):
+        lower[frame] = min(height[0, frame], height[1, frame])
         if min(speed[0, frame], speed[1, frame]) < stands:
             slow[frame] = True
             low, high = min(low, lower[frame]), max(high, lower[frame])
@@ -80,8 +79,8 @@ def _uneven(height, speed, stands, most, least):
     for frame in range(len(slow)):
         if not slow[frame]:
             if frame - start >= least and frame > start:
-                middle = _median(lower[start:frame])
-                lowest, highest = min(lowest, middle), max(highest, middle)
+                stands = middle(lower[start:frame])
+                lowest, highest = min(lowest, stands), max(highest, stands)
             start = frame + 1
     return highest - lowest > UNEVEN
 
@@ -137,9 +136,9 @@ def _stood(points, speed, stands, near, least):
             for place in range(start, frame if low else start):
                 low = low and own[place, 1] <= other[place, 1] + near
             if low:
-                some = own[start:frame]
-                found[count, 0], found[count, 1] = _median(some[:, 0]), _median(some[:, 2])
-                found[count, 2] = np.sort(some[:, 1])[(frame - start - 1) // 5]
+                some = own[start:frame].T.copy()
+                found[count, 0], found[count, 1] = middle(some[0]), middle(some[2])
+                found[count, 2] = nth(some[1], (frame - start - 1) // 5)
                 count += 1
             start = frame + 1
     return found[:count].copy()
@@ -166,7 +165,7 @@ def _levels(frames, carries, bent, points, usual, width, numbers):
         found[number] = MID
         if lowest > least and lowest < inf:
             found[number] = LOW
-        elif many and np.float32(_median(rise[:many])) - usual > toes:  # never, if it is NaN
+        elif many and np.float32(middle(rise[:many])) - usual > toes:  # never, if it is NaN
             found[number] = HIGH
     return found
 

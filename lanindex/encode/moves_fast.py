@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from lanindex.alphabet import PLACE
+from lanindex.encode.nth_fast import middle
 from lanindex.encode.segment import LONG_HOLD
 
 UNSEEN, UNCLEAR = -2, -1
@@ -106,9 +107,7 @@ def _quiet(speed, hold, still):
     first, last = hold
     if last - first + 1 < LONG_HOLD:
         return still
-    ordered = np.sort(speed[first : last + 1])
-    middle = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
-    return max(still, middle)
+    return max(still, middle(speed[first : last + 1].copy()))
 
 
 @numba.njit
