@@ -303,6 +303,8 @@ class Resting:
 
     def blended(self, base: Floats, aims: Sequence[Any], mix: Mix) -> Floats:
         """Return values that rests bring to where they aim at; without an aim they stay."""
+        if not self.rests:
+            return base
         aimed = base.copy()
         for (some, own), aim in zip(self._parts, aims, strict=True):
             there = np.broadcast_to(base[some] if aim is None else aim, base[some].shape)
