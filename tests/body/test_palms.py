@@ -1,6 +1,7 @@
 """Where palms face: of knuckles, thumbs, markers and a suit's segments."""
 
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -146,6 +147,21 @@ def test_two_formats_of_one_take_tell_the_same_palms(captures: Path):
     )
     for hand in ("RHand", "LHand"):  # the BVH begins with a pose
         assert angle(amc[hand][1:, 0], bvh[hand][2:, 0]).max() < 0.05
+
+
+@pytest.mark.parametrize("form", ["bvh", "gltf"])
+@pytest.mark.parametrize(
+    "name",
+    ["bvh/sfu_moda/AV_8Walk_Meredith_HVHA_Rep1.bvh", "bvh/cmu_cgspeed/cmu_12_01_walk.bvh"],
+)
+def test_files_that_are_written_keep_palms(captures: Path, tmp_path: Path, name: str, form: str):
+    motion = read(captures / name)
+    write = import_module(f"lanindex.formats.{form}.write").write
+    path = tmp_path / {"bvh": "a.bvh", "gltf": "a.glb"}[form]
+    path.write_bytes(write(motion))
+    again = read(path)
+    for hand in ("RHand", "LHand"):
+        assert angle(motion.axes[hand][:, 0], again.axes[hand][:, 0]).max() < 0.1
 
 
 def test_a_hand_that_waves_faces_forward_and_palms_of_jacks_go_up(captures: Path):

@@ -8,11 +8,9 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import JOINT_CODES
 from lanindex.body import sampled
-from lanindex.body.facing import TURNING, rest_axes, seen_axes
-from lanindex.body.palms import rest_of
 from lanindex.errors import ExportError
+from lanindex.formats.aimed import aim, resting
 from lanindex.model import Motion, Skeleton
 from lanindex.rotation import euler, rotations
 
@@ -67,7 +65,9 @@ def write(motion: Motion) -> bytes:
     skeleton, points = motion.skeleton, motion.positions.astype(np.float64)
     _check(motion, points)
     turns = rotations(points, skeleton.offsets.astype(float), skeleton.parents.astype(int))
-    _aim(motion, turns)
+    if motion.axes:
+        rest = resting(motion, skeleton.offsets, turns[sampled(len(motion))])
+        aim(rest, motion.axes, slice(None), turns)
     places, angles = _channels(points, turns, skeleton.parents.astype(int))
     stiff = bool(np.abs(places[:, 1:] - skeleton.offsets[1:]).max(initial=0) <= RIGID)
     ends = _ends(skeleton)
@@ -83,33 +83,6 @@ def write(motion: Motion) -> bytes:
         (" ".join(map(_short, row)) for row in np.concatenate(columns, axis=1).tolist()),
     )
     return ("\n".join(lines) + "\n").encode()
-
-
-def _aim(motion: Motion, turns: Floats) -> None:
-    """Turn the joints as far as a motion knows more of them than positions tell."""
-    if not motion.axes:
-        return
-    skeleton, some = motion.skeleton, sampled(len(motion))
-    aimed = rest_of(skeleton)
-    parents, turned = skeleton.parents.tolist(), turns[some]
-    poses = motion.positions[some].astype(np.float64)
-    rest = rest_axes(parents, skeleton.offsets, skeleton.body)
-    if rest is None:
-        rest = seen_axes(parents, skeleton.body, poses, lambda joint: turned[:, joint])
-    if rest is not None:
-        aimed |= {name: (int(skeleton.body[JOINT_CODES[name]]), rest) for name in TURNING}
-    for name in aimed.keys() & motion.axes.keys():
-        axes, (joint, own) = motion.axes[name], aimed[name]
-        known = np.isfinite(axes).all(axis=(1, 2))
-        now, then = _frames(axes[known].astype(float)), _frames(own[None])
-        turns[known, joint] = now @ np.swapaxes(then, 1, 2)
-
-
-def _frames(axes: Floats) -> Floats:
-    """Return two axes and what is at right angles to them, exactly, as the columns of (T, 3, 3)."""
-    first, third = axes[:, 0], np.cross(axes[:, 0], axes[:, 1])
-    first, third = (it / np.linalg.norm(it, axis=1, keepdims=True) for it in (first, third))
-    return np.stack((first, np.cross(third, first), third), axis=2)
 
 
 def _channels(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[Floats, Floats]:

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.body import sampled
+from lanindex.formats.aimed import aim, resting
 from lanindex.formats.gltf.mesh import octahedra
 from lanindex.formats.gltf.pack import INDICES, VERTICES, Pack, glb
 from lanindex.formats.turning import inverse, matrices, product, quaternions, steady, unit
@@ -147,9 +149,13 @@ def _turned(motion: Motion, points: Floats, parents: NDArray[np.int_]) -> tuple[
         offsets = pose.copy()
         offsets[below] -= pose[parents[below]]
     turns = np.empty((*points.shape[:2], 4))
+    some = points[sampled(len(points))] if motion.axes else points[:0]
+    rest = resting(motion, offsets, rotations(some, offsets, parents)) if motion.axes else {}
     for start in range(0, len(points), BLOCK):
-        block = points[start : start + BLOCK]
-        turns[start : start + BLOCK] = quaternions(rotations(block, offsets, parents))
+        part = slice(start, start + BLOCK)
+        block = rotations(points[part], offsets, parents)
+        aim(rest, motion.axes, part, block)
+        turns[part] = quaternions(block)
     return turns, offsets
 
 
