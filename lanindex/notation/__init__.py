@@ -1,4 +1,129 @@
-"""Text files of notation: scores (LND, read and written), borders (LPD) and rules (LDD, read).
+"""Notations ↔ Score: a table of them, each known by a file's ending.
 
-Source: ``encode/METHOD.md``, "Formats".
+A notation is a module with
+
+- ``read(content, place) -> Score``, and
+- ``write(score) -> str or bytes``,
+
+and a line in `NOTATIONS`. Nothing else knows one from another. Beside them stand borders (LPD) and
+rules (LDD), which are read.
+
+Source: ``encode/METHOD.md``, "Formats"; ``NOTATIONS.md``.
 """
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lanindex.errors import NotationError
+
+if TYPE_CHECKING:
+    from lanindex.model import Score
+
+
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """One kind of file that holds a score.
+
+    Attributes
+    ----------
+    name : str
+        As the library and ``--to`` say it, and its module in this folder, imported when needed.
+    title : str
+        As people say it.
+    suffix : str
+        Its ending, as it is written; read in small letters, too.
+    gathered : bool
+        Whether folders are searched for it: others are mostly not ours.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    gathered: bool = False
+
+    @property
+    def does(self) -> Any:
+        """The module, imported."""
+        return importlib.import_module(f"lanindex.notation.{self.name}")
+
+
+NOTATIONS = {
+    it.name: it
+    for it in (
+        Notation("lnd", "LND", ".lnd", gathered=True),
+        Notation("eaf", "ELAN", ".eaf"),
+    )
+}
+"""Every notation of scores, by name."""
+
+
+def notation_of(path: str) -> Notation | None:
+    """Return the notation that a file's ending stands for, if it does for one.
+
+    Examples
+    --------
+    >>> from lanindex.notation import notation_of
+    >>> notation_of("walk.EAF").title, notation_of("walk.bvh")
+    ('ELAN', None)
+    """
+    suffix = Path(path).suffix.lower()
+    return next((it for it in NOTATIONS.values() if it.suffix.lower() == suffix), None)
+
+
+def read(path: str, content: bytes | None = None) -> Score:
+    """Read a score from a file in any notation.
+
+    Parameters
+    ----------
+    path : str
+        Its ending tells the notation; it is LND if none.
+    content : bytes, optional
+        What is in it, where that is known.
+
+    Raises
+    ------
+    NotationError
+        It cannot be read, or is no score.
+
+    Examples
+    --------
+    >>> from lanindex import notation
+    >>> notation.read("corpus/compass.lnd")
+    <Score 1 parts, 28 symbols, 224 frames at 8 Hz>
+    """
+    form = notation_of(path) or NOTATIONS["lnd"]
+    score: Score = form.does.read(content_of(path) if content is None else content, place=path)
+    return score
+
+
+def content_of(path: str) -> bytes:
+    """Return what is in a file.
+
+    Raises
+    ------
+    NotationError
+        It cannot be read.
+    """
+    try:
+        return Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise NotationError(f"cannot be read: {reason.lower()}", place=path) from error
+
+
+def write(score: Score, name: str) -> bytes:
+    """Write a score in a notation.
+
+    Parameters
+    ----------
+    score : Score
+        Any.
+    name : str
+        Of `NOTATIONS`.
+    """
+    text: str | bytes = NOTATIONS[name].does.write(score)
+    return text.encode() if isinstance(text, str) else text

@@ -23,13 +23,13 @@ from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
 from os import PathLike, fspath
-from pathlib import Path
 
 import numpy as np
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, Kind
 from lanindex.errors import NotationError
 from lanindex.model import Meter, Score, Track
+from lanindex.notation import content_of
 from lanindex.notation.beats import Beats, in_time, ticks_at
 from lanindex.notation.exact import number
 from lanindex.notation.excerpt import excerpt
@@ -86,11 +86,7 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     """
     if isinstance(source, PathLike) or (isinstance(source, str) and _names_a_file(source)):
         place = place or fspath(source)
-        try:
-            source = Path(source).read_bytes()
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise NotationError(f"cannot be read: {reason.lower()}", place=place) from error
+        source = content_of(fspath(source))
     page = Page(place or "LND")
     text = source if isinstance(source, str) else _decoded(source, page.place)
     for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):

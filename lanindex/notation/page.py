@@ -39,7 +39,7 @@ UNIT = re.compile(r"#unit(\d+)")
 
 _COUNT = re.compile(r"\d{1,9}")
 _RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
-_PART = re.compile(r"[a-z_]+")
+PART = re.compile(r"[a-z_]+")
 
 
 def _codes(kind: Kind) -> dict[str, dict[str, int]]:
@@ -215,7 +215,7 @@ class Page:
         part, *said, start, stop = words
         if self.unit is None:
             raise self.fault("a symbol before any unit", "a line like #unit1 above it")
-        if not _PART.fullmatch(part):
+        if not PART.fullmatch(part):
             raise self.fault(f'the part "{shown(part)}"', "a name like r_arm")
         own = KINDS[kind_of(part)]
         if own != kind and (keyword, own.name) not in _AS_WELL:

@@ -11,7 +11,7 @@ from lanindex.errors import CaptureError, ExportError
 from lanindex.library.encoding import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Score, Span
-from lanindex.notation import lnd
+from lanindex.notation import NOTATIONS, lnd
 from lanindex.notation.excerpt import excerpt
 from lanindex.pipeline import convert
 from lanindex.pipeline.prepare import as_ingested
@@ -53,12 +53,15 @@ class Clipper:
         self._score: Score = library.score(source.id)
         self.suffix = ".lnd"
         self._clip: _Clip = _score_alone
-        if form == "lnd" or (source.format == "lnd" and form == "native"):
+        notated = source.format in NOTATIONS
+        if form == "lnd" or (notated and form == "native"):
             return
-        if source.format == "lnd":
+        if notated:
             remedy = "Use --format native, or let it be carried out: lanindex animate."
             wanted = f"a {form} source"
-            raise ExportError("came as lnd", place=source.path, wanted=wanted, remedy=remedy)
+            raise ExportError(
+                f"came as {source.format}", place=source.path, wanted=wanted, remedy=remedy
+            )
         encoding = library.encoding(source.id)
         file = _unchanged(source, encoding)
         told = Reading(**encoding.options)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import replace
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import formats
 from lanindex.errors import UsageError, shown
-from lanindex.model import Markers, Motion, Span
+from lanindex.model import Markers, Motion, Reading, Score, Span
+from lanindex.notation import NOTATIONS, content_of, notation_of, read, write
 
 TARGETS = {
     "bvh": "bvh",
@@ -50,12 +52,51 @@ def target_of(path: str, told: str | None = None) -> str:
     ('bvh', 'c3d')
     """
     form = told or PurePath(path).suffix.lower().removeprefix(".")
-    if form not in (*TARGETS, "lnd"):
+    if form not in (*TARGETS, *NOTATIONS):
         raise UsageError(
             f'"{shown(form)}" of {shown(path)}' if form else f"{shown(path)} has no ending",
-            wanted=f"one of {', '.join((*TARGETS, 'lnd'))}",
+            wanted=f"one of {', '.join((*TARGETS, *NOTATIONS))}",
         )
     return form
+
+
+def motion_of(
+    file: Path, told: Reading, *, origin: bool = False, body_only: bool = False
+) -> Motion:
+    """Read a capture, as it is or from the floor's origin on.
+
+    Raises
+    ------
+    UsageError
+        It is a score.
+    """
+    if notation_of(str(file)):
+        wanted = f"one of {', '.join(NOTATIONS)}"
+        remedy = f"Let it be carried out: lanindex animate {file}"
+        raise UsageError("a score", place=str(file), wanted=wanted, remedy=remedy)
+    motion = formats.read_file(formats.opened(file), told, formats.Wanted(body_only=body_only))
+    return from_origin(motion) if origin else motion
+
+
+def score_of(
+    file: Path, told: Reading, profile: str, *, tempo: str | None = None, origin: bool = False
+) -> Score:
+    """Read a score, or write a capture down; its warnings are those of both.
+
+    Raises
+    ------
+    UsageError
+        A score has its own beats.
+    """
+    if notation_of(str(file)):
+        if tempo is not None:
+            raise UsageError("beats for a score", place="--tempo", wanted="a capture")
+        return read(str(file))
+    from lanindex.encode import encode
+
+    motion = motion_of(file, told, origin=origin, body_only=True)
+    score = encode(motion, profile, tempo=tempo)
+    return replace(score, warnings=(*motion.warnings, *score.warnings))
 
 
 def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
@@ -81,6 +122,45 @@ def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
         said, motion = made.warnings[len(motion.warnings) :], made
     content: bytes = importlib.import_module(f"lanindex.formats.{TARGETS[form]}").write(motion)
     return content, said
+
+
+def notated(
+    score: Score,
+    form: str,
+    into: Path | None = None,
+    *,
+    force: bool = False,
+    media: Path | None = None,
+) -> bytes:
+    """Return a score as a file, or a file with a score more.
+
+    Parameters
+    ----------
+    score : Score
+        Any.
+    form : str
+        Of ``notation.NOTATIONS``.
+    into : Path, optional
+        An ELAN file that the score's tiers are added to.
+    force : bool
+        Whether tiers that it has already are replaced.
+    media : Path, optional
+        A recording that an ELAN file is to name.
+
+    Raises
+    ------
+    UsageError
+        The notation is not added to files, or names no recordings.
+    """
+    if form != "eaf":
+        if into or media:
+            place = "--into" if into else "--media"
+            raise UsageError(f"a score in {form}", place=place, wanted="--to eaf")
+        return write(score, form)
+    from lanindex.notation import eaf
+
+    content = content_of(str(into)) if into else None
+    return eaf.write(score, into=content, place=str(into), force=force, media=media)
 
 
 def stretch(motion: Motion, span: Span) -> Motion:

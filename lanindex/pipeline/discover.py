@@ -12,9 +12,10 @@ from lanindex.errors import LanindexError
 from lanindex.formats import archives
 from lanindex.formats.not_read import COMPANIONS, unread
 from lanindex.formats.not_read import WITHOUT_PLACES as ANGLES
+from lanindex.notation import NOTATIONS
 
 SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suffixes} | {
-    ".lnd": "lnd"
+    form.suffix: form.name for form in NOTATIONS.values() if form.gathered
 }
 """Endings that a folder is searched for, with the format each stands for."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lanindex import formats
@@ -16,6 +15,7 @@ from lanindex.errors import LanindexError
 from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
 from lanindex.model.reading import Reading
+from lanindex.notation import notation_of, read
 from lanindex.notation.beats import AUTO, said
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def prepare_one(task: Task) -> Outcome:
 
 
 def _is_notated(task: Task) -> bool:
-    return Path(task.path).suffix.lower() == ".lnd"
+    return notation_of(task.path) is not None
 
 
 def companions(task: Task, file: formats.File) -> tuple[formats.File, ...]:
@@ -219,9 +219,9 @@ def _prepared(task: Task, file: formats.File, sha256: str, encoding: Encoding) -
 
 
 def _notated(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
-    from lanindex.notation import lnd
-
-    return lnd.read(file.content[:], place=task.path), "lnd", ()
+    form = notation_of(task.path)
+    score = read(task.path, file.content[:])
+    return score, form.name if form else "", score.warnings
 
 
 def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:

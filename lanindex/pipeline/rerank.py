@@ -13,6 +13,7 @@ from lanindex.errors import LanindexError, UsageError, shown
 from lanindex.library.encoding import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Reading, Span
+from lanindex.notation import notation_of
 from lanindex.pipeline.example import Alike
 from lanindex.pipeline.patience import Patience, silent
 from lanindex.pipeline.prepare import as_ingested
@@ -77,7 +78,7 @@ def _joints(
     location: str, digest: str, known: dict[str, tuple[str, Encoding]], span: Span
 ) -> NDArray[np.float32]:
     """Return the joints of a stretch of a file, as every body would do it."""
-    if location.lower().endswith(".lnd"):
+    if notation_of(location):
         raise UsageError("a score has no joints", place=location, wanted="a capture")
     file = formats.opened(location)
     _, encoding = known.get(location, ("", Encoding()))

@@ -450,6 +450,30 @@ class TestOthers:
         (seen,) = records(run("inspect", "again.bvh", "--json"))
         assert (Path(seen["capture"]).name, seen["fps"]) == ("again.bvh", 60)
 
+    def test_scores_in_other_notations(self, run, place: Path) -> None:
+        assert run("convert", "raise.bvh", "raise.eaf", "--media", "raise.mp4").returncode == 0
+        assert b"raise.mp4" in (place / "raise.eaf").read_bytes()
+        text = run("convert", "raise.eaf").stdout
+        assert "direction r_arm place high" in text
+        assert run("convert", "raise.eaf", "--to", "eaf").stdout.startswith("<?xml")
+        refused(run("convert", "score.lnd", "raise.eaf"), "exists already")
+        before = (place / "raise.eaf").read_bytes()
+        refused(
+            run("convert", "score.lnd", "--into", "raise.eaf", "--to", "eaf"), "already, wanted"
+        )
+        refused(
+            run("convert", "score.lnd", "-o", "x.lnd", "--into", "raise.eaf"), "wanted --to eaf"
+        )
+        refused(run("convert", "score.lnd", "-o", "x.bvh"), "lanindex animate score.lnd")
+        refused(run("convert", "score.lnd", "--tempo", "auto"), "beats for a score")
+        refused(run("convert", "raise.eaf", "--into", "raise.eaf", "--force"), "that is read")
+        assert (place / "raise.eaf").read_bytes() == before
+        assert run("convert", "score.lnd", "--into", "raise.eaf", "--force").returncode == 0
+        (place / "bad.eaf").write_bytes(before[:-20])
+        refused(run("convert", "score.lnd", "--into", "bad.eaf", "--force"), "damaged XML")
+        assert (place / "bad.eaf").read_bytes() == before[:-20]
+        assert run("animate", "raise.eaf", "-o", "carried.bvh").returncode == 0
+
     @pytest.mark.parametrize(("verb", "name"), [("convert", "bow.bvh"), ("animate", "score.lnd")])
     def test_what_is_read_is_not_written(self, run, place: Path, verb: str, name: str) -> None:
         before = (place / name).read_bytes()

@@ -12,7 +12,9 @@ from lanindex.app.output import Output
 
 
 def run(
-    score: Annotated[Path, typer.Argument(metavar="SCORE", readable=False, help="An .lnd file.")],
+    score: Annotated[
+        Path, typer.Argument(metavar="SCORE", readable=False, help="An .lnd or .eaf file.")
+    ],
     output: Annotated[
         Path | None,
         typer.Option(
@@ -34,13 +36,13 @@ def run(
 ) -> None:
     """Let a standard body carry out a score, as a BVH file."""
     out = Output(False, quiet, verbose, color)
+    from lanindex import notation
     from lanindex.formats import bvh
-    from lanindex.notation import lnd
     from lanindex.perform import perform
     from lanindex.pipeline.files import write_all
 
     rate = options.rate(fps)
-    motion = perform(lnd.read(score), rate=rate, noise=noise, seed=seed)
+    motion = perform(notation.read(str(score)), rate=rate, noise=noise, seed=seed)
     target = output or score.with_suffix(".bvh")
     content = bvh.write(motion)
     if target == options.STDOUT:

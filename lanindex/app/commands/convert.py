@@ -13,7 +13,9 @@ from lanindex.errors import UsageError
 
 
 def run(
-    file: Annotated[Path, typer.Argument(metavar="FILE", readable=False, help="A capture.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", readable=False, help="A capture or score.")
+    ],
     to: Annotated[
         Path | None,
         typer.Argument(metavar="[OUT]", help="Where to: its ending tells the format."),
@@ -25,6 +27,13 @@ def run(
     form: Annotated[
         str | None,
         typer.Option("--to", metavar="lnd|bvh|c3d|...", help="The format, whatever the ending."),
+    ] = None,
+    into: Annotated[
+        Path | None,
+        typer.Option("--into", metavar="FILE", help="Add tiers to an .eaf file that is there."),
+    ] = None,
+    media: Annotated[
+        Path | None, typer.Option("--media", metavar="FILE", help="A recording an .eaf opens with.")
     ] = None,
     origin: Annotated[
         bool, typer.Option("--origin", help="Begin at the floor's origin, facing forward.")
@@ -39,51 +48,44 @@ def run(
     columns: options.Columns = None,
     take: options.Take = None,
     tempo: options.Tempo = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace what is there.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
     color: options.Color = "auto",
 ) -> None:
-    """Write a capture down as LND, or in another format, without a library.
+    """Write a capture down as LND or in another notation or format, without a library.
 
     Joints come out where they were; where only places are known, bones are turned by the rule of
     lanindex.rotation, from a body that stands with its arms to the sides.
     """
     out = Output(False, quiet, verbose, color)
-    from lanindex.formats import Wanted, opened, read_file
+    from lanindex.notation import NOTATIONS
     from lanindex.pipeline import convert
     from lanindex.pipeline.files import write_all
 
-    target = to or output
+    target = to or (into if into and output == options.STDOUT else output)
     if form is None and target == options.STDOUT:
         form = "lnd"
     form = convert.target_of(str(target), form)
-    if form != "lnd" and target == options.STDOUT:
+    if form not in NOTATIONS and target == options.STDOUT:
         raise UsageError(f"{form} on standard output", wanted="a file to write it to")
     if form != "lnd" and tempo is not None:
         raise UsageError(f"beats in {form}", place="--tempo", wanted="--to lnd, which counts them")
     told = options.reading(
         unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
-    motion = read_file(opened(file), told, Wanted(body_only=form == "lnd"))
-    if origin:
-        motion = convert.from_origin(motion)
-    for warning in motion.warnings:
-        out.note(f"{file}: {warning}")
-    if form == "lnd":
-        from lanindex.encode import encode
-        from lanindex.notation import lnd
-
-        score = encode(motion, profile, tempo=tempo)
-        for warning in score.warnings:
-            out.note(f"{file}: {warning}")
-        content = lnd.write(score).encode()
+    if form in NOTATIONS:
+        score = convert.score_of(file, told, profile, tempo=tempo, origin=origin)
+        for line in score.warnings:
+            out.note(f"{file}: {line}")
+        content = convert.notated(score, form, into, force=force, media=media)
     else:
+        motion = convert.motion_of(file, told, origin=origin)
         content, said = convert.written(motion, form)
-        for line in said:
+        for line in (*motion.warnings, *said):
             out.note(f"{file}: {line}")
     if target != options.STDOUT:
-        write_all([(target, content)], force=force, sources=[file])
+        write_all([(target, content)], force=force or target == into, sources=[file])
         out.note(str(target))
     else:
         out.content(content.decode())

@@ -1,0 +1,300 @@
+"""ELAN's annotation files: a tier a part, what a symbol says as an annotation's value.
+
+Source: ``NOTATIONS.md``, "ELAN"; the schema EAFv3.0 of the Max Planck Institute for
+Psycholinguistics.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator
+from datetime import UTC, datetime
+from itertools import count
+from mimetypes import guess_type
+from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement
+
+from lanindex.errors import ExportError, NotationError, shown
+from lanindex.model import Score
+from lanindex.notation import xml
+from lanindex.notation.timed import SECOND, Said, is_part, length, said, score_of
+
+TYPE = "labanotation"
+"""The linguistic type of our tiers."""
+
+_ROOT = "ANNOTATION_DOCUMENT"
+_XSI = "{http://www.w3.org/2001/XMLSchema-instance}"
+_SCHEMA = "http://www.mpi.nl/tools/elan/EAFv3.0.xsd"
+_STARTS, _LENGTH, _LAST = "lanindex.starts.", "lanindex.milliseconds", "lastUsedAnnotationId"
+"""Properties: starting positions, by part; how long the score is; ELAN's own count."""
+
+_START = re.compile(r"\s*(\d{1,9}) (.*)")
+_NUMBERED = re.compile(r"(?:a|ts)(\d{1,15})")
+_TIME = re.compile(r"\s*\d{1,12}\s*")
+_BEHIND_TIERS = (
+    *("LINGUISTIC_TYPE", "LOCALE", "LANGUAGE", "CONSTRAINT", "CONTROLLED_VOCABULARY"),
+    *("LEXICON_REF", "REF_LINK_SET", "EXTERNAL_REF"),
+)
+"""What follows the tiers of a file, in order."""
+
+
+def read(content: bytes, place: str) -> Score:
+    """Read the score that an ELAN file holds.
+
+    Tiers of the type ``labanotation`` are parts; so are those named as a part, if all that they
+    say are symbols. Others are left out, which the score's warnings tell.
+
+    Parameters
+    ----------
+    content : bytes
+        The file.
+    place : str
+        What errors call it.
+
+    Raises
+    ------
+    NotationError
+        It is damaged, or what one of our tiers says is no symbol.
+    """
+    root = _document(content, place)
+    slots = {slot.get("TIME_SLOT_ID"): slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")}
+    properties = {it.get("NAME", ""): it.text or "" for it in root.iterfind("HEADER/PROPERTY")}
+    tiers: dict[str, list[Said]] = {}
+    told: list[str] = []
+    for tier in root.iterfind("TIER"):
+        name, ours = tier.get("TIER_ID", ""), tier.get("LINGUISTIC_TYPE_REF") == TYPE
+        if not ours and not is_part(name):
+            told.append(f'the tier "{shown(name)}" is no part of the body: left out')
+            continue
+        try:
+            entries = list(_annotations(tier, slots, f"{place}: {shown(name)}"))
+            if not ours:
+                score_of({name: entries}, place)
+        except NotationError as error:
+            if ours:
+                raise
+            told.append(f'the tier "{name}" is left out: {error.found} is no symbol')
+            continue
+        starts = _starts(properties.get(_STARTS + name, ""), entries, name, place, told)
+        tiers[name] = [*starts, *entries]
+    if not tiers and _LENGTH not in properties:
+        wanted = f"one of the type {TYPE}, or named as r_arm"
+        raise NotationError("no tier of a part of the body", place=place, wanted=wanted)
+    last = properties.get(_LENGTH, "")
+    return score_of(tiers, place, told, int(last) if _TIME.fullmatch(last) else 0)
+
+
+def _document(content: bytes, place: str) -> Element:
+    root = xml.parse(content, place, _ROOT)
+    header, order = root.find("HEADER"), root.find("TIME_ORDER")
+    if header is None or order is None:
+        raise NotationError("no header or no time slots", place=place, wanted="an ELAN file")
+    unit = header.get("TIME_UNITS", "milliseconds")
+    if unit != "milliseconds":
+        raise NotationError(f"times in {shown(unit)}", place=place, wanted="milliseconds")
+    return root
+
+
+def _annotations(tier: Element, slots: dict[str | None, str | None], place: str) -> Iterator[Said]:
+    for one in tier.iterfind("ANNOTATION/*"):
+        words = one.findtext("ANNOTATION_VALUE") or ""
+        if one.tag != "ALIGNABLE_ANNOTATION":
+            found = "an annotation without times of its own"
+            raise NotationError(found, place=place, wanted="a tier without a parent")
+        times = [slots.get(one.get(f"TIME_SLOT_REF{end}")) or "" for end in (1, 2)]
+        if not all(map(_TIME.fullmatch, times)):
+            found = f'"{shown(words)}" at {shown("-".join(times))}'
+            raise NotationError(found, place=place, wanted="times in milliseconds from 0")
+        start, stop = map(int, times)
+        if stop <= start:
+            found = f'"{shown(words)}" from {start / SECOND:g} to {stop / SECOND:g} s'
+            raise NotationError(found, place=place, wanted="an end behind its start")
+        yield Said(words, start, stop)
+
+
+def _starts(
+    text: str, entries: Iterable[Said], part: str, place: str, told: list[str]
+) -> Iterator[Said]:
+    """Yield a tier's starting positions, but those inside of what was annotated since."""
+    ordered = sorted(entries, key=lambda it: it.start)
+    begins = [it.start for it in ordered]
+    for one in filter(str.strip, text.split(";")):
+        match = _START.fullmatch(one)
+        if match is None:
+            found = f'the starting position "{shown(one.strip())}"'
+            raise NotationError(found, place=f"{place}: {part}", wanted="one like 0 place low")
+        time = int(match[1])
+        before = bisect_right(begins, time) - 1
+        if before >= 0 and begins[before] < time < ordered[before].stop:
+            told.append(f"{part}: a starting position at {time / SECOND:g} s is left out, "
+                        "an annotation lies over it")  # fmt: skip
+        else:
+            yield Said(match[2], time, time)
+
+
+def write(
+    score: Score,
+    *,
+    into: bytes | None = None,
+    place: str = "",
+    force: bool = False,
+    media: Path | None = None,
+) -> bytes:
+    """Write what a score shows as an ELAN file, or into one.
+
+    Parameters
+    ----------
+    score : Score
+        Times are those of its frames.
+    into : bytes, optional
+        An ELAN file: the result is that file with these tiers more.
+    place : str
+        What errors call it.
+    force : bool
+        Whether tiers that it has already are replaced.
+    media : Path, optional
+        A recording to open with it.
+
+    Raises
+    ------
+    NotationError
+        The file to write into cannot be read.
+    ExportError
+        It has such a tier, or a type of our name that is another's.
+    """
+    root = _new() if into is None else _document(into, place)
+    header = next(root.iter("HEADER"))
+    tiers = said(score)
+    for part in tiers:
+        _make_room(root, part, force, place)
+    _declare(root, place)
+    if media is not None:
+        _show(header, media)
+    numbers = count(_last_number(root) + 1)
+    made = [_tier(part, entries, numbers) for part, entries in tiers.items()]
+    index = next((at for at, it in enumerate(root) if it.tag in _BEHIND_TIERS), len(root))
+    root[index:index] = [tier for tier, _ in made]
+    _merge(next(root.iter("TIME_ORDER")), sorted((slot for _, slots in made for slot in slots),
+                                                 key=lambda pair: pair[0]))  # fmt: skip
+    for part, entries in tiers.items():
+        starts = "; ".join(f"{it.start} {it.words}" for it in entries if it.start == it.stop)
+        _tell(header, _STARTS + part, starts)
+    before = header.findtext(f"PROPERTY[@NAME='{_LENGTH}']") or ""
+    known = int(before) if _TIME.fullmatch(before) else 0
+    _tell(header, _LENGTH, str(max(known, length(score))))
+    _tell(header, _LAST, str(next(numbers) - 1))
+    return xml.written(root)
+
+
+def _new() -> Element:
+    date = datetime.now(UTC).isoformat(timespec="seconds")
+    told = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
+    root = Element(_ROOT, {**told, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
+    SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})
+    SubElement(root, "TIME_ORDER")
+    return root
+
+
+def _make_room(root: Element, part: str, force: bool, place: str) -> None:
+    """Take away a tier that is to be replaced, with the time slots that were its own."""
+    tier = next((it for it in root.iterfind("TIER") if it.get("TIER_ID") == part), None)
+    if tier is None:
+        return
+    if not force:
+        remedy = "--force replaces it."
+        raise ExportError(f"has a tier {part} already", place=place, wanted="none", remedy=remedy)
+    for other in root.iterfind("TIER"):
+        if other.get("PARENT_REF") == part:
+            found = f'the tier "{shown(other.get("TIER_ID", ""))}" hangs on {part}'
+            raise ExportError(found, place=place, wanted="none that would lose what it is about")
+    root.remove(tier)
+    gone = _slots_of(tier) - _slots_of(root)
+    order = next(root.iter("TIME_ORDER"))
+    order[:] = [slot for slot in order if slot.get("TIME_SLOT_ID") not in gone]
+
+
+def _slots_of(element: Element) -> set[str | None]:
+    used = element.iter("ALIGNABLE_ANNOTATION")
+    return {one.get(f"TIME_SLOT_REF{end}") for one in used for end in (1, 2)}
+
+
+def _declare(root: Element, place: str) -> None:
+    """See to it that the type of our tiers is there."""
+    known = [it for it in root.iterfind("LINGUISTIC_TYPE") if it.get("LINGUISTIC_TYPE_ID") == TYPE]
+    if known and (known[0].get("CONSTRAINTS") or known[0].get("TIME_ALIGNABLE") == "false"):
+        found = f"has a type {TYPE} that is bound to a parent"
+        raise ExportError(found, place=place, wanted="one that is aligned with time, or none")
+    if not known:
+        told = {"GRAPHIC_REFERENCES": "false", "LINGUISTIC_TYPE_ID": TYPE, "TIME_ALIGNABLE": "true"}
+        last = [at for at, it in enumerate(root) if it.tag not in _BEHIND_TIERS[1:]]
+        root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", told))
+
+
+def _show(header: Element, media: Path) -> None:
+    """Name a recording, before what else is told of the file."""
+    kind = guess_type(media.name)[0] or "application/octet-stream"
+    told = {"MEDIA_URL": media.absolute().as_uri(), "MIME_TYPE": kind}
+    header.insert(0, Element("MEDIA_DESCRIPTOR", told))
+
+
+def _last_number(root: Element) -> int:
+    """Return the highest number of any annotation or time slot."""
+    last = root.findtext(f"HEADER/PROPERTY[@NAME='{_LAST}']") or ""
+    names = (one.get(name, "") for one in root.iter() for name in ("TIME_SLOT_ID", "ANNOTATION_ID"))
+    used = (int(match[1]) for match in map(_NUMBERED.fullmatch, names) if match)
+    return max(int(last) if _TIME.fullmatch(last) else 0, max(used, default=0))
+
+
+def _tier(
+    part: str, entries: Iterable[Said], numbers: count[int]
+) -> tuple[Element, list[tuple[int, str]]]:
+    """Return a tier, and the time slots that it needs."""
+    tier = Element("TIER", {"LINGUISTIC_TYPE_REF": TYPE, "TIER_ID": part})
+    slots: list[tuple[int, str]] = []
+    for it in entries:
+        if it.start == it.stop:
+            continue
+        names = [f"ts{next(numbers)}" for _ in range(2)]
+        slots += zip((it.start, it.stop), names, strict=True)
+        one = SubElement(
+            SubElement(tier, "ANNOTATION"),
+            "ALIGNABLE_ANNOTATION",
+            {
+                "ANNOTATION_ID": f"a{next(numbers)}",
+                "TIME_SLOT_REF1": names[0],
+                "TIME_SLOT_REF2": names[1],
+            },
+        )
+        SubElement(one, "ANNOTATION_VALUE").text = it.words
+    return tier, slots
+
+
+def _merge(order: Element, slots: list[tuple[int, str]]) -> None:
+    """Put time slots among others by their time; those without one stay where they are."""
+    merged: list[Element] = []
+    at = 0
+
+    def until(time: float) -> None:
+        nonlocal at
+        while at < len(slots) and slots[at][0] < time:
+            value, name = slots[at]
+            merged.append(Element("TIME_SLOT", TIME_SLOT_ID=name, TIME_VALUE=str(value)))
+            at += 1
+
+    for slot in order:
+        value = slot.get("TIME_VALUE", "")
+        if _TIME.fullmatch(value):
+            until(int(value))
+        merged.append(slot)
+    until(float("inf"))
+    order[:] = merged
+
+
+def _tell(header: Element, name: str, value: str) -> None:
+    """Set a property; one that says nothing is none."""
+    found = next((it for it in header.iterfind("PROPERTY") if it.get("NAME") == name), None)
+    if found is not None:
+        found.text = value
+    elif value:
+        SubElement(header, "PROPERTY", NAME=name).text = value

@@ -1,0 +1,196 @@
+"""Symbols as words with times in milliseconds: what the tiers of annotation programs hold.
+
+Source: ``NOTATIONS.md``, "Tiers".
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+
+from lanindex.alphabet import (
+    BENDS,
+    DIRECTIONS,
+    HOW_BENT,
+    KINDS,
+    LEVELS,
+    MOST_AMOUNT,
+    TRACKS,
+    amounts_of,
+    kind_of,
+)
+from lanindex.errors import ExportError, NotationError, shown
+from lanindex.model import Score, Track
+from lanindex.notation.page import PART, Page, Written, rank
+
+SECOND = 1000
+"""Units of time in a second."""
+
+_DEGREES = re.compile(r"(\d{1,9})deg")
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A symbol as a tier has it.
+
+    Attributes
+    ----------
+    words : str
+        What it says, without the part.
+    start, stop : int
+        Milliseconds; a starting position has no length.
+    """
+
+    words: str
+    start: int
+    stop: int
+
+
+def said(score: Score) -> dict[str, list[Said]]:
+    """Return what each part of a score shows, in order: starting positions and movements.
+
+    Parameters
+    ----------
+    score : Score
+        Times are those of its frames. Passing symbols are left out, and tracks that follow from
+        others or are empty.
+
+    Raises
+    ------
+    ExportError
+        A movement is shorter than a millisecond, or a part's name is none.
+    """
+    tracks = score.tracks
+    written = [part for part in tracks if KINDS[tracks[part].kind].keyword and len(tracks[part])]
+    return {part: _said(tracks[part], score.rate) for part in sorted(written, key=rank)}
+
+
+def _said(track: Track, rate: Fraction) -> list[Said]:
+    if not PART.fullmatch(track.part):
+        wanted = "small letters and _, as in r_arm"
+        raise ExportError(f'the part "{shown(track.part)}"', wanted=wanted)
+    found: list[Said] = []
+    for symbol in track.listed():
+        if symbol.passing:
+            continue
+        start, stop = (_rounded(frame, rate) for frame in (symbol.start, symbol.stop))
+        again = bool(found) and found[-1].start == start == stop
+        if again or (start == stop and symbol.start < symbol.stop):
+            place = f"{track.part} at {start / SECOND:g} s"
+            raise ExportError("a symbol of less than 1 ms", place=place, wanted="1 ms at least")
+        found.append(Said(symbol.words, start, stop))
+    return found
+
+
+def _rounded(frame: int, rate: Fraction) -> int:
+    return (2 * frame * SECOND * rate.denominator + rate.numerator) // (2 * rate.numerator)
+
+
+def is_part(name: str) -> bool:
+    """Return whether tracks of that name are read: those of the alphabet that do not follow."""
+    return name in TRACKS and bool(KINDS[kind_of(name)].keyword)
+
+
+def length(score: Score) -> int:
+    """Return how many milliseconds a score lasts."""
+    return _rounded(score.frames, score.rate)
+
+
+def score_of(
+    tiers: Mapping[str, Iterable[Said]],
+    place: str,
+    told: Iterable[str] = (),
+    length: int = 0,
+) -> Score:
+    """Return the score that some tiers show.
+
+    Parameters
+    ----------
+    tiers : Mapping of str to iterable of Said
+        By part, in any order of time.
+    place : str
+        What errors call the file.
+    told : iterable of str
+        What is doubtful about it.
+    length : int
+        Milliseconds that it lasts at least.
+
+    Returns
+    -------
+    Score
+        Of whole units of 4 s, at 60 beats a minute; its frames are ticks, the coarsest that hold
+        all times.
+
+    Raises
+    ------
+    NotationError
+        Words that are no symbol of the part, or two symbols that share time.
+    """
+    page, bent = Page(place), dict[str, list[int]]()
+    page.understood, page.total = True, -(-length // (4 * SECOND))
+    for part, entries in tiers.items():
+        if not PART.fullmatch(part):
+            raise NotationError(f'the part "{shown(part)}"', place=place, wanted="one like r_arm")
+        ordered = sorted(entries, key=lambda it: (it.start, it.stop))
+        _check(part, ordered, place)
+        found = [_read(part, it.words, _at(place, part, it.start)) for it in ordered]
+        for it, (cell, _) in zip(ordered, found, strict=True):
+            times = Fraction(it.start, SECOND), Fraction(it.stop, SECOND)
+            page.written.append(Written(part, cell, 1, *times, 0))
+        bent[part] = [degree for _, degree in found]
+    score = page.score()
+    own = (part for part in score.tracks if part in BENDS and BENDS[part] not in score.tracks)
+    tracks = {**score.tracks, **{part: _bent(score.tracks[part], bent[part]) for part in own}}
+    return replace(score, tracks=tracks, warnings=tuple(told))
+
+
+def _bent(limb: Track, degrees: list[int]) -> Track:
+    """Return a limb that is bent as its own words say, where it has no track of bends."""
+    rows = limb.symbols.copy()
+    rows["amount"] = np.array(degrees, rows["amount"].dtype)
+    return Track(limb.part, rows, limb.known)
+
+
+def _at(place: str, part: str, start: int) -> str:
+    return f"{place}: {part} at {start / SECOND:g} s"
+
+
+def _check(part: str, ordered: list[Said], place: str) -> None:
+    for one, two in pairwise(ordered):
+        if two.start < one.stop or two.stop == one.start:
+            found = f"begins before what begins at {one.start / SECOND:g} s is over"
+            raise NotationError(found, place=_at(place, part, two.start), wanted="one at a time")
+
+
+def _read(part: str, words: str, place: str) -> tuple[tuple[int, ...], int]:
+    """Return a symbol's fields, as its kind has them, and how bent a limb is, -1 if not said."""
+    kind, rest = KINDS[kind_of(part)], words.lower().split()
+    cell = [_field(part, name, rest, words, place) for name in kind.fields]
+    bent = " ".join(rest)
+    if bent and (kind.name != "gesture" or bent not in HOW_BENT):
+        raise _fault(words, place, f"no more than {' and '.join(kind.names)}")
+    return tuple(cell), HOW_BENT.index(bent) if bent else -1
+
+
+def _field(part: str, name: str, rest: list[str], words: str, place: str) -> int:
+    """Take what a field says from the front of the words that are left."""
+    kind = KINDS[kind_of(part)]
+    if name == "amount" and not kind.amounts:
+        found = _DEGREES.fullmatch(rest.pop(0) if rest else "0deg")
+        if found is None or int(found[1]) > MOST_AMOUNT:
+            raise _fault(words, place, f"degrees at its end, like 90deg, at most {MOST_AMOUNT}")
+        return int(found[1])
+    known = {"direction": kind.directions, "level": LEVELS}.get(name, amounts_of(part))
+    word = rest.pop(0) if rest else ""
+    if word not in known:
+        raise _fault(words, place, " ".join(known))
+    return {"direction": DIRECTIONS, "level": LEVELS}.get(name, kind.amounts).index(word)
+
+
+def _fault(words: str, place: str, wanted: str) -> NotationError:
+    return NotationError(f'"{shown(words)}"', place=place, wanted=wanted)
