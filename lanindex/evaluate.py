@@ -6,7 +6,7 @@ A capture counts as found if a pattern has at least one hit in it.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
@@ -18,21 +18,19 @@ from lanindex import records
 from lanindex.errors import PatternError, UsageError, quoted, shown
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
+from lanindex.pipeline.apart import searcher
 from lanindex.pipeline.discover import discover
 from lanindex.pipeline.how import How
 from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.patience import Patience, Tell, silent
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
-from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
 from lanindex.search.language.saved import pattern_in
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile
     from lanindex.model import Hit, Track
-    from lanindex.model.columns import Columns
-    from lanindex.search.fast import Watch
 
 _BOUND = 'Bound what the patterns try: write "...[<5s]" for "...".'
 
@@ -319,7 +317,8 @@ def evaluate(
     """
     how = How.read(near=near, fuzzy=fuzzy)
     patience = Patience(tell, timeout, "evaluation", _BOUND)
-    search, results = _searcher(clips, how), []
+    search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], how)
+    results = []
     for done, expectation in enumerate(expectations):
         watch = partial(_searching, patience, done, len(expectations))
         watch()
@@ -341,28 +340,6 @@ def evaluate(
 def _searching(patience: Patience, done: int, total: int, *_: int) -> None:
     """Say how many patterns are done, however far a search is."""
     patience("patterns", done, total)
-
-
-def _searcher(clips: Sequence[Clip], how: How) -> Callable[[Query, Watch], Hits]:
-    """Return what searches the clips for a query."""
-    from lanindex.model.columns import columns_of, roster_of
-
-    captures = [clip.capture for clip in clips]
-    roster = roster_of(captures)
-    columns: dict[str, Columns] = {}
-
-    def recordings(
-        places: Sequence[int], parts: Collection[str]
-    ) -> list[tuple[Capture, Mapping[str, Track]]]:
-        return [(clips[place].capture, clips[place].tracks) for place in places]
-
-    def search(query: Query, watch: Watch) -> Hits:
-        for part in set(query.parts) - columns.keys():
-            columns[part] = columns_of(part, captures, [clip.tracks.get(part) for clip in clips])
-        own = {part: columns[part] for part in query.parts}
-        return Hits(how.find(query, roster, own, recordings, watch), str(query))
-
-    return search
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ VERBS = {
     "motifs": "List the sequences of symbols that recur",
     "export": "Write hits as clips, in the format they came in",
     "show": "Show the symbols of a capture",
+    "score": "Draw a capture or a score as a staff of Labanotation",
     "list": "List the captures of the library",
     "stats": "Say what the library holds",
     "remove": "Take captures out of the library",

@@ -1,0 +1,162 @@
+"""Where time lies on paper: staves that stand side by side, each upwards."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import floor
+
+from lanindex.draw.clock import Clock
+from lanindex.draw.columns import Columns
+from lanindex.draw.picture import C
+
+BEAT = round(3.5 * C)
+"""Height of a beat, or of a second."""
+
+LEAST = round(0.35 * C)
+"""Height of a symbol, at least, where there is room."""
+
+GAP = C // 16
+"""Left free below and above each symbol."""
+
+MARGIN = round(0.6 * C)
+"""Round the picture, and between starting position and double line."""
+
+NUMBERS = round(1.3 * C)
+"""Width left of each staff, for the numbers of bars."""
+
+START = round(2.5 * C)
+"""Height of the starting position."""
+
+NAMES = round(4.2 * C)
+"""Height of the names of columns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """What one staff shows of a symbol.
+
+    Attributes
+    ----------
+    x, y : int
+        The staff's centre line, and where the piece ends below.
+    low, high : int
+        From and to which height of the symbol.
+    """
+
+    x: int
+    y: int
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Staves on paper.
+
+    Attributes
+    ----------
+    start, stop : float
+        Counts that the staves begin and end with.
+    edges : tuple of int
+        Heights above the beginning at which the staves begin, and the last one ends.
+    columns : Columns
+        Of each staff.
+    """
+
+    start: float
+    stop: float
+    edges: tuple[int, ...]
+    columns: Columns
+
+    @property
+    def pitch(self) -> int:
+        """From one staff's centre to the next."""
+        return NUMBERS + self.columns.left + self.columns.right + MARGIN
+
+    @property
+    def tallest(self) -> int:
+        """Height of the tallest staff."""
+        return max(self.height(staff) for staff in range(len(self.edges) - 1))
+
+    @property
+    def base(self) -> int:
+        """Where all staves begin, counted from the top."""
+        return 2 * MARGIN + self.tallest
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture."""
+        width = MARGIN + self.pitch * (len(self.edges) - 1)
+        return width, self.base + MARGIN + START + NAMES + MARGIN
+
+    def height(self, staff: int) -> int:
+        """Return the height of a staff."""
+        return self.edges[staff + 1] - self.edges[staff]
+
+    def centre(self, staff: int) -> int:
+        """Return where a staff's centre line stands."""
+        return MARGIN + NUMBERS + self.columns.left + staff * self.pitch
+
+    def up(self, count: float) -> int:
+        """Return how high above the beginning a count lies, all staves on top of each other."""
+        return round((min(max(count, self.start), self.stop) - self.start) * BEAT)
+
+    def pieces(self, low: int, high: int, first: int) -> Iterator[Piece]:
+        """Yield what each staff shows of what lies between two heights.
+
+        Parameters
+        ----------
+        low, high : int
+            Above the beginning.
+        first : int
+            A staff that does not begin above `low`.
+        """
+        for staff in range(first, len(self.edges) - 1):
+            bottom, top = self.edges[staff : staff + 2]
+            if bottom >= high:
+                return
+            if top > low:
+                start, stop = max(low, bottom), min(high, top)
+                y = self.base - (start - bottom)
+                yield Piece(self.centre(staff), y, start - low, stop - low)
+
+
+def laid_out(clock: Clock, start: float, stop: float, bars: int | None, own: Columns) -> Layout:
+    """Return staves of so many bars each, or one long strip."""
+    edges = [0]
+    if bars:
+        step = bars * clock.bar
+        at = (floor(start / step + 1e-9) + 1) * step
+        while at < stop - 1e-9:
+            edges.append(round((at - start) * BEAT))
+            at += step
+    edges.append(max(round((stop - start) * BEAT), BEAT))
+    return Layout(start, start + max(stop - start, 1.0), tuple(edges), own)
+
+
+def apart(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
+    """Return heights of symbols that follow each other, none shorter than it need be.
+
+    One that is too short grows into what is free above and below it; where nothing is, it takes
+    up to a third of the one below.
+
+    Examples
+    --------
+    >>> from lanindex.draw.layout import apart
+    >>> apart([(0, 90), (90, 100), (100, 200)], 50), apart([(0, 0), (40, 50)], 50)
+    ([(0, 60), (60, 100), (100, 200)], [(0, 40), (40, 90)])
+    """
+    found: list[tuple[int, int]] = []
+    for index, (low, high) in enumerate(spans):
+        if high - low < least:
+            above = spans[index + 1][0] if index + 1 < len(spans) else low + least
+            high = max(high, min(above, low + least))
+            below = found[-1][1] if found else low
+            low = min(low, max(below, high - least))
+            if high - low < least and found and low <= below:
+                bottom = found[-1][0]
+                low = max(high - least, below - (below - bottom) // 3)
+                found[-1] = (bottom, low)
+        found.append((low, high))
+    return found

@@ -1,0 +1,129 @@
+"""A picture as a short list of marks, in whole units, x to the right and y down."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+C = 140
+"""Units of the width of a symbol: all else is measured by it."""
+
+PIXEL = 10
+"""Units of a pixel, at scale 1."""
+
+Points = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Some lines from point to point.
+
+    Attributes
+    ----------
+    x, y : int
+        Where their points are counted from.
+    lines : tuple of Points
+        Each from its first point to its last.
+    closed : bool
+        Whether each goes on to its first point.
+    style : str
+        One of `lanindex.draw.svg.STYLES`.
+    """
+
+    x: int
+    y: int
+    lines: tuple[Points, ...]
+    closed: bool = False
+    style: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """A circle round a point."""
+
+    x: int
+    y: int
+    radius: int
+    style: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A short text, its middle (or right end, where it is drawn to the left) at a point."""
+
+    x: int
+    y: int
+    text: str
+    size: int
+    style: str = ""
+    turned: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Marks that belong together, and what they say.
+
+    Attributes
+    ----------
+    marks : tuple of Mark
+        What is drawn.
+    title : str
+        What it is, in words.
+    data : Mapping of str to str
+        What programs read: part, direction, level, start, end, amount.
+    """
+
+    marks: tuple[Mark, ...]
+    title: str = ""
+    data: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+
+Mark = Path | Circle | Text | Group
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A score as a picture.
+
+    Attributes
+    ----------
+    width, height : int
+        Units; `C` is the width of a symbol, `PIXEL` a pixel.
+    title, summary : str
+        What it shows, for those who do not see it.
+    marks : tuple of Mark
+        What is drawn, in order.
+    warnings : tuple of str
+        What is not drawn.
+    """
+
+    width: int
+    height: int
+    title: str
+    summary: str
+    marks: tuple[Mark, ...]
+    warnings: tuple[str, ...] = ()
+
+    def groups(self) -> list[Group]:
+        """Return the marks of symbols, in order.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> from lanindex.draw import draw
+        >>> picture = draw(lanindex.read_lnd("corpus/jumping_jacks.lnd"))
+        >>> picture.groups()[1].title
+        'right arm, right high, 2-2.5 s'
+        """
+        return [mark for mark in self.marks if isinstance(mark, Group) and mark.data]
+
+
+def line(x: int, y: int, to_x: int, to_y: int, style: str = "") -> Path:
+    """Return a straight line."""
+    return Path(x, y, (((0, 0), (to_x - x, to_y - y)),), style=style)
+
+
+def box(x: int, y: int, width: int, height: int, style: str = "") -> Path:
+    """Return a rectangle, from its upper left corner."""
+    return Path(x, y, (((0, 0), (width, 0), (width, height), (0, height)),), True, style)

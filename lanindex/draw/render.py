@@ -1,0 +1,78 @@
+"""SVG as PNG and PDF, by the extra ``pictures``.
+
+PNG is made by ``resvg-py``: resvg in one wheel of 3 MB that needs no library of the system, unlike
+CairoSVG. PDF is made by ``svglib`` on ``reportlab``, in Python alone, its lines kept as lines. The
+fonts that come with reportlab are used in both, so that a machine without any shows numbers, too.
+"""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+from lanindex.draw import svg
+from lanindex.draw.picture import PIXEL, Picture
+from lanindex.errors import ExportError
+
+FORMS = ("svg", "png", "pdf")
+"""What a picture can be written as."""
+
+INK, PAPER = "#000", "#fff"
+"""Colours where no page gives them."""
+
+_FONT = "Bitstream Vera Sans"
+MOST = 100_000_000
+"""Pixels of an image, at most: it takes four bytes each, more than once."""
+
+
+def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
+    """Return a picture as a file.
+
+    Parameters
+    ----------
+    picture : Picture
+        Any.
+    form : str
+        Of `FORMS`.
+    scale : float
+        How large.
+
+    Raises
+    ------
+    ExportError
+        Where what makes it is not installed, or it would be too large.
+    """
+    if form == "svg":
+        return svg.write(picture, scale=scale).encode()
+    text = svg.write(picture, scale=scale, ink=INK)
+    try:
+        return _png(picture, text, scale) if form == "png" else _pdf(text)
+    except ImportError as error:
+        remedy = "It comes with: pip install 'lanindex[pictures]'."
+        raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error
+
+
+def _png(picture: Picture, text: str, scale: float) -> bytes:
+    import reportlab
+    import resvg_py
+
+    pixels = picture.width * picture.height * (scale / PIXEL) ** 2
+    if pixels > MOST:
+        remedy = "Take --from and --to, or a smaller --scale; SVG has no such limit."
+        found = f"a picture of {pixels / 1e6:,.0f} million pixels"
+        raise ExportError(found, wanted=f"{MOST / 1e6:,.0f} at most", remedy=remedy)
+    font = Path(reportlab.__file__).parent / "fonts" / "Vera.ttf"
+    return bytes(
+        resvg_py.svg_to_bytes(
+            svg_string=text, background=PAPER, font_files=[str(font)], sans_serif_family=_FONT
+        )
+    )
+
+
+def _pdf(text: str) -> bytes:
+    from reportlab.graphics import renderPDF
+    from svglib.svglib import svg2rlg
+
+    drawing, content = svg2rlg(BytesIO(text.encode())), BytesIO()
+    renderPDF.drawToFile(drawing, content, autoGrow=0)
+    return content.getvalue()

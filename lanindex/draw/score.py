@@ -1,0 +1,255 @@
+"""All symbols of a score on their staves."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lanindex.alphabet import KINDS, kind_of
+from lanindex.draw import columns as places
+from lanindex.draw import staff
+from lanindex.draw.clock import Clock
+from lanindex.draw.holds import holds
+from lanindex.draw.layout import GAP, LEAST, MARGIN, START, Layout, apart, laid_out
+from lanindex.draw.picture import C, Group, Mark, Picture, box, line
+from lanindex.draw.shapes import sign
+from lanindex.draw.signs import BOW, SIGNS, bow
+from lanindex.errors import UsageError
+from lanindex.model import Score, Symbol
+from lanindex.model.symbol import listed
+
+BARS = 4
+"""Bars of a staff."""
+
+
+def draw(
+    score: Score,
+    *,
+    title: str = "",
+    parts: Sequence[str] | None = None,
+    start: float = 0.0,
+    stop: float | None = None,
+    bars: int | None = BARS,
+    seconds: bool = False,
+    marked: Iterable[Symbol] = (),
+) -> Picture:
+    """Draw a score.
+
+    Parameters
+    ----------
+    score : Score
+        Any; what is only passed on the way is not drawn.
+    title : str
+        What the picture is called.
+    parts : sequence of str, optional
+        Only these tracks; else all but the finer ones of limbs that are there as a whole.
+    start, stop : float
+        Seconds from and to which it is drawn.
+    bars : int, optional
+        Bars of a staff; None: one long strip.
+    seconds : bool
+        Whether to count seconds, fives of them instead of bars, and not beats.
+    marked : iterable of Symbol
+        Symbols of the score over which a band lies.
+
+    Raises
+    ------
+    UsageError
+        Where the score is empty, or has no such part, or nothing lies between start and stop.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.draw import draw
+    >>> picture = draw(lanindex.read_lnd("corpus/jumping_jacks.lnd"), title="jumping jacks")
+    >>> picture.summary
+    'Labanotation, time upwards: 12 s, 60 symbols of r_arm, l_arm, r_leg, l_leg'
+    """
+    end = float(score.frames / score.rate)
+    last = end if stop is None else min(stop, end)
+    if not 0 <= start < last:
+        raise UsageError(
+            f"nothing from {start:g} s to {last:g} s", wanted=f"a stretch of 0 to {end:g} s"
+        )
+    drawn, missing = _chosen(score, parts)
+    clock = Clock(score, seconds)
+    layout = laid_out(clock, clock.at(start), clock.at(last), bars, places.columns(drawn))
+    page = _Page(score, clock, layout, frozenset(_keys(marked)))
+    symbols = [mark for part in drawn if part not in places.STANCES for mark in page.track(part)]
+    held = holds(score, clock, layout) if places.STANCES & {*drawn} else []
+    count = f"{len(symbols)} symbols" if len(symbols) != 1 else "1 symbol"
+    summary = f"Labanotation, time upwards: {_short(last - start)} s, {count}"
+    named = f"{summary} of {', '.join(drawn)}"
+    lines = [*staff.staves(layout, clock), *staff.names(layout)]
+    return Picture(*layout.size, title or "score", named, (*page.bands, *lines, *symbols, *held),
+                   missing)  # fmt: skip
+
+
+def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
+    """Return which tracks are drawn, and what is to say of others."""
+    there = [part for part in score.tracks if len(score.tracks[part])]
+    if not there:
+        raise UsageError("an empty score", wanted="a symbol in it")
+    if parts is None:
+        odd = [part for part in there if part != "step" and not places.known(part)]
+        drawn = [part for part in places.usual(there) if places.known(part)]
+        if not drawn:
+            raise UsageError(f"no column for {', '.join(there)}", wanted="a part that has one")
+        return drawn, tuple(f"no column for {part}: it is not drawn" for part in odd)
+    for part in parts:
+        if part not in score.tracks:
+            wanted = f"one of {' '.join(there)}"
+            raise UsageError(f'there is no part "{part}"', wanted=wanted)
+        if not places.known(part):
+            raise UsageError(f"no column for {part}", wanted="a part that has one")
+    return [part for part in score.tracks if part in parts], ()
+
+
+Key = tuple[str, int, int]
+
+
+def _keys(symbols: Iterable[Symbol]) -> Iterable[Key]:
+    return ((symbol.part, symbol.tick, symbol.ticks) for symbol in symbols)
+
+
+@dataclass(slots=True)
+class _Drawn:
+    """A symbol, and from and to which height it stands; a position has no length in time."""
+
+    symbol: Symbol
+    low: int
+    high: int
+
+
+class _Page:
+    """Symbols as they come to paper."""
+
+    def __init__(self, score: Score, clock: Clock, layout: Layout, marked: frozenset[Key]) -> None:
+        self.score, self.clock, self.layout, self.marked = score, clock, layout, marked
+        self.bands: list[Mark] = []
+        self.flights = self._flights()
+
+    def track(self, part: str) -> list[Group]:
+        """Return the symbols of a track."""
+        before, found = self._within(part)
+        if part not in self.layout.columns.places:
+            happen = [_Drawn(before, 0, 0), *found] if before is not None else found
+            return [self._beside(one) for one in happen]
+        groups = []
+        if before is not None:
+            base, centre = self.layout.base + MARGIN // 2, self.layout.centre(0)
+            marks = self._sign(before, centre, base + START, START, (0, START))
+            groups.append(_group(before, self.score, marks))
+        spans = apart([(one.low, one.high) for one in found], LEAST)
+        return [*groups, *(self._placed(*both) for both in zip(found, spans, strict=True))]
+
+    def _within(self, part: str) -> tuple[Symbol | None, list[_Drawn]]:
+        """Return what is in force at the beginning, and the symbols behind it."""
+        rows = self.score.tracks[part].symbols
+        rows = rows[~rows["passing"]]
+        begins, ends = (np.array(it) for it in self.clock.symbols(rows))
+        start, stop = self.layout.start, self.layout.stop
+        lasts = KINDS[kind_of(part)].lasts
+        before = np.flatnonzero((ends <= start) & (lasts | (begins == ends)))
+        last = listed(part, rows[before[-1:]]) if len(before) else []
+        seen = (ends > start) & (begins < stop)
+        up = self.layout.up
+        found = [
+            _Drawn(symbol, up(self._lands(part, low, high)), up(high))
+            for symbol, low, high in zip(
+                listed(part, rows[seen]), begins[seen].tolist(), ends[seen].tolist(), strict=True
+            )
+        ]
+        return (last[0] if last else None), found
+
+    def _flights(self) -> tuple[list[float], list[float]]:
+        jump = self.score.tracks.get("jump")
+        return self.clock.symbols(jump.symbols) if jump is not None else ([], [])
+
+    def _lands(self, part: str, start: float, stop: float) -> float:
+        """Return when a symbol begins on paper: before a landing both columns of support rest."""
+        begins, ends = self.flights
+        if kind_of(part) == "support" and begins:
+            at = bisect_right(begins, stop - 1e-9) - 1
+            if at >= 0 and begins[at] < stop <= ends[at] + 1e-9:
+                return max(start, (begins[at] + stop) / 2)
+        return start
+
+    def _placed(self, one: _Drawn, span: tuple[int, int]) -> Group:
+        """Return a symbol in its column, on each staff that shows some of it."""
+        symbol, (low, high) = one.symbol, span
+        gap = min(GAP, (high - low) // 4)
+        low, high = low + gap, high - gap
+        marks: list[Mark] = []
+        at = self.layout.columns.places[symbol.part]
+        for piece in self.layout.pieces(low, high, self._staff(low)):
+            seen = (piece.low, piece.high)
+            marks += self._sign(symbol, piece.x, piece.y, high - low, seen)
+            if one.low == one.high:  # seen again: a line above where it is known from
+                x, y = piece.x + at, piece.y - piece.high + piece.low
+                marks.append(line(x - C // 2, y - gap, x + C // 2, y - gap, "staff"))
+            if next(iter(_keys([symbol]))) in self.marked:
+                tall = piece.high - piece.low
+                self.bands.append(
+                    box(piece.x + at - places.PITCH // 2, piece.y - tall - gap, places.PITCH,
+                        tall + 2 * gap, "band")
+                )  # fmt: skip
+        return _group(symbol, self.score, marks)
+
+    def _staff(self, low: int) -> int:
+        return max(bisect_right(self.layout.edges, low) - 1, 0)
+
+    def _sign(
+        self, symbol: Symbol, centre: int, y: int, height: int, seen: tuple[int, int]
+    ) -> list[Mark]:
+        x = centre + self.layout.columns.places[symbol.part]
+        if own := SIGNS.get(kind_of(symbol.part)):
+            return own(symbol, x, y, max(seen[1] - seen[0], 1))
+        where, how = symbol.direction, symbol.level
+        return sign(x - C // 2, y, where, how, max(height, 1), seen, left=x < centre)
+
+    def _beside(self, one: _Drawn) -> Group:
+        """Return a symbol without a column: a flight, or a touch."""
+        symbol, marks = one.symbol, list[Mark]()
+        for piece in self.layout.pieces(one.low, max(one.high, one.low + 1), self._staff(one.low)):
+            kind = kind_of(symbol.part)
+            if kind == "jump":
+                top = piece.y - piece.high + piece.low
+                marks += [
+                    line(x, piece.y - GAP, x, top + GAP)
+                    for x in (piece.x - places.PITCH, piece.x + places.PITCH)
+                ]
+            elif kind == "touch" and piece.low == 0:
+                thing = KINDS[kind].amount(symbol.amount or 0)
+                start, stop = self.layout.columns.touched(symbol.part, thing)
+                marks.append(bow(piece.x + start, piece.x + stop, piece.y + BOW // 2))
+        return _group(symbol, self.score, marks)
+
+
+def _short(seconds: float) -> str:
+    return f"{seconds:.3f}".rstrip("0").rstrip(".")
+
+
+_SIDES = {"r_": "right ", "l_": "left "}
+
+
+def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> Group:
+    """Return a symbol's marks with what they say."""
+    start, stop = (_short(float(it / score.rate)) for it in (symbol.start, symbol.stop))
+    said = {
+        "part": symbol.part,
+        "direction": symbol.direction,
+        "level": symbol.level,
+        "amount": None if symbol.amount is None else str(symbol.amount),
+        "start": start,
+        "end": stop,
+    }
+    part = symbol.part
+    part = (_SIDES.get(part[:2], part[:2]) + part[2:]).replace("_", " ")
+    when = f"{start} s" if start == stop else f"{start}-{stop} s"
+    words = f"{symbol.words}, " if symbol.words else ""
+    return Group(tuple(marks), f"{part}, {words}{when}",
+                 {name: it for name, it in said.items() if it is not None})  # fmt: skip

@@ -1,0 +1,108 @@
+"""``score`` as a user types it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from dances import RAISE, dance
+
+MAIN = "from lanindex.app.cli import main; main()"
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("score")
+    (folder / "raise.lnd").write_text(RAISE)
+    dance(folder / "raise.bvh")
+    (folder / "tail.lnd").write_text("#unit1\ndirection tail left low 0 1\n")
+    (folder / "long.lnd").write_text("#unit99\ndirection r_arm left low 0 1\n")
+    (folder / "empty.lnd").write_text("#unit1\n")
+    return folder
+
+
+@pytest.fixture
+def run(place: Path):
+    def call(*words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
+        env = {**os.environ, "NO_COLOR": "1"}
+        return subprocess.run(
+            command, cwd=place, capture_output=True, text=True, env=env, check=False
+        )
+
+    return call
+
+
+def parts_in(text: str) -> set[str]:
+    groups = ElementTree.fromstring(text).iter(f"{SVG}g")
+    return {group.attrib["data-part"] for group in groups if group.attrib}
+
+
+def test_a_score_is_drawn(run, place: Path) -> None:
+    done = run("score", "raise.lnd")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("raise.svg: ")
+    assert "r_arm" in parts_in((place / "raise.svg").read_text())
+    assert run("score", "raise.lnd").returncode == 2  # it is there
+    assert run("score", "raise.lnd", "--force").returncode == 0
+
+
+def test_a_capture_of_the_library_is_drawn(run) -> None:
+    assert run("ingest", "raise.bvh").returncode == 0
+    stored = run("score", "1", "-o", "-")
+    assert stored.returncode == 0, stored.stderr
+    fresh = run("score", "raise.bvh", "-o", "-", "--db", "none.db")
+    assert fresh.stdout == stored.stdout
+
+
+@pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF")])
+def test_images_are_made(run, place: Path, name: str, begins: bytes) -> None:
+    done = run("score", "raise.lnd", "-o", name, "--highlight", "r_arm high", "--scale", "2")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[0] == "1 hit"
+    assert (place / name).read_bytes().startswith(begins)
+
+
+def test_hits_are_highlighted(run) -> None:
+    plain, marked = (
+        run("score", "raise.lnd", "-o", "-", *more).stdout.count('fill-opacity=".3"')
+        for more in ((), ("--highlight", "r_arm high"))
+    )
+    assert (plain, marked) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("none.bvh",), "there is no"),
+        (("raise.lnd", "-o", "a.gif"), "wanted an ending of svg, png or pdf"),
+        (("raise.lnd", "-o", "-", "--parts", "wing"), 'there is no part "wing"'),
+        (("raise.lnd", "-o", "-", "--from", "900"), "nothing from 900 s"),
+        (("raise.lnd", "-o", "-", "--highlight", "r_arm hihg"), "hihg"),
+        (("raise.lnd", "-o", "-", "--highlight", "r_arm high | count"), "without a pipe"),
+        (("long.lnd", "-o", "long.png", "--strip", "--scale", "9"), "million pixels"),
+        (("tail.lnd", "-o", "-"), "no column for tail"),
+        (("empty.lnd", "-o", "-"), "an empty score"),
+    ],
+)
+def test_mistakes_are_said(run, words: tuple[str, ...], said: str) -> None:
+    done = run("score", *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_missing_library_for_images_is_said(place: Path) -> None:
+    code = (
+        "import sys; sys.modules['resvg_py'] = None\n"
+        f"sys.argv = ['lanindex', 'score', 'raise.lnd', '-o', 'b.png']\n{MAIN}"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=place, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "pip install 'lanindex[pictures]'" in done.stderr
+    assert not (place / "b.png").exists()

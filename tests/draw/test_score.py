@@ -1,0 +1,177 @@
+"""A score as a picture: what its symbols say can be read back, and they stand where they should."""
+
+import re
+from collections import Counter, defaultdict
+from fractions import Fraction
+from itertools import pairwise
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sample import sample_score
+from scores import scores
+
+import lanindex
+from lanindex.alphabet import TRACKS, kind_of
+from lanindex.draw import columns as places
+from lanindex.draw import draw, svg
+from lanindex.draw.layout import MARGIN, NUMBERS, apart
+from lanindex.draw.picture import Circle, Path, Text
+from lanindex.errors import UsageError
+from lanindex.model import SYMBOL, Meter, Score, Span, Track
+
+SVG = "{http://www.w3.org/2000/svg}"
+DRAWN = [part for part in TRACKS if part != "step" and part not in places.STANCES]
+
+
+def short(value: Fraction) -> str:
+    return f"{float(value):.3f}".rstrip("0").rstrip(".")
+
+
+def said(score: Score, parts) -> Counter:
+    """Return what each symbol of a score tells."""
+    found = Counter()
+    for part in parts:
+        for symbol in score.tracks[part].listed():
+            if not symbol.passing:
+                known = {
+                    "part": part,
+                    "direction": symbol.direction,
+                    "level": symbol.level,
+                    "amount": symbol.amount,
+                    "start": short(symbol.start / score.rate),
+                    "end": short(symbol.stop / score.rate),
+                }
+                found[tuple(f"{key}={it}" for key, it in known.items() if it is not None)] += 1
+    return found
+
+
+def read_back(text: str) -> Counter:
+    """Return what the groups of an SVG file tell."""
+    root = ElementTree.fromstring(text)
+    return Counter(
+        tuple(f"{key[5:]}={it}" for key, it in group.attrib.items())
+        for group in root.iter(f"{SVG}g")
+        if group.attrib
+    )
+
+
+def usual(score: Score) -> list[str]:
+    return [part for part in places.usual(score.tracks) if part in DRAWN]
+
+
+@given(scores([*DRAWN, "tail"]), st.booleans(), st.sampled_from([None, 1]))
+def test_symbols_are_read_back(score: Score, seconds: bool, bars: int | None) -> None:
+    if not any(len(score.tracks[part]) for part in usual(score)):
+        return
+    text = svg.write(draw(score, seconds=seconds, bars=bars))
+    assert read_back(text) == said(score, usual(score))
+
+
+def corners(mark):
+    """Return the points of a mark."""
+    if isinstance(mark, Path):
+        return [(mark.x + x, mark.y + y) for line in mark.lines for x, y in line]
+    if isinstance(mark, Circle):
+        return [(mark.x - mark.radius, mark.y), (mark.x + mark.radius, mark.y)]
+    return [(mark.x, mark.y)] if isinstance(mark, Text) else []
+
+
+COLUMNED = [part for part in DRAWN if part not in places.BESIDE]
+
+
+@given(scores(COLUMNED), st.sampled_from([None, 1, 4]))
+def test_symbols_stay_in_their_columns_and_apart(score: Score, bars: int | None) -> None:
+    if not any(len(score.tracks[part]) for part in usual(score)):
+        return
+    picture, own = draw(score, bars=bars), places.columns(usual(score))
+    wide = NUMBERS + own.left + own.right + MARGIN
+    taken = defaultdict(list)
+    for group in picture.groups():
+        middle = MARGIN + NUMBERS + own.left + own.places[group.data["part"]]
+        pieces = defaultdict(list)
+        for mark in group.marks:
+            for x, y in corners(mark):
+                assert 0 <= y <= picture.height
+                staff, across = divmod(x - middle + places.PITCH // 2, wide)
+                assert 0 <= x <= picture.width
+                assert across <= places.PITCH
+                pieces[staff].append(y)
+        for staff, ys in pieces.items():
+            taken[group.data["part"], staff].append((min(ys), max(ys)))
+    for spans in taken.values():
+        assert all(one[1] <= other[0] + 1 for one, other in pairwise(sorted(spans)))
+
+
+@given(st.lists(st.tuples(st.integers(0, 40), st.integers(1, 99)), max_size=9))
+def test_heights_are_set_apart(steps: list[tuple[int, int]]) -> None:
+    spans, at = [], 0
+    for rest, length in steps:
+        spans.append((at + rest, at + rest + length))
+        at += rest + length
+    found = apart(spans, 50)
+    assert all(one[1] <= other[0] for one, other in pairwise(found))
+    assert all(it[1] > it[0] for it in found)
+
+
+def test_odd_names_are_well_formed() -> None:
+    score = sample_score()
+    title = 'a <b> & "c" \x00\x1b ü \ud800'
+    root = ElementTree.fromstring(svg.write(draw(score, title=title)))
+    assert root.find(f"{SVG}title").text == 'a <b> & "c" \ufffd\ufffd ü \ufffd'
+    assert root.attrib["role"] == "img"
+    assert "currentColor" in root.attrib["stroke"]
+
+
+def test_one_frame_is_drawn() -> None:
+    rows = np.zeros(1, SYMBOL)
+    score = Score(Fraction(60), 1, Meter(), {"r_arm": Track("r_arm", rows, (Span(0, 1),))})
+    picture = draw(score, seconds=True)
+    assert [group.title for group in picture.groups()] == ["right arm, right low, 0 s"]
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"parts": ["tail"]}, 'there is no part "tail"'),
+        ({"start": 9.0}, "nothing from 9 s"),
+        ({"start": 1.0, "stop": 1.0}, "nothing from 1 s to 1 s"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(options, word: str) -> None:
+    with pytest.raises(UsageError, match=re.escape(word)):
+        draw(sample_score(), **options)
+
+
+def test_an_empty_score_is_refused() -> None:
+    with pytest.raises(UsageError, match="an empty score"):
+        draw(Score(Fraction(60), 60, Meter(), {}))
+
+
+def test_a_part_without_a_column_is_said() -> None:
+    score = lanindex.read_lnd("#unit1\ndirection tail left low 0 1\ndirection r_arm left low 0 1\n")
+    picture = draw(score)
+    assert picture.warnings == ("no column for tail: it is not drawn",)
+    with pytest.raises(UsageError, match="no column for tail"):
+        draw(score, parts=["tail"])
+
+
+def test_every_track_has_a_place() -> None:
+    assert [part for part in TRACKS if part != "step" and not places.known(part)] == []
+
+
+def test_what_is_in_force_begins_an_excerpt() -> None:
+    score = lanindex.read_lnd("corpus/jumping_jacks.lnd")
+    groups = draw(score, parts=["r_arm"], start=5.25, stop=6.5).groups()
+    assert [(group.data["start"], group.data["end"]) for group in groups] == [
+        *[("4.5", "5"), ("5", "5.5"), ("5.5", "6"), ("6", "6.5")]
+    ]
+
+
+def test_kinds_have_signs() -> None:
+    for part in COLUMNED:
+        assert kind_of(part) in {
+            *("gesture", "support", "bend", "turn", "twist", "incline", "travel", "carrier")
+        }
