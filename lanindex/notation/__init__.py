@@ -3,7 +3,7 @@
 A notation is a module with
 
 - ``read(content, place) -> Score``, and
-- ``write(score) -> str or bytes``,
+- ``write(score) -> str or bytes``, if scores are written in it,
 
 and a line in `NOTATIONS`. Nothing else knows one from another. Beside them stand borders (LPD) and
 rules (LDD), which are read.
@@ -38,12 +38,15 @@ class Notation:
         Its ending, as it is written; read in small letters, too.
     gathered : bool
         Whether folders are searched for it: others are mostly not ours.
+    written : bool
+        Whether scores are written in it.
     """
 
     name: str
     title: str
     suffix: str
     gathered: bool = False
+    written: bool = True
 
     @property
     def does(self) -> Any:
@@ -56,9 +59,14 @@ NOTATIONS = {
     for it in (
         Notation("lnd", "LND", ".lnd", gathered=True),
         Notation("eaf", "ELAN", ".eaf"),
+        Notation("textgrid", "Praat", ".TextGrid"),
+        Notation("laban", "MAE", ".laban", gathered=True, written=False),
     )
 }
 """Every notation of scores, by name."""
+
+WRITTEN = tuple(it.name for it in NOTATIONS.values() if it.written)
+"""Those that scores are written in."""
 
 
 def notation_of(path: str) -> Notation | None:
@@ -123,7 +131,7 @@ def write(score: Score, name: str) -> bytes:
     score : Score
         Any.
     name : str
-        Of `NOTATIONS`.
+        Of `WRITTEN`.
     """
     text: str | bytes = NOTATIONS[name].does.write(score)
     return text.encode() if isinstance(text, str) else text

@@ -27,14 +27,13 @@ from os import PathLike, fspath
 import numpy as np
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, Kind
-from lanindex.errors import NotationError
 from lanindex.model import Meter, Score, Track
 from lanindex.notation import content_of
 from lanindex.notation.beats import Beats, in_time, ticks_at
 from lanindex.notation.exact import number
 from lanindex.notation.excerpt import excerpt
 from lanindex.notation.page import UNIT, UNITS_PER_LINE, Page, rank
-from lanindex.notation.text import WIDE
+from lanindex.notation.text import decoded
 
 Cell = tuple[int, ...]
 """The fields of a symbol, as its kind has them."""
@@ -88,7 +87,7 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
         place = place or fspath(source)
         source = content_of(fspath(source))
     page = Page(place or "LND")
-    text = source if isinstance(source, str) else _decoded(source, page.place)
+    text = source if isinstance(source, str) else decoded(source, page.place, "LND")
     for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
         page.take(line.strip())
     return in_time(page.score())
@@ -96,22 +95,6 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
 
 def _names_a_file(source: str) -> bool:
     return bool(source) and "\n" not in source and "\r" not in source
-
-
-def _decoded(source: bytes, place: str) -> str:
-    try:
-        text = source.decode("utf-16" if source.startswith(WIDE) else "utf-8")
-    except UnicodeDecodeError as error:
-        line = source.count(b"\n", 0, error.start) + 1
-        found = f"byte {error.start} is no text"
-        remedy = "Save the file again as UTF-8."
-        raise NotationError(
-            found, place=f"{place}:{line}", wanted="UTF-8", remedy=remedy
-        ) from error
-    if "\0" in text:
-        line = text.count("\n", 0, text.index("\0")) + 1
-        raise NotationError("binary data", place=f"{place}:{line}", wanted="LND, which is text")
-    return text
 
 
 def write(score: Score) -> str:

@@ -45,6 +45,37 @@ def read_text(path: Path) -> str:
         ) from error
 
 
+def decoded(source: bytes, place: str, wanted: str) -> str:
+    """Return the text of a file's bytes: UTF-8, or UTF-16 with a byte order mark.
+
+    Parameters
+    ----------
+    source : bytes
+        The file.
+    place, wanted : str
+        What errors call it, and what it should hold.
+
+    Raises
+    ------
+    NotationError
+        It is no text; says on which line.
+    """
+    try:
+        text = source.decode("utf-16" if source.startswith(WIDE) else "utf-8")
+    except UnicodeDecodeError as error:
+        line = source.count(b"\n", 0, error.start) + 1
+        found = f"byte {error.start} is no text"
+        remedy = "Save the file again as UTF-8."
+        raise NotationError(
+            found, place=f"{place}:{line}", wanted="UTF-8", remedy=remedy
+        ) from error
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        wanted = f"{wanted}, which is text"
+        raise NotationError("binary data", place=f"{place}:{line}", wanted=wanted)
+    return text
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """Return the table of a TOML file.
 

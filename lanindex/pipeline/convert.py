@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lanindex import formats
 from lanindex.errors import UsageError, shown
 from lanindex.model import Markers, Motion, Reading, Score, Span
-from lanindex.notation import NOTATIONS, content_of, notation_of, read, write
+from lanindex.notation import WRITTEN, content_of, notation_of, read, write
 
 TARGETS = {
     "bvh": "bvh",
@@ -52,10 +52,10 @@ def target_of(path: str, told: str | None = None) -> str:
     ('bvh', 'c3d')
     """
     form = told or PurePath(path).suffix.lower().removeprefix(".")
-    if form not in (*TARGETS, *NOTATIONS):
+    if form not in (*TARGETS, *WRITTEN):
         raise UsageError(
             f'"{shown(form)}" of {shown(path)}' if form else f"{shown(path)} has no ending",
-            wanted=f"one of {', '.join((*TARGETS, *NOTATIONS))}",
+            wanted=f"one of {', '.join((*TARGETS, *WRITTEN))}",
         )
     return form
 
@@ -71,7 +71,7 @@ def motion_of(
         It is a score.
     """
     if notation_of(str(file)):
-        wanted = f"one of {', '.join(NOTATIONS)}"
+        wanted = f"one of {', '.join(WRITTEN)}"
         remedy = f"Let it be carried out: lanindex animate {file}"
         raise UsageError("a score", place=str(file), wanted=wanted, remedy=remedy)
     motion = formats.read_file(formats.opened(file), told, formats.Wanted(body_only=body_only))
@@ -139,7 +139,7 @@ def notated(
     score : Score
         Any.
     form : str
-        Of ``notation.NOTATIONS``.
+        Of ``notation.WRITTEN``.
     into : Path, optional
         An ELAN file that the score's tiers are added to.
     force : bool

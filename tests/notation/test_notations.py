@@ -14,7 +14,7 @@ from lanindex.alphabet import BODY
 from lanindex.errors import ExportError, LanindexError, NotationError
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
-from lanindex.notation import NOTATIONS, notation_of, read, write
+from lanindex.notation import NOTATIONS, WRITTEN, notation_of, read, write
 
 WHOLE = (
     "r_arm",
@@ -26,7 +26,7 @@ WHOLE = (
 )
 """Parts whose tracks notations write."""
 
-TIERS = ("eaf",)
+TIERS = ("eaf", "textgrid")
 """Notations that tell times in milliseconds."""
 
 
@@ -95,7 +95,7 @@ def test_what_no_tier_can_hold(name: str) -> None:
             write(Score(5000, 10, Meter(), {part: track}), name)
 
 
-@pytest.mark.parametrize("name", NOTATIONS)
+@pytest.mark.parametrize("name", WRITTEN)
 @given(content=st.binary(max_size=200))
 @settings(max_examples=100, deadline=None)
 def test_anything_else_is_refused(name: str, content: bytes) -> None:
@@ -103,7 +103,7 @@ def test_anything_else_is_refused(name: str, content: bytes) -> None:
         read(f"x.{name}", content)
 
 
-@pytest.mark.parametrize("name", NOTATIONS)
+@pytest.mark.parametrize("name", WRITTEN)
 @given(data=st.data())
 @settings(max_examples=100, deadline=None)
 def test_damage_is_read_or_refused(name: str, data: st.DataObject) -> None:

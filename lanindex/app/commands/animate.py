@@ -13,7 +13,8 @@ from lanindex.app.output import Output
 
 def run(
     score: Annotated[
-        Path, typer.Argument(metavar="SCORE", readable=False, help="An .lnd or .eaf file.")
+        Path,
+        typer.Argument(metavar="SCORE", readable=False, help="An .lnd file, or another score."),
     ],
     output: Annotated[
         Path | None,

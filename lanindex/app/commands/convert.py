@@ -59,7 +59,7 @@ def run(
     lanindex.rotation, from a body that stands with its arms to the sides.
     """
     out = Output(False, quiet, verbose, color)
-    from lanindex.notation import NOTATIONS
+    from lanindex.notation import WRITTEN
     from lanindex.pipeline import convert
     from lanindex.pipeline.files import write_all
 
@@ -67,14 +67,14 @@ def run(
     if form is None and target == options.STDOUT:
         form = "lnd"
     form = convert.target_of(str(target), form)
-    if form not in NOTATIONS and target == options.STDOUT:
+    if form not in WRITTEN and target == options.STDOUT:
         raise UsageError(f"{form} on standard output", wanted="a file to write it to")
     if form != "lnd" and tempo is not None:
         raise UsageError(f"beats in {form}", place="--tempo", wanted="--to lnd, which counts them")
     told = options.reading(
         unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
-    if form in NOTATIONS:
+    if form in WRITTEN:
         score = convert.score_of(file, told, profile, tempo=tempo, origin=origin)
         for line in score.warnings:
             out.note(f"{file}: {line}")

@@ -23,7 +23,7 @@ MANY = 16
 
 def run(
     paths: Annotated[
-        list[str], typer.Argument(metavar="PATH...", help="Captures, .lnd scores, folders.")
+        list[str], typer.Argument(metavar="PATH...", help="Captures, scores, folders.")
     ],
     jobs: Annotated[
         int | None,

@@ -1,0 +1,139 @@
+"""MAE's score files: XML whose columns stand for limbs and whose measures hold beats.
+
+Source: ``NOTATIONS.md``, "MAE"; the files of the MAE score editor.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from xml.etree.ElementTree import Element
+
+from lanindex.errors import NotationError, shown
+from lanindex.model import Score
+from lanindex.notation import xml
+from lanindex.notation.exact import DECIMAL
+from lanindex.notation.timed import SECOND, Said, score_of
+
+_SPACE = "{http://www.example.org/labanotation}"
+_ARMS = {"4": "r_arm", "-4": "l_arm"}
+"""The columns that no file defines."""
+
+_LIMBS = {
+    **{"arm": "arm", "upper_arm": "upper_arm", "lower_arm": "forearm", "hand": "hand"},
+    **{"leg": "leg", "upper_leg": "thigh", "lower_leg": "shank", "foot": "foot"},
+}
+"""What limbs are called in the definitions of columns, and here."""
+
+_UNITS = {"millisecond": 1, "second": SECOND}
+_LEVELS = {"low": "low", "middle": "mid", "high": "high"}
+_COUNT = re.compile(r"\d{1,6}")
+_SLIP = Fraction(1, 10)
+"""Beats by which a movement may be drawn too long."""
+
+
+def read(content: bytes, place: str) -> Score:
+    """Read a score of MAE.
+
+    Measure 0 holds starting positions. Holds say nothing new; signs other than of a direction are
+    left out, which the score's warnings tell.
+
+    Parameters
+    ----------
+    content : bytes
+        The file.
+    place : str
+        What errors call it.
+
+    Raises
+    ------
+    NotationError
+        It is damaged, or a column, a direction or a time cannot be understood.
+    """
+    root = xml.parse(content, place, f"{_SPACE}score")
+    staff = root.find(f"{_SPACE}staff")
+    if staff is None:
+        raise NotationError("no staff", place=place, wanted="a score of MAE")
+    beat, beats = _timing(staff, place)
+    parts = {**_ARMS, **dict(_defined(one) for one in staff.iter(f"{_SPACE}columnDefinition"))}
+    tiers: dict[str, list[Said]] = defaultdict(list)
+    told: dict[str, None] = {}
+    for number, one in enumerate(staff.iter(f"{_SPACE}movement"), 1):
+        where = f"{place}: movement {number}"
+        column = _text(one, "column")
+        part = parts.get(column, "")
+        if not part:
+            known = " ".join(name for name, it in parts.items() if it)
+            raise NotationError(f'the column "{shown(column)}"', place=where, wanted=known)
+        direction = one.find(f"{_SPACE}direction")
+        if direction is None:
+            if _text(one, "hold") != "true":
+                told["signs that are no directions: left out"] = None
+            continue
+        measure = _number(one, "measure", where)
+        start = (measure - 1) * beats + _number(one, "beat", where)
+        span = (start, start + _number(one, "duration", where)) if measure else (0, 0)
+        times = [int(time * beat + Fraction(1, 2)) for time in span]
+        tiers[part].append(Said(_words(direction, where), times[0], times[1]))
+    apart = {part: _apart(part, found, beat * _SLIP, told) for part, found in tiers.items()}
+    count = _text(staff, "measures")
+    length = int(count) * beats * beat if _COUNT.fullmatch(count) else 0
+    return score_of(apart, place, told, int(length))
+
+
+def _apart(part: str, entries: list[Said], slip: Fraction, told: dict[str, None]) -> list[Said]:
+    """End a movement where the next begins, if it was drawn a little too long."""
+    ordered = sorted(entries, key=lambda it: (it.start, it.stop))
+    for at, (one, two) in enumerate(pairwise(ordered)):
+        if one.start < two.start < one.stop <= two.start + slip:
+            ordered[at] = replace(one, stop=two.start)
+            told[f"{part}: what begins at {one.start / SECOND:g} s was drawn too long: cut"] = None
+    return ordered
+
+
+def _text(element: Element, name: str) -> str:
+    return (element.findtext(_SPACE + name) or "").strip()
+
+
+def _number(element: Element, name: str, place: str) -> Fraction:
+    text = _text(element, name)
+    if not DECIMAL.fullmatch(text):
+        raise NotationError(f'the {name} "{shown(text)}"', place=place, wanted="a number like 1.5")
+    return Fraction(text)
+
+
+def _timing(staff: Element, place: str) -> tuple[Fraction, Fraction]:
+    """Return how long a beat lasts, in milliseconds, and how many beats a measure has."""
+    timing = staff.find(f"{_SPACE}timing")
+    unit = "" if timing is None else _text(timing, "timeUnit")
+    if timing is None or unit not in _UNITS:
+        wanted = " or ".join(_UNITS)
+        raise NotationError(f'the unit of time "{shown(unit)}"', place=place, wanted=wanted)
+    found = {
+        (_number(it, "beatDuration", place) * _UNITS[unit], _number(it, "beats", place))
+        for it in timing.iterfind(f"{_SPACE}measure")
+    }
+    if len(found) != 1 or not all(min(found)):
+        wanted = "one for the whole score, and beats that last"
+        raise NotationError(f"{len(found)} timings", place=place, wanted=wanted)
+    return found.pop()
+
+
+def _defined(column: Element) -> tuple[str, str]:
+    """Return a column and its part; an empty text where it is none that is known."""
+    limb = next((it.text or "" for it in column.iter(f"{_SPACE}limb") if not len(it)), "").strip()
+    side = next((it.text or "" for it in column.iter(f"{_SPACE}side")), "").strip()
+    known = limb in _LIMBS and side in ("left", "right")
+    return _text(column, "index"), f"{side[0]}_{_LIMBS[limb]}" if known else ""
+
+
+def _words(direction: Element, place: str) -> str:
+    """Return a direction as our own words."""
+    level, way = _text(direction, "vertical"), _text(direction, "horizontal")
+    if level not in _LEVELS:
+        raise NotationError(f'the level "{shown(level)}"', place=place, wanted=" ".join(_LEVELS))
+    side, _, depth = way.replace("backward", "back").rpartition("-")
+    return f"{f'{side[0]}_' if side else ''}{depth} {_LEVELS[level]}"

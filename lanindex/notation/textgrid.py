@@ -1,0 +1,186 @@
+"""Praat's TextGrid: a tier of intervals a part, starting positions as tiers of points.
+
+Source: ``NOTATIONS.md``, "Praat"; Praat's manual, "TextGrid file formats".
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+
+from lanindex.errors import NotationError, shown
+from lanindex.model import Score
+from lanindex.notation.text import decoded
+from lanindex.notation.timed import SECOND, Said, is_part, length, said, score_of
+
+_STARTS = " starts"
+"""Ends the name of a tier of starting positions."""
+
+_INTERVALS, _POINTS = "IntervalTier", "TextTier"
+
+_TOKEN = re.compile(
+    r'(?P<text>"(?:[^"]++|"")*+")|(?P<flag><\w+>)|(?P<comment>(?<!\S)![^\r\n]*)'
+    r"|(?<!\S)(?P<number>-?\d+(?:\.\d*)?(?:[eE][-+]?\d{1,2})?)(?!\S)|(?P<open>\")"
+)
+"""What counts in a file: texts, flags and numbers that stand free; all else is for people."""
+
+_LONGEST = 40
+"""Characters of a number."""
+
+
+class _Tokens:
+    """What counts of a file, one after the other."""
+
+    def __init__(self, text: str, place: str) -> None:
+        self.text, self.place, self.at = text, place, 0
+        self._left = (it for it in _TOKEN.finditer(text) if it.lastgroup != "comment")
+
+    def fault(self, found: str, wanted: str) -> NotationError:
+        line = self.text.count("\n", 0, self.at) + 1
+        return NotationError(found, place=f"{self.place}:{line}", wanted=wanted)
+
+    def take(self, kind: str, what: str) -> str:
+        token = next(self._left, None)
+        self.at = token.start() if token else len(self.text)
+        if token is None or token.lastgroup != kind:
+            found = f'"{shown(token[0].strip(chr(34)))}"' if token else "the end of the file"
+            raise self.fault(found, what)
+        return token[0]
+
+    def word(self, what: str) -> str:
+        """Return a text without its quotation marks."""
+        return self.take("text", what)[1:-1].replace('""', '"')
+
+    def number(self, what: str) -> float:
+        number = self.take("number", what)
+        if len(number) > _LONGEST:
+            raise self.fault(shown(number), what)
+        return float(number)
+
+    def count(self, what: str) -> int:
+        number = self.number(what)
+        if number < 0 or number % 1:
+            raise self.fault(f"{number:g}", what)
+        return int(number)
+
+    def time(self) -> int:
+        """Return a time in milliseconds."""
+        time = self.number("a time in seconds")
+        if time < 0:
+            raise self.fault(f"a time of {time:g} s", "0 or later")
+        return int(time * SECOND + 0.5)
+
+
+def read(content: bytes, place: str) -> Score:
+    """Read the score that a TextGrid holds, in the long or the short form.
+
+    Tiers that are named as a part are read, and their starting positions; others are left out,
+    which the score's warnings tell.
+
+    Parameters
+    ----------
+    content : bytes
+        UTF-8, or UTF-16 with a byte order mark.
+    place : str
+        What errors call it.
+
+    Raises
+    ------
+    NotationError
+        It is no TextGrid, or what a part's tier says is no symbol.
+    """
+    tokens = _Tokens(decoded(content, place, "a TextGrid"), place)
+    for wanted in ("ooTextFile", "TextGrid"):
+        if (word := tokens.word(f'"{wanted}"')) != wanted:
+            raise tokens.fault(f'"{shown(word)}"', f'"{wanted}"')
+    _, end = tokens.time(), tokens.time()
+    tokens.take("flag", "<exists>")
+    tiers: dict[str, list[Said]] = defaultdict(list)
+    told: list[str] = []
+    number = tokens.count("how many tiers there are")
+    for _ in range(number):
+        if (kind := tokens.word("what kind of tier it is")) not in (_INTERVALS, _POINTS):
+            raise tokens.fault(f'a tier of "{shown(kind)}"', f'"{_INTERVALS}" or "{_POINTS}"')
+        name = tokens.word("a tier's name")
+        part = name.removesuffix(_STARTS) if kind == _POINTS else name
+        entries = list(_entries(tokens, kind))
+        if not is_part(part):
+            told.append(f'the tier "{shown(name)}" is no part of the body: left out')
+        else:
+            tiers[part] += entries
+    if number and not tiers:
+        wanted = "one that is named as r_arm"
+        raise NotationError("no tier of a part of the body", place=place, wanted=wanted)
+    return score_of(tiers, place, told, end)
+
+
+def _entries(tokens: _Tokens, kind: str) -> Iterator[Said]:
+    """Yield what a tier says; intervals without a text say nothing."""
+    tokens.time(), tokens.time()
+    for _ in range(tokens.count("how many entries there are")):
+        start = tokens.time()
+        stop = tokens.time() if kind == _INTERVALS else start
+        words = tokens.word("what it says").strip()
+        if kind == _INTERVALS and words and stop <= start:
+            found = f'"{shown(words)}" from {start / SECOND:g} to {stop / SECOND:g} s'
+            raise tokens.fault(found, "an end 1 ms behind its start, or later")
+        if words:
+            yield Said(words, start, stop)
+
+
+def write(score: Score) -> str:
+    """Write what a score shows as a TextGrid, in the long form.
+
+    Parameters
+    ----------
+    score : Score
+        Times are those of its frames.
+    """
+    tiers = []
+    shown_of = said(score)
+    last = max([1, length(score), *(it.stop for entries in shown_of.values() for it in entries)])
+    for part, entries in shown_of.items():
+        moves = [it for it in entries if it.start < it.stop]
+        starts = [it for it in entries if it.start == it.stop]
+        tiers.append(_intervals(part, moves, last))
+        tiers += [_points(part + _STARTS, starts, last)] if starts else []
+    head = ['File type = "ooTextFile"', 'Object class = "TextGrid"', "", *_span(0, last)]
+    head += ["tiers? <exists>", f"size = {len(tiers)}", "item []:"]
+    for number, lines in enumerate(tiers, 1):
+        head += [f"    item [{number}]:", *(f"        {line}" for line in lines)]
+    return "\n".join(head) + "\n"
+
+
+def _span(start: int, stop: int) -> list[str]:
+    return [f"xmin = {_seconds(start)}", f"xmax = {_seconds(stop)}"]
+
+
+def _seconds(time: int) -> str:
+    """Return milliseconds as seconds, without needless digits."""
+    return f"{time // SECOND}.{time % SECOND:03}".rstrip("0").rstrip(".")
+
+
+def _intervals(name: str, moves: list[Said], last: int) -> list[str]:
+    """Return a tier that says something everywhere, if only nothing."""
+    whole, at = [], 0
+    for it in moves:
+        whole += [Said("", at, it.start)] if at < it.start else []
+        whole.append(it)
+        at = it.stop
+    whole += [Said("", at, last)] if at < last else []
+    lines = [f'class = "{_INTERVALS}"', f'name = "{name}"', *_span(0, last)]
+    lines.append(f"intervals: size = {len(whole)}")
+    for number, it in enumerate(whole, 1):
+        entry = (*_span(it.start, it.stop), f'text = "{it.words}"')
+        lines += [f"intervals [{number}]:", *(f"    {line}" for line in entry)]
+    return lines
+
+
+def _points(name: str, starts: list[Said], last: int) -> list[str]:
+    lines = [f'class = "{_POINTS}"', f'name = "{name}"', *_span(0, last)]
+    lines.append(f"points: size = {len(starts)}")
+    for number, it in enumerate(starts, 1):
+        lines.append(f"points [{number}]:")
+        lines += [f"    number = {_seconds(it.start)}", f'    mark = "{it.words}"']
+    return lines
