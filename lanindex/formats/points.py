@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -129,9 +130,7 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
     BodyError
         The points make no human body; names what is missing.
     """
-    made = None
-    if points.parents is None:
-        made = _made(points.names, told)
+    made = _made(points.names, told) if points.parents is None else None
     names, stated = points.names, points.stated
     if made is not None:
         names = made.joints
@@ -145,7 +144,11 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         order = order[kept]
     gaps = _gaps(places.known[:, found.body[found.body >= 0]], points.rate)
     positions, rotations = _oriented(found, places, order)
-    own = _axes(points, made, places, found, order, whole, skeleton.body, (positions, rotations))
+    turns = None
+    if rotations is not None:
+        turns = partial(_turns, order=order, rotations=rotations, places=places, found=found)
+    del places  # of a long capture of markers a part of the memory
+    own = _axes(points, made, turns, found, whole, skeleton.body, positions)
     axes, made_up = palms.measured(axes_of(skeleton, rotations) | own, positions, skeleton.body)
     markers = None
     if made is not None and not wanted.body_only and isinstance(points.places, np.ndarray):
@@ -157,34 +160,23 @@ def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Want
         made=made.told(points.names) if made else {},
     )
     doubts = (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate), *made_up)
-    return Motion(
-        skeleton,
-        points.rate,
-        positions,
-        source,
-        found.first,
-        (*doubts, *found.doubts, *gaps),
-        rotations,
-        markers,
-        axes,
-    )
+    doubts = (*doubts, *found.doubts, *gaps)
+    about = (source, found.first, doubts, rotations, markers, axes)
+    return Motion(skeleton, points.rate, positions, *about)
 
 
 def _axes(
     points: Points,
     made: Making | Clusters | None,
-    places: Places,
+    turns: Callable[[int], NDArray[np.float32]] | None,
     found: Understanding,
-    order: NDArray[np.int64],
     whole: Skeleton,
     body: NDArray[np.int16],
-    oriented: tuple[NDArray[np.float32], NDArray[np.float32] | None],
+    positions: NDArray[np.float32],
 ) -> dict[str, NDArray[np.float32]]:
     """Return where palms face: as hands are turned, else of markers or knuckles in each frame."""
-    positions, rotations = oriented
-    if rotations is not None:
-        rest = palms.rest_of(whole, points.palms_down)
-        return palms.turned(rest, lambda joint: _turns(joint, order, rotations, places, found))
+    if turns is not None:
+        return palms.turned(palms.rest_of(whole, points.palms_down), turns)
     if not isinstance(points.places, np.ndarray):
         return {}
     planes = made.palms if isinstance(made, Making) else palms.planes(points.names)
