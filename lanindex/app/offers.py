@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lanindex.errors import LanindexError
+from lanindex.notation import notation_of
 
 if TYPE_CHECKING:
     from typer import Context
@@ -53,7 +54,7 @@ def _files(begun: str) -> list[str]:
     return [
         prefix + path.name
         for path in found
-        if path.name.startswith(name) and path.suffix.lower() in (".lq", ".lnd")
+        if path.name.startswith(name) and (path.suffix.lower() == ".lq" or notation_of(path.name))
     ]
 
 

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
+import lanindex
 from lanindex.errors import NotationError, PatternError
+from lanindex.notation import WRITTEN, write
 from lanindex.search.language import parse
 from lanindex.search.language.saved import pattern_in
 
@@ -21,6 +23,17 @@ def test_a_score_in_a_file(tmp_path: Path):
     score = "#unit0\ndirection r_arm place low 0 0\n#unit1\ndirection r_arm right high 1 2\n"
     (tmp_path / "up.lnd").write_text(score)
     assert str(parse(pattern_in("@up.lnd", tmp_path))) == "r_arm place low -> right high"
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_score_in_any_notation(tmp_path: Path, name: str):
+    score = lanindex.read_lnd("#unit0\ndirection r_arm place low 0 0\n#unit1\n"
+                              "direction r_arm right high 1 2\n")  # fmt: skip
+    (tmp_path / f"up.{name}").write_bytes(write(score, name))
+    assert str(parse(pattern_in(f"@up.{name}", tmp_path))) == "r_arm place low -> right high"
+    (tmp_path / "bad.eaf").write_text("<a/>")
+    with pytest.raises(NotationError, match="XML of <a>"):
+        pattern_in("@bad.eaf", tmp_path)
 
 
 @pytest.mark.parametrize("text", ["r_arm high", "@raise", "@raise x2", "@up...high", "r_arm @x.lq"])

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from lanindex.notation import NOTATIONS, notation_of, read
 from lanindex.notation.text import read_text
 
-_FILE = re.compile(r"@(?P<path>.*\.(?:lq|lnd)|\S*[/\\].*)", re.IGNORECASE | re.DOTALL)
+_ENDINGS = "|".join(("lq", *(it.suffix[1:] for it in NOTATIONS.values())))
+_FILE = re.compile(rf"@(?P<path>.*\.(?:{_ENDINGS})|\S*[/\\].*)", re.IGNORECASE | re.DOTALL)
 
 
 class Saved(str):
@@ -32,7 +34,8 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
     Parameters
     ----------
     text : str
-        A pattern, or ``@`` and the path of a file that ends in ``.lq`` or ``.lnd`` or has a slash.
+        A pattern, or ``@`` and the path of a file that ends in ``.lq`` or as a score, or has a
+        slash. Scores in other notations are read as LND.
     folder : Path, optional
         What the path starts from; by default the working folder.
 
@@ -59,4 +62,9 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
     if named is None:
         return text
     path = Path(named["path"]) if folder is None else folder / named["path"]
+    form = notation_of(str(path))
+    if form is not None and form.name != "lnd":
+        from lanindex.notation import lnd
+
+        return Saved(lnd.write(read(str(path))), path)
     return Saved(read_text(path).replace("\r\n", "\n").replace("\r", "\n"), path)
