@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from lanindex.alphabet import kind_of
 from lanindex.draw.picture import C
+from lanindex.model.steps import STEP
 
 PITCH = round(1.2 * C)
 """From one column to the next."""
@@ -118,7 +119,7 @@ def usual(tracks: Collection[str]) -> list[str]:
         for bone in bones
         if side + limb in tracks
     }
-    return [part for part in tracks if part != "step" and part not in hidden]
+    return [part for part in tracks if part != STEP and part not in hidden]
 
 
 def known(part: str) -> bool:

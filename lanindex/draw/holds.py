@@ -24,7 +24,7 @@ def holds(score: Score, clock: Clock, layout: Layout) -> list[Group]:
         both = len(feet) == 2
         size = BOTH if both else ONE
         low = layout.up(start) + GAP
-        piece = next(layout.pieces(low, low + size, 0), None)
+        piece = next(layout.pieces(low, low + size), None)
         if piece is None or piece.high - piece.low < size:
             continue
         at = 0 if both else layout.columns.places.get(f"{feet[0]}_support", 0)

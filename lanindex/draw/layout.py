@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import floor
 
 from lanindex.draw.clock import Clock
@@ -25,7 +27,7 @@ MARGIN = round(0.6 * C)
 NUMBERS = round(1.3 * C)
 """Width left of each staff, for the numbers of bars."""
 
-START = round(2.5 * C)
+START = BEAT
 """Height of the starting position."""
 
 NAMES = round(4.2 * C)
@@ -62,22 +64,20 @@ class Layout:
         Heights above the beginning at which the staves begin, and the last one ends.
     columns : Columns
         Of each staff.
+    tallest : int
+        Height of the tallest staff.
     """
 
     start: float
     stop: float
     edges: tuple[int, ...]
     columns: Columns
+    tallest: int
 
     @property
     def pitch(self) -> int:
         """From one staff's centre to the next."""
         return NUMBERS + self.columns.left + self.columns.right + MARGIN
-
-    @property
-    def tallest(self) -> int:
-        """Height of the tallest staff."""
-        return max(self.height(staff) for staff in range(len(self.edges) - 1))
 
     @property
     def base(self) -> int:
@@ -102,17 +102,9 @@ class Layout:
         """Return how high above the beginning a count lies, all staves on top of each other."""
         return round((min(max(count, self.start), self.stop) - self.start) * BEAT)
 
-    def pieces(self, low: int, high: int, first: int) -> Iterator[Piece]:
-        """Yield what each staff shows of what lies between two heights.
-
-        Parameters
-        ----------
-        low, high : int
-            Above the beginning.
-        first : int
-            A staff that does not begin above `low`.
-        """
-        for staff in range(first, len(self.edges) - 1):
+    def pieces(self, low: int, high: int) -> Iterator[Piece]:
+        """Yield what each staff shows of what lies between two heights above the beginning."""
+        for staff in range(max(bisect_right(self.edges, low) - 1, 0), len(self.edges) - 1):
             bottom, top = self.edges[staff : staff + 2]
             if bottom >= high:
                 return
@@ -132,7 +124,8 @@ def laid_out(clock: Clock, start: float, stop: float, bars: int | None, own: Col
             edges.append(round((at - start) * BEAT))
             at += step
     edges.append(max(round((stop - start) * BEAT), BEAT))
-    return Layout(start, start + max(stop - start, 1.0), tuple(edges), own)
+    tallest = max(high - low for low, high in pairwise(edges))
+    return Layout(start, start + max(stop - start, 1.0), tuple(edges), own, tallest)
 
 
 def apart(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:

@@ -2,7 +2,7 @@
 
 PNG is made by ``resvg-py``: resvg in one wheel of 3 MB that needs no library of the system, unlike
 CairoSVG. PDF is made by ``svglib`` on ``reportlab``, in Python alone, its lines kept as lines. The
-fonts that come with reportlab are used in both, so that a machine without any shows numbers, too.
+font that comes with reportlab is used for PNG, too, so that a machine without any shows numbers.
 """
 
 from __future__ import annotations

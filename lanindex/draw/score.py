@@ -19,6 +19,7 @@ from lanindex.draw.shapes import sign
 from lanindex.draw.signs import BOW, SIGNS, bow
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
+from lanindex.model.steps import STEP
 from lanindex.model.symbol import listed
 
 BARS = 4
@@ -77,7 +78,12 @@ def draw(
     drawn, missing = _chosen(score, parts)
     clock = Clock(score, seconds)
     layout = laid_out(clock, clock.at(start), clock.at(last), bars, places.columns(drawn))
-    page = _Page(score, clock, layout, frozenset(_keys(marked)))
+    marked = list(marked)
+    hidden = sorted({it.part for it in marked} - {*drawn, STEP})
+    missing += tuple(
+        f"{part} is marked and not drawn: ask for it among the parts" for part in hidden
+    )
+    page = _Page(score, clock, layout, _marked(score, marked))
     symbols = [mark for part in drawn if part not in places.STANCES for mark in page.track(part)]
     held = holds(score, clock, layout) if places.STANCES & {*drawn} else []
     count = f"{len(symbols)} symbols" if len(symbols) != 1 else "1 symbol"
@@ -94,7 +100,7 @@ def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple
     if not there:
         raise UsageError("an empty score", wanted="a symbol in it")
     if parts is None:
-        odd = [part for part in there if part != "step" and not places.known(part)]
+        odd = [part for part in there if part != STEP and not places.known(part)]
         drawn = [part for part in places.usual(there) if places.known(part)]
         if not drawn:
             raise UsageError(f"no column for {', '.join(there)}", wanted="a part that has one")
@@ -111,8 +117,23 @@ def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple
 Key = tuple[str, int, int]
 
 
-def _keys(symbols: Iterable[Symbol]) -> Iterable[Key]:
-    return ((symbol.part, symbol.tick, symbol.ticks) for symbol in symbols)
+def _key(symbol: Symbol) -> Key:
+    return symbol.part, symbol.start, symbol.stop
+
+
+def _marked(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
+    """Return what is marked: of a step that of the foot, of what is passed that on whose way."""
+    found: set[Key] = set()
+    for symbol in symbols:
+        _, start, stop = _key(symbol)
+        if symbol.passing:
+            rows = score.tracks[symbol.part].symbols
+            after = rows[symbol.ordinal :]
+            after = after[np.flatnonzero(~after["passing"])[:1]]
+            start, stop = (int(after[name][0]) for name in ("start", "stop"))
+        parts = ("r_support", "l_support") if symbol.part == STEP else (symbol.part,)
+        found |= {(part, start, stop) for part in parts}
+    return frozenset(found)
 
 
 @dataclass(slots=True)
@@ -143,6 +164,7 @@ class _Page:
             base, centre = self.layout.base + MARGIN // 2, self.layout.centre(0)
             marks = self._sign(before, centre, base + START, START, (0, START))
             groups.append(_group(before, self.score, marks))
+            self._band(before, centre + self.layout.columns.places[part], base + START, base)
         spans = apart([(one.low, one.high) for one in found], LEAST)
         return [*groups, *(self._placed(*both) for both in zip(found, spans, strict=True))]
 
@@ -185,22 +207,20 @@ class _Page:
         low, high = low + gap, high - gap
         marks: list[Mark] = []
         at = self.layout.columns.places[symbol.part]
-        for piece in self.layout.pieces(low, high, self._staff(low)):
+        for piece in self.layout.pieces(low, high):
             seen = (piece.low, piece.high)
             marks += self._sign(symbol, piece.x, piece.y, high - low, seen)
             if one.low == one.high:  # seen again: a line above where it is known from
                 x, y = piece.x + at, piece.y - piece.high + piece.low
                 marks.append(line(x - C // 2, y - gap, x + C // 2, y - gap, "staff"))
-            if next(iter(_keys([symbol]))) in self.marked:
-                tall = piece.high - piece.low
-                self.bands.append(
-                    box(piece.x + at - places.PITCH // 2, piece.y - tall - gap, places.PITCH,
-                        tall + 2 * gap, "band")
-                )  # fmt: skip
+            top = piece.y - piece.high + piece.low
+            self._band(symbol, piece.x + at, piece.y + gap, top - gap)
         return _group(symbol, self.score, marks)
 
-    def _staff(self, low: int) -> int:
-        return max(bisect_right(self.layout.edges, low) - 1, 0)
+    def _band(self, symbol: Symbol, x: int, y: int, top: int, wide: int = places.PITCH) -> None:
+        """Lay a band over the middle of a symbol's column, if it is marked."""
+        if _key(symbol) in self.marked:
+            self.bands.append(box(x - wide // 2, top, wide, y - top, "band"))
 
     def _sign(
         self, symbol: Symbol, centre: int, y: int, height: int, seen: tuple[int, int]
@@ -214,18 +234,21 @@ class _Page:
     def _beside(self, one: _Drawn) -> Group:
         """Return a symbol without a column: a flight, or a touch."""
         symbol, marks = one.symbol, list[Mark]()
-        for piece in self.layout.pieces(one.low, max(one.high, one.low + 1), self._staff(one.low)):
-            kind = kind_of(symbol.part)
-            if kind == "jump":
-                top = piece.y - piece.high + piece.low
+        start, stop = -places.PITCH, places.PITCH
+        kind = KINDS[kind_of(symbol.part)]
+        if kind.name == "touch":
+            thing = kind.amount(symbol.amount or 0)
+            start, stop = self.layout.columns.touched(symbol.part, thing)
+        for piece in self.layout.pieces(one.low, max(one.high, one.low + 1)):
+            top = piece.y - piece.high + piece.low
+            if kind.name == "jump":
                 marks += [
-                    line(x, piece.y - GAP, x, top + GAP)
-                    for x in (piece.x - places.PITCH, piece.x + places.PITCH)
+                    line(piece.x + at, piece.y - GAP, piece.x + at, top + GAP)
+                    for at in (start, stop)
                 ]
-            elif kind == "touch" and piece.low == 0:
-                thing = KINDS[kind].amount(symbol.amount or 0)
-                start, stop = self.layout.columns.touched(symbol.part, thing)
+            elif piece.low == 0:
                 marks.append(bow(piece.x + start, piece.x + stop, piece.y + BOW // 2))
+            self._band(symbol, piece.x + (start + stop) // 2, piece.y, top, stop - start)
         return _group(symbol, self.score, marks)
 
 
@@ -238,7 +261,8 @@ _SIDES = {"r_": "right ", "l_": "left "}
 
 def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> Group:
     """Return a symbol's marks with what they say."""
-    start, stop = (_short(float(it / score.rate)) for it in (symbol.start, symbol.stop))
+    span = symbol.start, symbol.stop
+    start, stop = (_short(score.rate.denominator * it / score.rate.numerator) for it in span)
     said = {
         "part": symbol.part,
         "direction": symbol.direction,

@@ -18,7 +18,7 @@ from lanindex.alphabet import TRACKS, kind_of
 from lanindex.draw import columns as places
 from lanindex.draw import draw, svg
 from lanindex.draw.layout import MARGIN, NUMBERS, apart
-from lanindex.draw.picture import Circle, Path, Text
+from lanindex.draw.picture import Circle, Group, Path, Text
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 
@@ -175,3 +175,57 @@ def test_kinds_have_signs() -> None:
         assert kind_of(part) in {
             *("gesture", "support", "bend", "turn", "twist", "incline", "travel", "carrier")
         }
+
+
+def bands(picture) -> int:
+    return sum(isinstance(mark, Path) and mark.style == "band" for mark in picture.marks)
+
+
+def test_a_step_that_is_marked_is_its_foot() -> None:
+    score = lanindex.read_lnd(
+        "#unit1\nsupport r_support forward mid 0 1\nsupport l_support left mid 1 2\n"
+    )
+    assert bands(draw(score, marked=score.symbols("step")[:1])) == 1
+
+
+def test_what_is_passed_is_marked_by_the_movement_that_passes_it() -> None:
+    score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
+    (passed, *_) = (it for it in score.symbols("r_arm") if it.passing)
+    after = next(it for it in score.symbols("r_arm")[passed.ordinal :] if not it.passing)
+    first, second = (draw(score, marked=[it]) for it in (passed, after))
+    assert first.marks == second.marks
+    assert bands(first) == 1
+
+
+def test_what_is_marked_and_hidden_is_said() -> None:
+    score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
+    picture = draw(score, marked=score.symbols("r_forearm")[:1])
+    assert bands(picture) == 0
+    assert picture.warnings == ("r_forearm is marked and not drawn: ask for it among the parts",)
+
+
+def test_touches_and_flights_have_bows_and_strokes() -> None:
+    score = lanindex.read_lnd(
+        "#unit1\ndirection r_arm left low 0 1\ndirection l_arm left low 0 1\n"
+        "touch hands_touch hand 0 1\ntouch r_hand_touch thigh 1 2\njump jump place hop 2 3\n"
+    )
+    picture = draw(score, marked=score.symbols("hands_touch"))
+    drawn = {group.data["part"]: len(group.marks) for group in picture.groups()}
+    assert (drawn["hands_touch"], drawn["r_hand_touch"], drawn["jump"]) == (1, 1, 2)
+    assert bands(picture) == 1
+
+
+def test_weight_is_held_where_supports_are_silent() -> None:
+    score = lanindex.read_lnd(
+        "#unit1\nsupport r_support forward mid 0 1\nsupport l_support left mid 1 2\n"
+        "stance r_stance mid 1 3\nstance l_stance mid 2 4\n"
+    )
+    held = [it.title for it in draw(score).marks if isinstance(it, Group) and not it.data]
+    assert held == ["stands on both feet", "stands on the left foot"]
+
+
+def test_a_long_score_has_staves_beside_each_other() -> None:
+    score = lanindex.read_lnd("#unit99\ndirection r_arm left low 0 1\n")
+    tall, wide = draw(score, bars=None), draw(score, bars=1)
+    assert tall.height > 30 * wide.height
+    assert wide.width > 30 * tall.width
