@@ -80,13 +80,13 @@ def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
         strokes = (((-half, 0), (half, -size)), ((-half, -size), (half, 0)))
     else:
         strokes = (((-half, -size), (-half, 0), (half, -size), (half, 0)),)
-    marks: list[Mark] = [Path(x, y, strokes)]
-    top = size
-    if height >= 2.2 * SMALL:
-        marks.append(Text(x, y - size - SMALL // 4, str(degree_of(amount)), SMALL))
-        top = round(2.2 * SMALL)
+    numbered = height >= 2.2 * SMALL
+    top = round(2.2 * SMALL) if numbered else size
     if height > top:
-        marks.append(line(x, y - top, x, y - height))
+        strokes += (((0, -top), (0, -height)),)
+    marks: list[Mark] = [Path(x, y, strokes)]
+    if numbered:
+        marks.append(Text(x, y - size - SMALL // 4, str(degree_of(amount)), SMALL))
     return marks
 
 

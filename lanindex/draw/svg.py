@@ -13,10 +13,10 @@ INK = "currentColor"
 
 STYLES = {
     "": "",
-    "solid": ' fill="{ink}"',
+    "solid": "",
     "staff": ' stroke-width="10"',
     "light": ' stroke-opacity=".3"',
-    "hatch": ' stroke-width="8"',
+    "hatch": "",
     "band": ' fill="#f5a300" fill-opacity=".3" stroke="none"',
     "end": ' text-anchor="end"',
     "under": ' text-anchor="end" fill-opacity=".7"',
@@ -50,7 +50,7 @@ def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
         f' viewBox="0 0 {picture.width} {picture.height}" role="img"'
-        f' fill="none" stroke="{ink}" stroke-width="7" stroke-linejoin="miter"'
+        f' fill="{ink}" stroke="{ink}" stroke-width="7" stroke-linejoin="miter"'
         ' font-family="sans-serif" text-anchor="middle">\n'
         f"<title>{text_of(picture.title)}</title>\n<desc>{text_of(picture.summary)}</desc>\n"
     ]
@@ -72,14 +72,16 @@ def _put(mark: Mark, styles: dict[str, str], parts: list[str]) -> None:
         case Path():
             end = "z" if mark.closed else ""
             drawn = _drawn(mark.lines, end)
-            parts.append(f'<path d="M{mark.x} {mark.y}{drawn}"{styles[mark.style]}/>')
+            hollow = "" if mark.style or max(map(len, mark.lines)) < 3 else ' fill="none"'
+            parts.append(f'<path d="M{mark.x} {mark.y}{drawn}"{hollow}{styles[mark.style]}/>')
         case Circle(x, y, radius):
-            parts.append(f'<circle cx="{x}" cy="{y}" r="{radius}"{styles[mark.style]}/>')
+            hollow = "" if mark.style else ' fill="none"'
+            parts.append(f'<circle cx="{x}" cy="{y}" r="{radius}"{hollow}/>')
         case Text():
             turned = f' transform="rotate(-90 {mark.x} {mark.y})"' if mark.turned else ""
             parts.append(
                 f'<text x="{mark.x}" y="{mark.y}" font-size="{mark.size}" stroke="none"'
-                f"{styles['solid']}{styles[mark.style]}{turned}>{text_of(mark.text)}</text>"
+                f"{styles[mark.style]}{turned}>{text_of(mark.text)}</text>"
             )
         case Group():
             data = "".join(f' data-{name}="{text_of(it)}"' for name, it in mark.data.items())

@@ -122,7 +122,7 @@ def test_odd_names_are_well_formed() -> None:
     root = ElementTree.fromstring(svg.write(draw(score, title=title)))
     assert root.find(f"{SVG}title").text == 'a <b> & "c" \ufffd\ufffd ü \ufffd'
     assert root.attrib["role"] == "img"
-    assert "currentColor" in root.attrib["stroke"]
+    assert root.attrib["stroke"] == root.attrib["fill"] == "currentColor"
 
 
 def test_one_frame_is_drawn() -> None:
