@@ -15,6 +15,7 @@ import numpy as np
 
 from lanindex.alphabet import (
     BENDS,
+    BENT,
     DIRECTIONS,
     HOW_BENT,
     KINDS,
@@ -144,15 +145,15 @@ def score_of(
             page.written.append(Written(part, cell, 1, *times, 0))
         bent[part] = [degree for _, degree in found]
     score = page.score()
-    own = (part for part in score.tracks if part in BENDS and BENDS[part] not in score.tracks)
+    own = (part for part in score.tracks if part in BENDS and max(bent[part]) >= 0)
     tracks = {**score.tracks, **{part: _bent(score.tracks[part], bent[part]) for part in own}}
     return replace(score, tracks=tracks, warnings=tuple(told))
 
 
 def _bent(limb: Track, degrees: list[int]) -> Track:
-    """Return a limb that is bent as its own words say, where it has no track of bends."""
-    rows = limb.symbols.copy()
-    rows["amount"] = np.array(degrees, rows["amount"].dtype)
+    """Return a limb that is bent as its own words say; where they say nothing, it hardly is."""
+    rows, said = limb.symbols.copy(), np.array(degrees)
+    rows["amount"] = np.where(said >= 0, said, np.minimum(rows["amount"], BENT - 1))
     return Track(limb.part, rows, limb.known)
 
 

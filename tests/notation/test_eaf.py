@@ -241,6 +241,15 @@ def test_tiers_made_by_hand(tmp_path: Path) -> None:
     ]
 
 
+def test_a_limb_is_bent_as_its_own_words_say() -> None:
+    text = "#unit1\ndirection r_arm right mid 0 2\ndirection r_arm left mid 2 3\n"
+    own = eaf.write(lanindex.read_lnd(text + "bend r_arm_bend bend3 0 1.9\n"))
+    assert [it.amount for it in eaf.read(own, "x").symbols("r_arm")] == [3, 3]
+    changed = own.replace(b"right mid bent 3", b"right mid bent 2")
+    changed = changed.replace(b"left mid bent 3", b"left mid")
+    assert [it.amount for it in eaf.read(changed, "x").symbols("r_arm")] == [2, 1]
+
+
 def test_a_starting_position_under_an_annotation_is_left_out() -> None:
     content = eaf.write(lanindex.read_lnd(LND)).replace(b"3000 back", b"2100 back")
     score = eaf.read(content, "x.eaf")
