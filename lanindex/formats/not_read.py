@@ -18,7 +18,6 @@ UNREAD: dict[str, str] = {
     ".usda": "USD",
     ".usdc": "USD",
     ".usdz": "USD",
-    ".laban": "the Laban files of other programs",
     ".pkl": "pickle",
     ".7z": "7z",
     ".rar": "RAR",
