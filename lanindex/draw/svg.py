@@ -54,9 +54,8 @@ def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
         ' font-family="sans-serif" text-anchor="middle">\n'
         f"<title>{text_of(picture.title)}</title>\n<desc>{text_of(picture.summary)}</desc>\n"
     ]
-    styles = {name: style.format(ink=ink) for name, style in STYLES.items()}
     for mark in picture.marks:
-        _put(mark, styles, parts)
+        _put(mark, parts)
         parts.append("\n")
     parts.append("</svg>\n")
     return "".join(parts)
@@ -67,13 +66,13 @@ def text_of(text: str) -> str:
     return escape(_NOT_XML.sub("\ufffd", text))
 
 
-def _put(mark: Mark, styles: dict[str, str], parts: list[str]) -> None:
+def _put(mark: Mark, parts: list[str]) -> None:
     match mark:
         case Path():
             end = "z" if mark.closed else ""
             drawn = _drawn(mark.lines, end)
             hollow = "" if mark.style or max(map(len, mark.lines)) < 3 else ' fill="none"'
-            parts.append(f'<path d="M{mark.x} {mark.y}{drawn}"{hollow}{styles[mark.style]}/>')
+            parts.append(f'<path d="M{mark.x} {mark.y}{drawn}"{hollow}{STYLES[mark.style]}/>')
         case Circle(x, y, radius):
             hollow = "" if mark.style else ' fill="none"'
             parts.append(f'<circle cx="{x}" cy="{y}" r="{radius}"{hollow}/>')
@@ -81,14 +80,14 @@ def _put(mark: Mark, styles: dict[str, str], parts: list[str]) -> None:
             turned = f' transform="rotate(-90 {mark.x} {mark.y})"' if mark.turned else ""
             parts.append(
                 f'<text x="{mark.x}" y="{mark.y}" font-size="{mark.size}" stroke="none"'
-                f"{styles[mark.style]}{turned}>{text_of(mark.text)}</text>"
+                f"{STYLES[mark.style]}{turned}>{text_of(mark.text)}</text>"
             )
         case Group():
             data = "".join(f' data-{name}="{text_of(it)}"' for name, it in mark.data.items())
             title = f"<title>{text_of(mark.title)}</title>" if mark.title else ""
             parts.append(f"<g{data}>{title}")
             for one in mark.marks:
-                _put(one, styles, parts)
+                _put(one, parts)
             parts.append("</g>")
 
 
