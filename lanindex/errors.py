@@ -81,6 +81,10 @@ class LibraryError(LanindexError):
     """The library (the database) cannot be used."""
 
 
+class AbsentError(LibraryError):
+    """There is no library, or no such capture in it."""
+
+
 class LibraryBusyError(LibraryError):
     """Another process holds the library for too long."""
 

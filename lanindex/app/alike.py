@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from lanindex.app import options
 from lanindex.app.output import Output, end_progress
 from lanindex.errors import UsageError
 
@@ -59,12 +59,7 @@ class Asked:
         for name, there in beside.items():
             if there:
                 raise UsageError(f"--like and {name}", wanted="one of them")
-        if self.like != "-":
-            return self.like
-        lines = [line for line in sys.stdin or () if line.strip()]
-        if len(lines) != 1:
-            raise UsageError(f"{len(lines)} lines", place="standard input", wanted="one hit")
-        return lines[0]
+        return options.one_line(self.like)
 
 
 def run(

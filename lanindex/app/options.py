@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -41,6 +42,9 @@ Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Say more on stan
 Color = Annotated[str, typer.Option("--color", metavar="auto|always|never", help="Use colour.")]
 Profile = Annotated[
     str, typer.Option("--profile", metavar="NAME|FOLDER", help="default, paper, or your own.")
+]
+OwnProfile = Annotated[
+    str | None, typer.Option("--profile", metavar="NAME|FOLDER", help="Of a file: else default.")
 ]
 Unit = Annotated[
     str | None,
@@ -159,6 +163,24 @@ def rate(text: str) -> Fraction:
     if not 0 < value < 100_000:
         raise UsageError(f'"{text}"', place="--fps", wanted="30, 29.97 or 30000/1001")
     return value
+
+
+def one_line(named: str) -> str:
+    """Return what a person names: for ``-`` the one line that stands on standard input.
+
+    Raises
+    ------
+    UsageError
+        Where no line stands there, or several.
+    """
+    if named != str(STDOUT):
+        return named
+    from lanindex.errors import UsageError
+
+    lines = [line for line in sys.stdin or () if line.strip()]
+    if len(lines) != 1:
+        raise UsageError(f"{len(lines)} lines", place="standard input", wanted="one hit")
+    return lines[0]
 
 
 def which(named: str) -> int | str:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lanindex.errors import LibraryError, LibraryVersionError
+from lanindex.errors import AbsentError, LibraryError, LibraryVersionError
 from lanindex.library.faults import translated
 from lanindex.library.link import Link, Reader, ask, driver_of, first_values, looking
 from lanindex.library.texts import printable
@@ -163,7 +163,7 @@ def check_path(where: Target, *, create: bool) -> None:
             "this is a folder", place=where.place, wanted="a file", remedy="Name one with --db."
         )
     if not create and not path.is_file():
-        raise LibraryError(
+        raise AbsentError(
             "there is no library here",
             place=where.place,
             remedy=f"Make one: lanindex ingest FOLDER --db {where.place}",

@@ -10,7 +10,7 @@ from numbers import Integral
 from typing import Any, TypeGuard
 from unicodedata import normalize
 
-from lanindex.errors import LibraryError, UsageError
+from lanindex.errors import AbsentError, LibraryError, UsageError
 from lanindex.model import Capture
 
 Where = Mapping[str, str] | Iterable[tuple[str, str]]
@@ -153,7 +153,7 @@ def find_capture(numbers: Sequence[int], called: Texts, named: str, place: str) 
 
     Raises
     ------
-    LibraryError
+    AbsentError, LibraryError
         If no capture is meant, or several are.
     """
     absolute, tail = os.path.abspath(named), os.sep + named
@@ -175,7 +175,7 @@ def find_capture(numbers: Sequence[int], called: Texts, named: str, place: str) 
                 place=place,
                 remedy=f"Name one: {_listed([locations[at] for at in found])}",
             )
-    raise LibraryError(f"there is no capture {named}", place=place, remedy=_guess(called, named))
+    raise AbsentError(f"there is no capture {named}", place=place, remedy=_guess(called, named))
 
 
 def _listed(names: Sequence[str], most: int = 3) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -11,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import kind_of
-from lanindex.errors import CaptureError, LibraryError, NotationError, UsageError, shown
+from lanindex.errors import AbsentError, CaptureError, NotationError, UsageError, shown
 from lanindex.library.find import is_number
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Span, Track
 from lanindex.model.columns import Roster
+from lanindex.pipeline.named import ranged, stored, within
 from lanindex.pipeline.patience import Patience, silent
-from lanindex.pipeline.requests import from_lines
 from lanindex.search.example.align import Pair, pairs
 from lanindex.search.example.moves import Clips, clips_in, clips_of
 from lanindex.search.example.nearest import Found, Near, nearest
@@ -25,8 +24,6 @@ from lanindex.search.hits import Hits
 
 BEST = 100
 """How many captures are told where no limit is set."""
-
-_RANGE = re.compile(r"(.+):(\d+)-(\d+)", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,37 +89,20 @@ def example(library: Store, named: int | str | os.PathLike[str]) -> Example:
     CaptureError, NotationError
         Where the file cannot be read.
     """
-    if is_number(named):
-        return _stored(library, library.capture(int(named)), str(named), None)
-    text = os.fspath(named) if not isinstance(named, int) else str(named)
-    if text.lstrip().startswith("{"):
-        return _hit(library, text)
-    match = _RANGE.fullmatch(text)
-    path = match[1] if match else text
-    span = Span(int(match[2]), int(match[3])) if match else None
+    text = str(named) if isinstance(named, int) else os.fspath(named)
     try:
-        capture = library.capture(int(path) if path.isdecimal() else path)
-    except LibraryError as error:
+        one = stored(library, text)
+    except AbsentError as error:
+        path, span = ranged(text)
         if not os.path.isfile(path):
+            if is_number(named):
+                raise
             found = f"there is no capture and no file {shown(path)}"
             raise UsageError(found, place="--like", remedy=error.remedy) from error
         return _read(library, path, text, span)
-    return _stored(library, capture, text, span)
-
-
-def _hit(library: Store, line: str) -> Example:
-    try:
-        (request,) = from_lines(library, [line])
-    except UsageError as error:
-        raise UsageError(error.found, place="--like", wanted=error.wanted) from error
-    named = f"{request.capture.path}:{request.hit.start}-{request.hit.stop}"
-    return _stored(library, request.capture, named, request.hit)
-
-
-def _stored(library: Store, capture: Capture, named: str, span: Span | None) -> Example:
-    (found,) = library.tracks([capture.id])
-    whole = _within(span, capture.frames, named)
-    return Example(named, capture, capture.location, found[1], float(capture.rate), whole)
+    path = one.capture.location if one.capture else one.path
+    tracks, rate = one.score.tracks, float(one.score.rate)
+    return Example(one.named, one.capture, path, tracks, rate, one.span)
 
 
 def _read(library: Store, path: str, named: str, span: Span | None) -> Example:
@@ -144,19 +124,8 @@ def _read(library: Store, path: str, named: str, span: Span | None) -> Example:
     if outcome.score is None:
         raise CaptureError(outcome.error or "cannot be read")
     score = outcome.score
-    whole = _within(span, score.frames, named)
+    whole = within(span, score, named)
     return Example(named, None, path, score.tracks, float(score.rate), whole)
-
-
-def _within(span: Span | None, frames: int, named: str) -> Span:
-    """Return a span that lies in a capture: all of it, if none is asked for."""
-    if span is None:
-        return Span(0, frames)
-    if not span.start < span.stop <= frames:
-        found = f"frames {span.start} to {span.stop}"
-        wanted = f"from less than to, and no more than its {frames} frames"
-        raise UsageError(found, place=f"--like {shown(named)}", wanted=wanted)
-    return span
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """``score`` as a user types it."""
 
+import json
 import os
 import subprocess
 import sys
@@ -26,11 +27,11 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str) -> subprocess.CompletedProcess[str]:
+    def call(*words: str, given: str | None = None) -> subprocess.CompletedProcess[str]:
         command = [sys.executable, "-W", "error", "-c", MAIN, *words]
         env = {**os.environ, "NO_COLOR": "1"}
         return subprocess.run(
-            command, cwd=place, capture_output=True, text=True, env=env, check=False
+            command, cwd=place, input=given, capture_output=True, text=True, env=env, check=False
         )
 
     return call
@@ -58,6 +59,39 @@ def test_a_capture_of_the_library_is_drawn(run) -> None:
     assert fresh.stdout == stored.stdout
 
 
+def test_options_of_reading_mean_the_file(run) -> None:
+    assert run("ingest", "raise.bvh").returncode == 0
+    for option in (("--fps", "15"), ("--profile", "paper")):
+        as_held, anew = (run("score", "raise.bvh", "-o", "-", *more) for more in ((), option))
+        assert anew.returncode == 0, anew.stderr
+        assert anew.stdout != as_held.stdout
+        of_library = run("score", "1", "-o", "-", *option)
+        assert of_library.returncode == 2
+        assert f"{option[0]} for 1, wanted a file" in of_library.stderr
+
+
+def test_a_damaged_library_is_no_missing_one(run, place: Path) -> None:
+    (place / "damaged.db").write_bytes(b"no library" * 100)
+    done = run("score", "raise.bvh", "-o", "-", "--db", "damaged.db")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "damaged.db" in done.stderr
+
+
+def test_a_hit_is_drawn_with_its_symbols_marked(run) -> None:
+    assert run("ingest", "raise.bvh").returncode == 0
+    line = run("search", "r_arm high", "--json", "--limit", "1").stdout
+    assert line.count("\n") == 1
+    drawn = run("score", "-", "-o", "-", given=line)
+    assert drawn.returncode == 0, drawn.stderr
+    assert drawn.stdout.count('fill-opacity=".3"') == 1
+    begin, end = (json.loads(line)[key] for key in ("start_frame", "end_frame"))
+    stretch = run("score", f"raise.bvh:{begin}-{end}", "-o", "-")
+    assert parts_in(stretch.stdout) == parts_in(drawn.stdout)
+    assert f"<title>raise.bvh:{begin}-{end}</title>" in stretch.stdout
+    several = run("score", "-", "-o", "-", given=2 * line)
+    assert "standard input: 2 lines, wanted one hit" in several.stderr
+
+
 @pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF")])
 def test_images_are_made(run, place: Path, name: str, begins: bytes) -> None:
     done = run("score", "raise.lnd", "-o", name, "--highlight", "r_arm high", "--scale", "2")
@@ -78,6 +112,7 @@ def test_hits_are_highlighted(run) -> None:
     ("words", "said"),
     [
         (("none.bvh",), "there is no"),
+        (("raise.lnd:5-5",), "frames 5 to 5"),
         (("raise.lnd", "-o", "a.gif"), "wanted an ending of svg, png or pdf"),
         (("raise.lnd", "-o", "-", "--parts", "wing"), 'there is no part "wing"'),
         (("raise.lnd", "-o", "-", "--from", "900"), "nothing from 900 s"),

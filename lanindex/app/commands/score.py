@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from lanindex.app import options
+from lanindex.app import named, options
 from lanindex.app.output import Output
 from lanindex.errors import UsageError
-
-if TYPE_CHECKING:
-    from lanindex.model import Reading, Score
 
 
 def run(
     capture: Annotated[
         str,
         typer.Argument(
-            metavar="CAPTURE|FILE",
-            help="Its number, path or end of path in the library; else a capture or score.",
+            metavar="CAPTURE|FILE|-",
+            help="Of the library or a file; with :FROM-TO a stretch; -: a hit of search --json.",
             autocompletion=options.offered("captures"),
         ),
     ],
@@ -37,8 +34,8 @@ def run(
         str | None, typer.Option("--parts", metavar="PART,...", help="Only these tracks.")
     ] = None,
     start: Annotated[
-        float, typer.Option("--from", metavar="SECONDS", min=0.0, help="Begin there.")
-    ] = 0.0,
+        float | None, typer.Option("--from", metavar="SECONDS", min=0.0, help="Begin there.")
+    ] = None,
     stop: Annotated[
         float | None, typer.Option("--to", metavar="SECONDS", min=0.0, help="End there.")
     ] = None,
@@ -54,7 +51,7 @@ def run(
         typer.Option("--highlight", metavar="PATTERN", help="Lay a band over its hits' symbols."),
     ] = None,
     words: options.Words = None,
-    profile: options.Profile = "default",
+    profile: options.OwnProfile = None,
     unit: options.Unit = None,
     up: options.Up = None,
     fps: options.Fps = None,
@@ -73,81 +70,43 @@ def run(
     """Draw a capture or a score as a staff of Labanotation, time upwards.
 
     Beats are counted where a tempo was told, seconds elsewhere. Without --parts, limbs are drawn
-    as a whole where a score has them so.
+    as a whole where a score has them so. What the library holds is drawn as it was ingested; with
+    an option of reading (--unit, --profile and so on) a file is meant, and read.
     """
     out = Output(False, quiet, verbose, color)
     from lanindex.draw import draw
     from lanindex.draw.render import FORMS, rendered
     from lanindex.pipeline.files import safe_stem, write_all
 
-    target = output or Path(f"{safe_stem(capture)}.svg")
+    target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
     form = "svg" if target == options.STDOUT else target.suffix.lower().removeprefix(".")
     if form not in FORMS:
         raise UsageError(f'"{target}"', place="--output", wanted="an ending of svg, png or pdf")
     told = options.reading(
         unit, up, fps, compose, skeleton=skeleton, body=body, columns=columns, take=take
     )
-    name, score, counted = _found(out, capture, db, told, profile, tempo)
-    hits = []
+    found = named.found(out, capture, db, told, profile, tempo)
+    hits = [list(found.matched)]
     if highlight is not None:
         from lanindex.pipeline.apart import matched
 
-        hits = matched(score, highlight, words)
+        hits = matched(found.score, highlight, words)
         out.note(f"{len(hits)} hit{'s' * (len(hits) != 1)}")
     picture = draw(
-        score,
-        title=name,
+        found.score,
+        title=found.title,
         parts=None if parts is None else [part.strip() for part in parts.split(",")],
-        start=start,
-        stop=stop,
+        start=found.seconds[0] if start is None else start,
+        stop=found.seconds[1] if stop is None else stop,
         bars=None if strip else bars,
-        seconds=not counted,
+        seconds=not found.counted,
         marked=[symbol for hit in hits for symbol in hit],
     )
     for warning in picture.warnings:
-        out.note(f"{name}: {warning}")
+        out.note(f"{found.title}: {warning}")
     content = rendered(picture, form, scale)
     if target == options.STDOUT:
         out.content(content.decode())
         return
-    sources = [capture] if Path(capture).is_file() else []
-    write_all([(target, content)], force=force, sources=sources)
+    write_all([(target, content)], force=force, sources=[found.path])
     out.note(f"{target}: {len(picture.groups())} symbols")
-
-
-def _found(
-    out: Output, named: str, db: str, told: Reading, profile: str, tempo: str | None
-) -> tuple[str, Score, bool]:
-    """Return what a score is called, the score, and whether its beats were told."""
-    from lanindex.errors import LibraryError
-    from lanindex.model import Score
-    from lanindex.notation import notation_of
-    from lanindex.pipeline import open_library
-
-    file = Path(named)
-    try:
-        with open_library(db, readonly=True) as library:
-            number = library.capture(options.which(named)).id
-            ((capture, tracks),) = library.tracks([number])
-    except (LibraryError, UsageError):
-        if not file.is_file():
-            raise
-    else:
-        score = Score(capture.rate, capture.frames, capture.meter, tracks)
-        return capture.path, score, capture.format == _COUNTS or _has_tempo(score)
-    from lanindex.pipeline.convert import score_of
-
-    score = score_of(file, told, profile, tempo=tempo)
-    for warning in score.warnings:
-        out.note(f"{file}: {warning}")
-    form = notation_of(named)
-    return named, score, (form is not None and form.name == _COUNTS) or _has_tempo(score)
-
-
-_COUNTS = "lnd"
-"""The notation that counts beats, whatever their tempo."""
-
-
-def _has_tempo(score: Score) -> bool:
-    """Return whether somebody told how fast beats come: else they are seconds."""
-    return score.meter.speed != 60

@@ -1,0 +1,212 @@
+"""What a person names: a capture, a hit or a stretch of one, of a library or from a file."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from lanindex.errors import AbsentError, UsageError, shown
+from lanindex.formats.file import on_disk
+from lanindex.library.find import is_number
+from lanindex.library.store import Store
+from lanindex.model import Capture, Reading, Score, Span, Symbol
+from lanindex.notation import notation_of
+from lanindex.pipeline.requests import Request, from_lines
+from lanindex.records import of_symbol
+
+_RANGE = re.compile(r"(.+):(\d+)-(\d+)", re.DOTALL)
+
+_COUNTS = "lnd"
+"""The notation that counts beats, whatever their tempo."""
+
+_OPTIONS = {"rate": "fps"}
+"""Options that are not called as what the reader is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A score, all of it or a stretch.
+
+    Attributes
+    ----------
+    named, path : str
+        As the user named it, and the path of its file.
+    capture : Capture or None
+        Of the library, if it comes from there.
+    score : Score
+        Of the whole capture.
+    format : str
+        Of its file.
+    span : Span
+        Frames of its source.
+    matched : tuple of Symbol
+        Of a hit: what was found in it.
+    """
+
+    named: str
+    path: str
+    capture: Capture | None
+    score: Score
+    format: str
+    span: Span
+    matched: tuple[Symbol, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Its path, and which frames of it are meant."""
+        whole = len(self.span) == self.score.frames
+        return self.path if whole else f"{self.path}:{self.span.start}-{self.span.stop}"
+
+    @property
+    def counted(self) -> bool:
+        """Whether beats were told; else they are seconds."""
+        return self.format == _COUNTS or self.score.meter.speed != 60
+
+    @property
+    def seconds(self) -> tuple[float, float]:
+        """From and to when it is meant."""
+        rate = self.score.rate
+        return float(self.span.start / rate), float(self.span.stop / rate)
+
+
+def named(
+    text: str,
+    library: Callable[[], Store],
+    told: Reading | None = None,
+    *,
+    profile: str | None = None,
+    tempo: str | None = None,
+) -> Named:
+    """Return what a person names, be it in a library or a file.
+
+    Parameters
+    ----------
+    text : str
+        A capture of the library by path or number, a capture's or score's file, either with
+        ``:from-to`` (frames, half-open) behind it, or a line of ``search --json``.
+    library : callable
+        Opens the library; it need not be there for a file.
+    told : Reading, optional
+        What the file's reader is told: given any of it, a file is meant.
+    profile, tempo : str, optional
+        By which the file is written down, likewise.
+
+    Raises
+    ------
+    UsageError
+        Where what goes with files stands beside something else, or nothing lies in the range.
+    LibraryError
+        Where there is neither such a capture nor such a file, or the library cannot be used.
+    CaptureError, NotationError
+        Where the file cannot be read.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.pipeline.named import named
+    >>> found = named("corpus/semaphore.lnd:0-90", lambda: lanindex.open_library("dance.db"))
+    >>> found.path, len(found.span), found.counted
+    ('corpus/semaphore.lnd', 90, True)
+    """
+    given = {"profile": profile, "tempo": tempo, **(told.told() if told else {})}
+    options = [f"--{_OPTIONS.get(name, name)}" for name, value in given.items() if value]
+    path, span = ranged(text)
+    is_file = os.path.isfile(on_disk(path))
+    if options and not is_file:
+        wanted = "a file: what a library holds has been read and written down"
+        raise UsageError(f"{options[0]} for {shown(text)}", wanted=wanted)
+    if not options:
+        try:
+            with library() as opened:
+                return stored(opened, text)
+        except AbsentError:
+            if not is_file:
+                raise
+    from lanindex.pipeline.convert import score_of
+
+    score = score_of(Path(path), told or Reading(), profile or "default", tempo=tempo)
+    form = notation_of(path)
+    return Named(text, path, None, score, form.name if form else "", within(span, score, text))
+
+
+def stored(library: Store, text: str) -> Named:
+    """Return what a person names of a library.
+
+    Raises
+    ------
+    AbsentError
+        Where there is no such capture.
+    LibraryError
+        Where there are several, or it is not what was stored.
+    UsageError
+        Where a line is no hit, or nothing lies in the range.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.pipeline.named import stored
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     found = stored(library, "semaphore.bvh:30-90")
+    >>> found.path, found.span, found.seconds
+    ('corpus/semaphore.bvh', Span(start=30, stop=90), (1.0, 3.0))
+    """
+    if text.lstrip().startswith("{"):
+        (request,) = from_lines(library, [text])
+        named = f"{request.capture.path}:{request.hit.start}-{request.hit.stop}"
+        score = library.score(request.capture.id)
+        return Named(
+            *(named, request.capture.path, request.capture, score, request.capture.format),
+            within(request.hit, score, named),
+            _matched(score, request),
+        )
+    path, span = ranged(text)
+    which = int(path) if path.isdecimal() and is_number(int(path)) else path
+    capture = library.capture(which)
+    score = library.score(capture.id)
+    return Named(text, capture.path, capture, score, capture.format, within(span, score, text))
+
+
+def ranged(text: str) -> tuple[str, Span | None]:
+    """Return a name without the range behind it, and the range.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.named import ranged
+    >>> ranged("walk.bvh:30-90"), ranged("walk.bvh")
+    (('walk.bvh', Span(start=30, stop=90)), ('walk.bvh', None))
+    """
+    match = _RANGE.fullmatch(text)
+    return (match[1], Span(int(match[2]), int(match[3]))) if match else (text, None)
+
+
+def within(span: Span | None, score: Score, named: str) -> Span:
+    """Return a span that lies in a score: all of it, if none is asked for.
+
+    Raises
+    ------
+    UsageError
+        If it does not.
+    """
+    if span is None:
+        return Span(0, score.frames)
+    if not span.start < span.stop <= score.frames:
+        found = f"frames {span.start} to {span.stop}"
+        wanted = f"from less than to, and no more than its {score.frames} frames"
+        raise UsageError(found, place=shown(named), wanted=wanted)
+    return span
+
+
+def _matched(score: Score, request: Request) -> tuple[Symbol, ...]:
+    """Return the symbols of a score that a hit names."""
+    keys = ("part", "direction", "level", "start_frame", "end_frame")
+    wanted = {tuple(it.get(key) for key in keys) for it in request.symbols}
+    return tuple(
+        symbol
+        for part in dict.fromkeys(it["part"] for it in request.symbols)
+        if part in score.tracks
+        for symbol in score.tracks[part].listed()
+        if tuple(of_symbol(symbol)[key] for key in keys) in wanted
+    )
