@@ -88,6 +88,11 @@ class Output:
         """Whether a person reads standard output as it is."""
         return sys.stdout.isatty() and not self.json
 
+    @property
+    def unicode(self) -> bool:
+        """Whether standard output has all characters."""
+        return _unicode(sys.stdout)
+
     def paint(self, text: str, style: str) -> str:
         """Return text in a style, where colours are wanted."""
         wanted = self.color == "always" or (
@@ -115,7 +120,7 @@ class Output:
         """Print a result as a line of JSON."""
         from json import dumps
 
-        spelled = dumps(values, ensure_ascii=not _unicode(sys.stdout))
+        spelled = dumps(values, ensure_ascii=not self.unicode)
         _say(spelled if spelled.isprintable() else spelled.translate(_IN_JSON), sys.stdout)
 
     def row(self, values: Iterable[Any]) -> None:

@@ -83,7 +83,7 @@ def draw(
     missing += tuple(
         f"{part} is marked and not drawn: ask for it among the parts" for part in hidden
     )
-    page = _Page(score, clock, layout, _marked(score, marked))
+    page = _Page(score, clock, layout, keys_of(score, marked))
     symbols = [mark for part in drawn if part not in places.STANCES for mark in page.track(part)]
     held = holds(score, clock, layout) if places.STANCES & {*drawn} else []
     count = f"{len(symbols)} symbols" if len(symbols) != 1 else "1 symbol"
@@ -115,13 +115,14 @@ def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple
 
 
 Key = tuple[str, int, int]
+"""What tells a symbol of a score from others: its part, first frame and end."""
 
 
 def _key(symbol: Symbol) -> Key:
     return symbol.part, symbol.start, symbol.stop
 
 
-def _marked(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
+def keys_of(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
     """Return what is marked: of a step that of the foot, of what is passed that on whose way."""
     found: set[Key] = set()
     for symbol in symbols:

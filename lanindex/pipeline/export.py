@@ -28,7 +28,7 @@ MANIFEST = "manifest"
 _FORMULAS = ("=", "+", "-", "@", "\t", "\n")
 
 
-def pad_frames(text: str, rate: Fraction) -> int:
+def pad_frames(text: str, rate: Fraction, place: str = "--pad") -> int:
     """Return how many frames a time covers.
 
     Parameters
@@ -37,6 +37,8 @@ def pad_frames(text: str, rate: Fraction) -> int:
         ``0``, ``0.5s``, ``200ms`` or ``10f``.
     rate : Fraction
         Frames a second.
+    place : str
+        Which option says so.
 
     Returns
     -------
@@ -58,7 +60,7 @@ def pad_frames(text: str, rate: Fraction) -> int:
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|ms|f)|0", text.strip())
     if match is None:
         raise UsageError(
-            f'"{shown(text)}"', place="--pad", wanted="a time such as 0.5s, 200ms or 10f"
+            f'"{shown(text)}"', place=place, wanted="a time such as 0.5s, 200ms or 10f"
         )
     if match[1] is None:
         return 0

@@ -1,5 +1,7 @@
 """How long a score takes to be drawn, and how large it is: of a minute, and of more symbols.
 
+The last two figures are those of a staff in plain text.
+
 python tests/benchmarks/drawing.py
 """
 
@@ -13,6 +15,7 @@ import numpy as np
 
 import lanindex
 from lanindex.draw import draw, svg
+from lanindex.draw.text import Staff
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
 
@@ -42,7 +45,10 @@ def told(name: str, score: Score) -> None:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     seconds, symbols = float(score.frames / score.rate), len(picture.groups())
     print(f"{name}: {seconds:.0f} s, {symbols} symbols, {spent * 1000:.0f} ms,", end=" ")
-    print(f"{len(text) / 1000:.0f} kB, peak {peak} MB")
+    began = time.process_time()
+    rows = sum(1 for _ in Staff(score).lines(width=120))
+    spent = time.process_time() - began
+    print(f"{len(text) / 1000:.0f} kB, peak {peak} MB; {rows} rows of text, {spent * 1000:.0f} ms")
 
 
 def main() -> None:

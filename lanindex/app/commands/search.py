@@ -67,6 +67,14 @@ def run(
             help="Say what matched in one capture, or where the walk through it ended.",
         ),
     ] = None,
+    context: Annotated[
+        str | None,
+        typer.Option(
+            "--context",
+            metavar="TIME",
+            help="Draw the staff of each hit, with so much around it: 0, 0.5s, 10f.",
+        ),
+    ] = None,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -83,6 +91,12 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
+    told = {"--like": like, "--count": count, "--explain": explain, "--why": why, "--json": json}
+    _alone("--context", context, told)
+    if context is not None:
+        from lanindex.app import staves
+
+        staves.check(context)
     among: dict[str, Any] = {"within": within, "where": options.where(where)}
     if pattern is None or like is not None or rerank:
         from lanindex.app import alike
@@ -108,15 +122,26 @@ def run(
         found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, best=best, **how, **among)
         end_progress()
         if isinstance(found, Counts):
+            _alone("--context", context, {"| count": True})
             _counted(out, found, limit)
         elif count:
             _count(out, library, found)
         else:
-            _show(out, found.by_fit(_most(out, limit)) if sort == "fit" else found, limit, best)
+            found = found.by_fit(_most(out, limit)) if sort == "fit" else found
+            most = _most(out, limit) or len(found)
+            _show(out, library, found[:most], context)
+            _summary(out, found, min(most, len(found)), len(found) == best)
         if not found:
             if not quiet:
                 _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
             raise typer.Exit(1)
+
+
+def _alone(name: str, given: str | None, others: dict[str, Any]) -> None:
+    """Refuse what an option cannot stand beside."""
+    for other, there in others.items():
+        if given is not None and there:
+            raise UsageError(f"{name} and {other}", wanted="one of them")
 
 
 def _refuse_fuzzy(fuzzy: str | None, why: str | None) -> None:
@@ -161,12 +186,13 @@ def _said(value: str | float | None) -> str:
     return "-" if value is None else str(value)
 
 
-def _show(out: Output, found: Hits, limit: int | None, best: int | None = None) -> None:
-    from lanindex.app import formatting
+def _show(out: Output, library: Library, found: Hits, context: str | None) -> None:
+    from lanindex.app import formatting, staves
 
-    most = _most(out, limit) or len(found)
-    formatting.hits(out, found[:most], found.pattern)
-    _summary(out, found, min(most, len(found)), len(found) == best)
+    if context is None:
+        formatting.hits(out, found, found.pattern)
+    else:
+        staves.around(out, library, found, context)
 
 
 def _most(out: Output, limit: int | None) -> int | None:

@@ -32,6 +32,9 @@ def run(
     part: Annotated[
         list[str] | None, typer.Option("--part", metavar="PART", help="Only this part.")
     ] = None,
+    staff: Annotated[
+        bool, typer.Option("--staff", help="Draw them as a staff, time downwards.")
+    ] = False,
     where: options.Where = None,
     db: options.Db = options.DB,
     json: options.Json = False,
@@ -49,6 +52,8 @@ def run(
         raise UsageError("no capture" if capture is None else "a capture and --all", wanted="one")
     if where and not everything:
         raise UsageError("--where", wanted="--all beside it")
+    if staff and json:
+        raise UsageError("--staff and --json", wanted="one of them")
     from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
 
@@ -60,8 +65,9 @@ def run(
             numbers = library.numbers(where=options.where(where))
         _check_parts(part, library.parts())
         symbols = 0
-        for found, tracks in library.tracks(numbers, part):
-            _show(out, found, tracks)
+        # what stands beside some parts may belong to them: feet that hold the weight
+        for found, tracks in library.tracks(numbers, None if staff else part):
+            tracks = _drawn(out, found, tracks, part) if staff else _show(out, found, tracks)
             symbols += sum(len(track) for track in tracks.values())
     out.note(counted(symbols, "symbol"))
     if not symbols:
@@ -74,7 +80,20 @@ def _check_parts(wanted: list[str] | None, parts: list[str]) -> None:
             raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(parts))
 
 
-def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
+def _drawn(
+    out: Output, capture: Capture, tracks: dict[str, Track], parts: list[str] | None
+) -> dict[str, Track]:
+    """Draw a capture's tracks, and return those that were asked for."""
+    from lanindex.app import staves
+
+    asked = {name: it for name, it in tracks.items() if len(it) and name in (parts or tracks)}
+    if asked:
+        staves.whole(out, capture, tracks, parts and list(asked))
+    return asked
+
+
+def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> dict[str, Track]:
+    """List a capture's tracks, and return them."""
     from lanindex import records
     from lanindex.app.columns import room
 
@@ -104,6 +123,7 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
             )
     if not out.json:
         out.table(head, rows)
+    return tracks
 
 
 def _number(measure: float | None) -> str:

@@ -1,0 +1,340 @@
+"""A staff in plain text: time runs down, as text does, a row a fraction of a second.
+
+A score is read upwards; a terminal is read from the top, in a pager and behind ``head``, too. Sides
+are as in a score, own left on the left. A symbol is a sign where it begins, and a bar behind it for
+as long as it lasts.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from math import inf
+from textwrap import wrap
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import KINDS, Kind, kind_of
+from lanindex.draw.characters import UNICODE, Signs, names_of
+from lanindex.draw.columns import STANCES, columns, usual
+from lanindex.draw.score import Key, keys_of
+from lanindex.errors import UsageError
+from lanindex.model import Score, Span, Symbol
+
+Line = tuple[tuple[str, str], ...]
+"""Some text, piece by piece, each with its style: ``match``, ``dim``, ``place`` or none."""
+
+_SHORT = Fraction(4)
+_STEPS = (Fraction(1, 10), 5), (Fraction(1, 4), 4)
+"""Seconds of a row, and each how manieth tells the time: of what is short, and of all else."""
+
+_FOLDED = 3
+"""Rows, at most, that say nothing new; more of them are one."""
+
+_LINES = 3
+"""Characters of the staff's lines."""
+
+_WITHIN = 1 << 20
+"""Rows that one may be divided into, where more than one symbol begins in it."""
+
+_FIRST = (
+    *("arm", "support", "leg", "head", "torso", "jump", "body_turn", "body_travel"),
+    *("torso_incline", "hand", "hands_touch", "hand_touch", "other_support", "head_turn"),
+)
+"""Which columns stay, where there is no room for all; what is not named goes first."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """What a track does between two frames.
+
+    Attributes
+    ----------
+    part : str
+        Whose.
+    symbols, before : list of (str, str, bool)
+        The sign of each, its bar, and whether it is marked; the one in force at the beginning.
+    keys, ends : list of int
+        The row in which each begins, times `_WITHIN`, and the last row that it reaches.
+    known, stands : list of int
+        Rows in which the part begins to be seen, ceases to be seen ..., and the foot to stand.
+    """
+
+    part: str
+    symbols: list[tuple[str, str, bool]]
+    keys: list[int]
+    ends: list[int]
+    before: list[tuple[str, str, bool]]
+    known: list[int]
+    stands: list[int]
+
+    def events(self) -> list[int]:
+        """Return the rows that say something new."""
+        rows = (*(end + 1 for end in self.ends), *self.known, *self.stands)
+        return [*self.keys, *(row * _WITHIN for row in rows)]
+
+    def first(self) -> tuple[str, bool]:
+        """Return what is in force at the beginning, and whether it is marked."""
+        return (self.before[0][0], self.before[0][2]) if self.before else ("", False)
+
+    def cell(self, key: int, hold: str) -> tuple[str, bool]:
+        """Return what stands in a row, and whether it is marked."""
+        at, row = bisect_right(self.keys, key) - 1, key // _WITHIN
+        if at >= 0 and (row <= self.ends[at] or self.keys[at] == key):
+            sign, bar, marked = self.symbols[at]
+            return (sign if self.keys[at] == key else bar), marked
+        if bisect_right(self.stands, row) % 2:
+            return hold, False
+        return "" if bisect_right(self.known, row) % 2 else "?", False
+
+
+class Staff:
+    """A score that can be shown as text, whole or in stretches.
+
+    Parameters
+    ----------
+    score : Score
+        Any; what is only passed on the way is not shown.
+    signs : Signs
+        Its characters.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.draw.characters import ASCII
+    >>> from lanindex.draw.text import Staff
+    >>> staff = Staff(lanindex.read_lnd("corpus/jumping_jacks.lnd"), ASCII)
+    >>> for line in staff.lines(30, 48, parts=["r_arm", "l_arm"]):
+    ...     print("".join(text for text, _ in line).rstrip())
+    """
+
+    def __init__(self, score: Score, signs: Signs = UNICODE) -> None:
+        self.score, self.signs = score, signs
+        self._rows = {
+            part: rows
+            for part, track in score.tracks.items()
+            if len(rows := track.symbols[~track.symbols["passing"]])
+        }
+        self._times = {
+            part: (np.ascontiguousarray(rows["start"]), np.ascontiguousarray(rows["stop"]))
+            for part, rows in self._rows.items()
+        }
+
+    def lines(
+        self,
+        start: int = 0,
+        stop: int | None = None,
+        *,
+        parts: Sequence[str] | None = None,
+        marked: Iterable[Symbol] = (),
+        width: int | None = None,
+    ) -> Iterator[Line]:
+        """Yield the lines of a staff.
+
+        Parameters
+        ----------
+        start, stop : int
+            Frames, half-open.
+        parts : sequence of str, optional
+            Only these tracks, even if they are still; else those that move meanwhile, but the
+            finer ones of limbs that are there as a whole.
+        marked : iterable of Symbol
+            Symbols that are marked; their parts are shown in any case.
+        width : int, optional
+            Characters of a line: what has no room is named below.
+
+        Raises
+        ------
+        UsageError
+            Where the score is empty, or nothing lies between start and stop.
+        """
+        last = self.score.frames if stop is None else min(stop, self.score.frames)
+        if not self._rows:
+            raise UsageError("an empty score", wanted="a symbol in it")
+        if not 0 <= start < last:
+            found, wanted = f"nothing from frame {start} to {last}", f"0 to {self.score.frames}"
+            raise UsageError(found, wanted=f"a stretch of {wanted}")
+        for part in parts or ():
+            if part not in self._rows:
+                wanted = f"one of {' '.join(self._rows)}"
+                raise UsageError(f'there is no part "{part}"', wanted=wanted)
+        return self._lines(Span(start, last), parts, keys_of(self.score, marked), width)
+
+    def _lines(
+        self, span: Span, parts: Sequence[str] | None, marked: frozenset[Key], width: int | None
+    ) -> Iterator[Line]:
+        rate, signs = self.score.rate, self.signs
+        step, every = _STEPS[len(span) / rate > _SHORT]
+        drawn, still = self._drawn(span, rate * step, parts, marked)
+        label = max(5, len(_seconds(span.stop / rate)))
+        blank, wide = " " * label, signs.cell + 1
+        most = len(drawn) if width is None else max((width - label - 1 - _LINES) // wide, 1)
+        shown, left_out = _fitting(drawn, {part for part, *_ in marked}, most)
+        lines = _across(shown, signs.line)
+        across = len("".join(lines)) + wide * len(shown)
+        for names in names_of([it.part for it in shown]):
+            yield _line(blank, [(name, False) for name in names], lines, wide)
+        if any(it.before for it in shown):
+            yield _line(blank, [it.first() for it in shown], lines, wide, signs.mark)
+        yield ((f"{blank} {(signs.rule if span.start else signs.double) * across}", "dim"),)
+        ends, after = (_row(it, rate * step) for it in (span.start, span.stop - 1)), True
+        for key, folded in _keys(shown, *ends):
+            row, within = divmod(key, _WITHIN)
+            told = signs.fold if folded else _seconds(max(row * step, span.start / rate))
+            told = told if folded or after or row % every == within == 0 else ""
+            after = folded
+            cells = [it.cell(key, signs.hold) for it in shown]
+            yield _line(told.rjust(label), cells, lines, wide, signs.mark)
+        ended = span.stop == self.score.frames
+        yield ((f"{blank} {(signs.double if ended else signs.rule) * across}", "dim"),)
+        quiet = ", ".join(f"{it.part} {it.first()[0]}" for it in still if it.before)
+        others = ", ".join(it.part for it in left_out)
+        for said, what in (("still: ", quiet), ("no room for ", others)):
+            for text in wrap(said + what, width or 10**9) if what else ():
+                yield ((text, "dim"),)
+
+    def _drawn(
+        self, span: Span, scale: Fraction, parts: Sequence[str] | None, marked: frozenset[Key]
+    ) -> tuple[list[_Column], list[_Column]]:
+        """Return the columns that are to be shown, and those of parts that keep still."""
+        meant = {part for part, *_ in marked}
+        wanted = {*(parts or meant | ({*usual(self._rows)} - STANCES))}
+        drawn = [self._column(part, span, scale, marked) for part in self._rows if part in wanted]
+        moving = [it for it in drawn if parts or it.keys or it.part in meant]
+        return (moving, [it for it in drawn if it not in moving]) if moving else (drawn, [])
+
+    def _column(self, part: str, span: Span, scale: Fraction, marked: frozenset[Key]) -> _Column:
+        """Return what a track does between two frames; `scale` is the frames of a row."""
+        kind, rows = KINDS[kind_of(part)], self._rows[part]
+        first, last = self._within(part, span)
+        known = [
+            it
+            for it in self.score.tracks[part].known
+            if it.start < span.stop and span.start < it.stop
+        ]
+        before = rows[max(first - 1, 0) : first]
+        if not (kind.lasts and known and (before["start"] >= known[0].start).any()):
+            before = before[:0]
+        keys, ends = list[int](), list[int]()
+        times = (rows[name][first:last].tolist() for name in ("start", "stop"))
+        for start, stop in zip(*times, strict=True):
+            row = _row(max(start, span.start), scale)
+            keys.append(max([row * _WITHIN, *(key + 1 for key in keys[-1:])]))
+            ends.append(_row(min(stop, span.stop) - 1, scale) if start < stop else row - 1)
+        return _Column(
+            part,
+            self._symbols(kind, part, rows[first:last], marked),
+            keys,
+            ends,
+            self._symbols(kind, part, before, marked),
+            _toggles(known, scale),
+            _toggles(self._stances(part, span), scale),
+        )
+
+    def _within(self, part: str, span: Span) -> tuple[int, int]:
+        """Return which rows of a track lie between two frames, but those that end there."""
+        begins, ends = self._times[part]
+        return (
+            int(np.searchsorted(ends, span.start, "right")),
+            int(np.searchsorted(begins, span.stop)),
+        )
+
+    def _stances(self, part: str, span: Span) -> Iterator[Span]:
+        """Yield when a foot stands, of a column of support."""
+        stance = f"{part[:2]}stance"
+        if kind_of(part) == "support" and stance in self._rows:
+            first, last = self._within(stance, span)
+            begins, ends = (times[first:last].tolist() for times in self._times[stance])
+            yield from map(Span, begins, ends)
+
+    def _symbols(
+        self, kind: Kind, part: str, rows: NDArray[np.void], marked: frozenset[Key]
+    ) -> list[tuple[str, str, bool]]:
+        """Return sign and bar of some rows, and whether they are marked."""
+        names = ("direction", "level", "amount", "start", "stop")
+        found = []
+        for direction, level, amount, start, stop in zip(
+            *(rows[name].tolist() for name in names), strict=True
+        ):
+            sign = self.signs.of(kind, direction, level, amount)
+            found.append((sign, self.signs.bars[level], (part, start, stop) in marked))
+        return found
+
+
+def _seconds(time: Fraction) -> str:
+    return f"{float(time):.2f}"
+
+
+def _row(frame: int, scale: Fraction) -> int:
+    """Return in which row a frame lies."""
+    return frame * scale.denominator // scale.numerator
+
+
+def _toggles(spans: Iterable[Span], scale: Fraction) -> list[int]:
+    """Return in which rows some spans begin, end, begin ...: in order."""
+    found: list[int] = []
+    for span in spans:
+        if span.stop > span.start:
+            found.append(max([_row(span.start, scale), *found[-1:]]))
+            found.append(_row(span.stop - 1, scale) + 1)
+    return found
+
+
+def _keys(shown: Sequence[_Column], first: int, last: int) -> Iterator[tuple[int, bool]]:
+    """Yield the rows, and whether one stands for several that say nothing new."""
+    events = {key for it in shown for key in it.events() if first <= key // _WITHIN <= last}
+    events |= {first * _WITHIN}
+    for key, after in pairwise([*sorted(events), (last + 1) * _WITHIN]):
+        yield key, False
+        row, end = key // _WITHIN + 1, after // _WITHIN
+        folded = end - row > _FOLDED
+        for one in range(row, row + 1 if folded else end):
+            yield one * _WITHIN, folded
+
+
+def _fitting(
+    drawn: Sequence[_Column], meant: Collection[str], most: int
+) -> tuple[list[_Column], list[_Column]]:
+    """Return the columns that are shown, from left to right, and those that have no room."""
+    rank = {name: at for at, name in enumerate(_FIRST)}
+
+    def first(column: _Column) -> tuple[bool, int]:
+        part = column.part
+        own = part[2:] if part[:2] in ("r_", "l_") else part
+        return part not in meant, rank.get(own, len(rank))
+
+    sorted_ = sorted(drawn, key=first)
+    kept = {it.part for it in sorted_[:most]}
+    places = columns(kept).places
+
+    def across(column: _Column) -> float:
+        side = -inf if column.part.startswith("l_") else inf
+        return places.get(column.part, side)
+
+    return sorted((it for it in drawn if it.part in kept), key=across), sorted_[most:]
+
+
+def _across(shown: Sequence[_Column], line: str) -> list[str]:
+    """Return what stands before each column: a line of the staff, where one lies there."""
+    layout = columns([it.part for it in shown])
+    at = [layout.places.get(it.part, layout.right * (-1) ** (it.part[0] == "l")) for it in shown]
+    zones = [bisect_right([-layout.inner, 0, layout.inner], x) for x in at]
+    return ["", *(line * (zone != after) for zone, after in pairwise(zones))]
+
+
+def _line(
+    label: str, cells: Sequence[tuple[str, bool]], lines: Sequence[str], wide: int, mark: str = " "
+) -> Line:
+    """Return a line: what stands in each column, marked or not, and the lines between them."""
+    pieces: list[tuple[str, str]] = [(f"{label} ", "place")]
+    for (text, marked), line in zip(cells, lines, strict=True):
+        pieces.append((line, "dim"))
+        own = (mark if marked else " ") + text
+        pieces.append((own.ljust(wide), "match" if marked else ""))
+    while not pieces[-1][0].strip() and len(pieces) > 1:
+        pieces.pop()
+    return (*pieces[:-1], (pieces[-1][0].rstrip(), pieces[-1][1]))
