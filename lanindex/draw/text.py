@@ -109,7 +109,18 @@ class Staff:
     >>> from lanindex.draw.text import Staff
     >>> staff = Staff(lanindex.read_lnd("corpus/jumping_jacks.lnd"), ASCII)
     >>> for line in staff.lines(30, 48, parts=["r_arm", "l_arm"]):
-    ...     print("".join(text for text, _ in line).rstrip())
+    ...     print("".join(text for text, _ in line))
+           L    | R
+           arm  | arm
+           oL   | oL
+          -------------
+     1.88       |
+                |
+     2.00  lH   | rH
+        :  ::   | ::
+     2.50  oL   | oL
+        :  ##   | ##
+          -------------
     """
 
     def __init__(self, score: Score, signs: Signs = UNICODE) -> None:

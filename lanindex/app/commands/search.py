@@ -7,17 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lanindex.app import meaning, options
+from lanindex.app.found import Telling
 from lanindex.app.output import Output, end_progress, one_of
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
-    from lanindex.pipeline import Library
     from lanindex.search.explain import Advice, Trace
-    from lanindex.search.hits import Hits
-    from lanindex.search.stages import Counts
-
-ON_A_TERMINAL = 20
-"""Hits that a terminal shows where no limit is set."""
 
 
 def run(
@@ -91,12 +86,8 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
-    told = {"--like": like, "--count": count, "--explain": explain, "--why": why, "--json": json}
-    _alone("--context", context, told)
-    if context is not None:
-        from lanindex.app import staves
-
-        staves.check(context)
+    telling = Telling(count, sort == "fit", limit, context)
+    telling.check({"--like": like, "--explain": explain, "--why": why, "--json": json})
     among: dict[str, Any] = {"within": within, "where": options.where(where)}
     if pattern is None or like is not None or rerank:
         from lanindex.app import alike
@@ -105,7 +96,6 @@ def run(
         return alike.run(out, asked, db, timeout=timeout, **among)
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
-    from lanindex.search.stages import Counts
 
     pattern = pattern_in(pattern)
     _refuse_fuzzy(fuzzy, why)
@@ -121,27 +111,11 @@ def run(
         best = limit if sort == "fit" and fuzzy is not None and not count else None
         found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, best=best, **how, **among)
         end_progress()
-        if isinstance(found, Counts):
-            _alone("--context", context, {"| count": True})
-            _counted(out, found, limit)
-        elif count:
-            _count(out, library, found)
-        else:
-            found = found.by_fit(_most(out, limit)) if sort == "fit" else found
-            most = _most(out, limit) or len(found)
-            _show(out, library, found[:most], context)
-            _summary(out, found, min(most, len(found)), len(found) == best)
+        telling.tell(out, library, found, best)
         if not found:
             if not quiet:
                 _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
             raise typer.Exit(1)
-
-
-def _alone(name: str, given: str | None, others: dict[str, Any]) -> None:
-    """Refuse what an option cannot stand beside."""
-    for other, there in others.items():
-        if given is not None and there:
-            raise UsageError(f"{name} and {other}", wanted="one of them")
 
 
 def _refuse_fuzzy(fuzzy: str | None, why: str | None) -> None:
@@ -154,49 +128,6 @@ def _explain(out: Output, text: str) -> None:
         out.record({"explain": text})
     else:
         out.text(text)
-
-
-def _count(out: Output, library: Library, found: Hits) -> None:
-    tally = dict(found.tally())
-    for number, path in library.called("path", tally).items():
-        if out.json:
-            out.record({"capture": path, "capture_id": number, "count": tally[number]})
-        else:
-            out.row([path, tally[number]])
-    _summary(out, found, len(found))
-
-
-def _counted(out: Output, found: Counts, limit: int | None) -> None:
-    from lanindex.app.formatting import counted
-
-    rows = found.dicts()[:limit]
-    for row in rows if out.json else ():
-        out.record(row)
-    if not out.json and found.by is None:
-        out.row([found.total])
-    elif not out.json:
-        head = (str(found.by), "hits")
-        out.table(head, [(_said(row["value"]), row["count"]) for row in rows])
-    cut = f"; {len(rows)} are shown, --limit shows more" if len(rows) < len(found) else ""
-    values = f" by {counted(len(found), 'value')}" if found.by else ""
-    out.note(f"{counted(found.total, 'hit')}{values}{cut}")
-
-
-def _said(value: str | float | None) -> str:
-    return "-" if value is None else str(value)
-
-
-def _show(out: Output, library: Library, found: Hits, context: str | None) -> None:
-    from lanindex.app import formatting, staves
-
-    if context is None:
-        formatting.hits(out, found, found.pattern)
-    else:
-        staves.around(out, library, found, context)
-
-
-def _most(out: Output, limit: int | None) -> int | None:
-    return limit or (ON_A_TERMINAL if out.terminal else None)
 
 
 def _advise(out: Output, advice: Advice) -> None:
@@ -216,11 +147,3 @@ def _trace(out: Output, seen: Trace) -> bool:
     else:
         formatting.trace(out, seen)
     return bool(seen.hits)
-
-
-def _summary(out: Output, found: Hits, shown: int, best: bool = False) -> None:
-    from lanindex.app.formatting import counted
-
-    cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    cut = "; no others fit better, --limit shows more" if best else cut
-    out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")
