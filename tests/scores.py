@@ -82,3 +82,20 @@ def seconds(score: Score) -> dict[str, list[tuple[int, int, int, Fraction, Fract
         ]
         for part, track in score.tracks.items()
     }
+
+
+def shown(score: Score) -> dict[str, list[tuple[int, ...]]]:
+    """Return what a score shows: direction, level, amount, start and stop in milliseconds."""
+    per = 1000 / score.rate
+    return {
+        part: [
+            (
+                *(int(row[name]) for name in ("direction", "level", "amount")),
+                *(int(int(row[end]) * per + per.__class__(1, 2)) for end in ("start", "stop")),
+            )
+            for row in track.symbols
+            if not row["passing"]
+        ]
+        for part, track in score.tracks.items()
+        if len(track)
+    }

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lanindex.alphabet import KINDS
 from lanindex.errors import NotationError
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class Notation:
     Attributes
     ----------
     name : str
-        As the library and ``--to`` say it, and its module in this folder, imported when needed.
+        As the library and ``--to`` say it: its ending in small letters.
     title : str
         As people say it.
     suffix : str
@@ -40,6 +41,10 @@ class Notation:
         Whether folders are searched for it: others are mostly not ours.
     written : bool
         Whether scores are written in it.
+    module : str
+        Of this folder, imported when needed; by default of its name.
+    parts : bool
+        Whether it has room for some parts only: those that its module calls ``PARTS``.
     """
 
     name: str
@@ -47,11 +52,13 @@ class Notation:
     suffix: str
     gathered: bool = False
     written: bool = True
+    module: str = ""
+    parts: bool = False
 
     @property
     def does(self) -> Any:
         """The module, imported."""
-        return importlib.import_module(f"lanindex.notation.{self.name}")
+        return importlib.import_module(f"lanindex.notation.{self.module or self.name}")
 
 
 NOTATIONS = {
@@ -61,6 +68,7 @@ NOTATIONS = {
         Notation("eaf", "ELAN", ".eaf"),
         Notation("textgrid", "Praat", ".TextGrid"),
         Notation("laban", "MAE", ".laban", gathered=True, written=False),
+        Notation("json", "LabanotationSuite", ".json", module="suite", parts=True),
     )
 }
 """Every notation of scores, by name."""
@@ -78,8 +86,8 @@ def notation_of(path: str) -> Notation | None:
     >>> notation_of("walk.EAF").title, notation_of("walk.bvh")
     ('ELAN', None)
     """
-    suffix = Path(path).suffix.lower()
-    return next((it for it in NOTATIONS.values() if it.suffix.lower() == suffix), None)
+    name = Path(path).name.lower()
+    return next((it for it in NOTATIONS.values() if name.endswith(f".{it.name}")), None)
 
 
 def read(path: str, content: bytes | None = None) -> Score:
@@ -135,3 +143,25 @@ def write(score: Score, name: str) -> bytes:
     """
     text: str | bytes = NOTATIONS[name].does.write(score)
     return text.encode() if isinstance(text, str) else text
+
+
+def left_out(score: Score, name: str) -> list[str]:
+    """Return the parts of a score that a notation has no room for.
+
+    Parameters
+    ----------
+    score : Score
+        Any.
+    name : str
+        Of `WRITTEN`.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex import notation
+    >>> notation.left_out(lanindex.read_lnd("corpus/jumping_jacks.lnd"), "json")
+    ['r_leg', 'l_leg']
+    """
+    form = NOTATIONS[name]
+    own = [part for part, track in score.tracks.items() if KINDS[track.kind].keyword and len(track)]
+    return [part for part in own if part not in form.does.PARTS] if form.parts else []

@@ -473,6 +473,9 @@ class TestOthers:
         refused(run("convert", "score.lnd", "--into", "bad.eaf", "--force"), "damaged XML")
         assert (place / "bad.eaf").read_bytes() == before[:-20]
         assert run("animate", "raise.eaf", "-o", "carried.bvh").returncode == 0
+        said = run("convert", "raise.bvh", "raise.json").stderr
+        assert "LabanotationSuite has no room for" in said
+        assert "direction r_upper_arm place high" in run("convert", "raise.json").stdout
 
     @pytest.mark.parametrize(("verb", "name"), [("convert", "bow.bvh"), ("animate", "score.lnd")])
     def test_what_is_read_is_not_written(self, run, place: Path, verb: str, name: str) -> None:

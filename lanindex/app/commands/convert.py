@@ -59,7 +59,7 @@ def run(
     lanindex.rotation, from a body that stands with its arms to the sides.
     """
     out = Output(False, quiet, verbose, color)
-    from lanindex.notation import WRITTEN
+    from lanindex.notation import NOTATIONS, WRITTEN, left_out
     from lanindex.pipeline import convert
     from lanindex.pipeline.files import write_all
 
@@ -78,6 +78,8 @@ def run(
         score = convert.score_of(file, told, profile, tempo=tempo, origin=origin)
         for line in score.warnings:
             out.note(f"{file}: {line}")
+        if lost := left_out(score, form):
+            out.note(f"{NOTATIONS[form].title} has no room for {' '.join(lost)}")
         content = convert.notated(score, form, into, force=force, media=media)
     else:
         motion = convert.motion_of(file, told, origin=origin)

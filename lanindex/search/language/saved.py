@@ -8,7 +8,7 @@ from pathlib import Path
 from lanindex.notation import NOTATIONS, notation_of, read
 from lanindex.notation.text import read_text
 
-_ENDINGS = "|".join(("lq", *(it.suffix[1:] for it in NOTATIONS.values())))
+_ENDINGS = "|".join(("lq", *map(re.escape, NOTATIONS)))
 _FILE = re.compile(rf"@(?P<path>.*\.(?:{_ENDINGS})|\S*[/\\].*)", re.IGNORECASE | re.DOTALL)
 
 

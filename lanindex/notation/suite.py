@@ -1,0 +1,344 @@
+"""LabanotationSuite's JSON: positions of the arms at times, which robots go through.
+
+Source: ``NOTATIONS.md``, "LabanotationSuite"; the files and the editor of Microsoft's
+LabanotationSuite.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from math import asin, atan2, cos, degrees, hypot, radians, sin
+from typing import Any, NamedTuple
+
+from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS
+from lanindex.errors import NotationError, shown
+from lanindex.model import Score
+from lanindex.notation.exact import DECIMAL
+from lanindex.notation.text import decoded
+from lanindex.notation.timed import SECOND, Said, length, said, score_of
+
+ARMS = {
+    "right elbow": ("r_upper_arm", "r_arm"),
+    "right wrist": ("r_forearm", "r_arm"),
+    "left elbow": ("l_upper_arm", "l_arm"),
+    "left wrist": ("l_forearm", "l_arm"),
+}
+"""Their columns, and what each is here: half an arm, or the whole arm where a half has no track."""
+
+PARTS = (*dict.fromkeys(part for parts in ARMS.values() for part in parts), "body_turn")
+"""What is written."""
+
+_TIMES = _TIME, _LASTS = "start time", "duration"
+_HEAD, _TURN, _MARKS = "head", "rotation", "lanindex"
+_UNKNOWN, _AWAY, _AGAIN, _ANEW = "unknown", "on its way", "again", "anew"
+"""What is said beside a column where a position alone would be misunderstood."""
+
+_SIDES = {"r": "Right ", "l": "Left "}
+_LEVELS = dict(zip(LEVELS, ("Low", "Normal", "High"), strict=True))
+_NODS = {"low": "forward high", "mid": "place high", "high": "back high"}
+"""Where a head leans whose face looks to a level."""
+
+_PANS = {
+    **{"forward": "place 0deg", "l_forward": "left 45deg", "left": "left 90deg"},
+    **{"r_forward": "right 45deg", "right": "right 90deg"},
+}
+"""How far a head is turned whose face looks to a direction."""
+
+_POSITION = re.compile(r"Position(\d{1,9})")
+_DEGREES = re.compile(r"-?\d{1,6}(\.\d{0,9})?")
+_SETTLED = "place low"
+_NOWHERE = 1e-6
+
+
+def _theirs(words: str) -> tuple[str, str]:
+    """Return a direction and a level as they say it."""
+    way, level = words.split()[:2]
+    side, _, depth = way.rpartition("_")
+    return _SIDES.get(side, "") + depth.title().replace("Back", "Backward"), _LEVELS[level]
+
+
+_OURS = {_theirs(f"{way} {level}"): f"{way} {level}" for way in DIRECTIONS for level in LEVELS}
+
+
+class _Stand(NamedTuple):
+    """What a column says at a position: a direction and a level, or degrees; and our mark."""
+
+    time: int
+    says: str
+    mark: str = ""
+
+
+def read(content: bytes, place: str) -> Score:
+    """Read a gesture of LabanotationSuite.
+
+    The first position is where all begins; later on a part moves from one position to the next
+    wherever the two differ.
+
+    Parameters
+    ----------
+    content : bytes
+        The file.
+    place : str
+        What errors call it.
+
+    Raises
+    ------
+    NotationError
+        It is damaged, or a direction, a level or a time cannot be understood.
+    """
+    columns: dict[str, list[_Stand]] = defaultdict(list)
+    told: dict[str, None] = {}
+    positions = list(_positions(_gesture(content, place), place))
+    times = [time for _, time, _ in positions] or [0]
+    for name, time, position in positions:
+        where, marks = f"{place}: {name}", position.pop(_MARKS, {})
+        if not isinstance(marks, dict):
+            raise NotationError(f"{_MARKS} {shown(str(marks))}", place=where, wanted="an object")
+        for column, value in position.items():
+            if column not in (*ARMS, _HEAD, _TURN):
+                told[f'the column "{shown(column)}" is no part of the body: left out'] = None
+                continue
+            says = (_turned if column == _TURN else _pointed)(value, f"{where}, {column}")
+            columns[column].append(_Stand(time, says, str(marks.get(column, ""))))
+    tiers = {part: _moves(columns[name], times[0]) for name, (part, _) in ARMS.items()}
+    tiers["body_turn"] = _turns(columns[_TURN])
+    if len({stand.says for stand in columns[_HEAD]}) > 1:
+        tiers["head"], tiers["head_turn"] = _head(columns[_HEAD], times[0], told)
+    return score_of({part: it for part, it in tiers.items() if it}, place, told, times[-1])
+
+
+def _gesture(content: bytes, place: str) -> dict[str, Any]:
+    """Return the positions of the one gesture that a file holds, by name."""
+    text = decoded(content, place, "a gesture of LabanotationSuite").removeprefix("\ufeff")
+    try:
+        found = json.loads(text, object_pairs_hook=_once, parse_constant=float)
+    except json.JSONDecodeError as error:
+        where = f"{place}:{error.lineno}"
+        raise NotationError(f"damaged JSON ({error.msg})", place=where) from error
+    except (ValueError, RecursionError) as error:
+        found, wanted = f"JSON that cannot be read ({error})", "a whole file"
+        raise NotationError(shown(found, 200), place=place, wanted=wanted) from error
+    wanted = "an object with one gesture, which holds Position0, Position1 ..."
+    if not isinstance(found, dict):
+        raise NotationError("no gesture", place=place, wanted=wanted)
+    if len(found) != 1:
+        raise NotationError(f"{len(found)} gestures", place=place, wanted=wanted)
+    ((name, gesture),) = found.items()
+    if not isinstance(gesture, dict):
+        raise NotationError(f'"{shown(name)}" is no gesture', place=place, wanted=wanted)
+    return gesture
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        again = next(key for at, (key, _) in enumerate(pairs) if key in dict(pairs[:at]))
+        raise ValueError(f'"{shown(again)}" twice in one object')
+    return found
+
+
+def _positions(gesture: dict[str, Any], place: str) -> Iterator[tuple[str, int, dict[str, Any]]]:
+    """Yield name, time in milliseconds and what else it says of each position, by number."""
+    numbers: dict[str, int] = {}
+    for name, position in gesture.items():
+        match = _POSITION.fullmatch(name)
+        if match is None or not isinstance(position, dict):
+            found = f'"{shown(name)}"' if match is None else f"{name} is no position"
+            raise NotationError(found, place=place, wanted="Position0, Position1 ... with columns")
+        numbers[name] = int(match[1])
+    before = -1
+    for name in sorted(numbers, key=lambda name: numbers[name]):
+        where, position = f"{place}: {name}", gesture[name]
+        text = _words(position.get(_TIME), 1)[0]
+        if not DECIMAL.fullmatch(text):
+            found = f'the start time "{shown(text)}"'
+            raise NotationError(found, place=where, wanted="milliseconds from 0")
+        time = int(float(text) + 0.5)
+        if time < before or (time == before and _ANEW not in str(position.get(_MARKS))):
+            found = f"at {time / SECOND:g} s, not behind the position before it"
+            raise NotationError(found, place=where, wanted="times that rise")
+        before = time
+        yield name, time, {key: value for key, value in position.items() if key not in _TIMES}
+
+
+def _words(value: Any, count: int) -> list[str]:
+    """Return what a list says, as so many texts; empty ones where it says something else."""
+    if isinstance(value, list) and len(value) == count:
+        return [str(it).strip() for it in value]
+    return [""] * count
+
+
+def _pointed(value: Any, place: str) -> str:
+    way, level = (word.title() for word in _words(value, 2))
+    found = _OURS.get((" ".join(way.split()), level))
+    if found is None:
+        wanted = 'a direction and a level like ["Left Forward", "Normal"]'
+        raise NotationError(shown(json.dumps(value)), place=place, wanted=wanted)
+    return found
+
+
+def _turned(value: Any, place: str) -> str:
+    """Return degrees to the left."""
+    way, number = _words(value, 2)
+    if not _DEGREES.fullmatch(number) or way not in ("ToLeft", "ToRight"):
+        wanted = '["ToLeft", degrees] or ["ToRight", degrees]'
+        raise NotationError(shown(json.dumps(value)), place=place, wanted=wanted)
+    return f"{way} {round(float(number)) * (1 if way == 'ToLeft' else -1)}"
+
+
+def _moves(column: Iterable[_Stand], opens: int) -> list[Said]:
+    """Return starting positions, and movements between positions that differ."""
+    found: list[Said] = []
+    before, since = "", opens
+    for time, says, mark in column:
+        if mark == _AWAY:
+            continue
+        if mark == _UNKNOWN:
+            before = ""
+        else:
+            if mark == _ANEW or (not before and mark != _AGAIN):
+                begins = time if time > opens else 0
+                found.append(Said(says, begins, begins))
+            elif mark == _AGAIN or says != before:
+                found.append(Said(says, since, time))
+            before = says
+        since = time
+    return found
+
+
+def _turns(column: Iterable[_Stand]) -> list[Said]:
+    """Return turns from one facing to the next."""
+    found: list[Said] = []
+    facing = since = 0
+    for time, says, mark in column:
+        if mark == _AWAY:
+            continue
+        way, degrees_ = says.split()
+        turn, facing = int(degrees_) - facing, int(degrees_)
+        if turn or mark == _AGAIN:
+            left = way == "ToLeft" if mark == _AGAIN else turn > 0
+            found.append(Said(f"{'left' if left else 'right'} {abs(turn)}deg", since, time))
+        since = time
+    return found
+
+
+def _head(column: list[_Stand], opens: int, told: dict[str, None]) -> tuple[list[Said], list[Said]]:
+    """Return how a head nods and how it turns, whose face looks as a column says."""
+    known = [stand for stand in column if stand.says.split()[0] in _PANS]
+    if len(known) < len(column):
+        told["a face that looks back or to its place: left out"] = None
+    split = [stand.says.split() for stand in known]
+    nods = (_Stand(it.time, _NODS[level]) for it, (_, level) in zip(known, split, strict=True))
+    pans = (_Stand(it.time, _PANS[way]) for it, (way, _) in zip(known, split, strict=True))
+    return _moves(nods, opens), _moves(pans, opens)
+
+
+def write(score: Score) -> str:
+    """Write what the arms do, and where the body faces, as a gesture of LabanotationSuite.
+
+    Parameters
+    ----------
+    score : Score
+        Times are those of its frames.
+    """
+    shows = said(score)
+    arms = {
+        column: next((shows[part] for part in parts if part in shows), [])
+        for column, parts in ARMS.items()
+    }
+    turns = [it for it in shows.get("body_turn", []) if it.start < it.stop]
+    moments = sorted({(0, 0), (length(score), 0)}.union(*map(_moments, (*arms.values(), turns))))
+    columns = {name: list(_stands(entries, moments)) for name, entries in arms.items()}
+    columns[_TURN] = list(_facings(turns, moments))
+    lines = []
+    for number, (time, _) in enumerate(moments):
+        stands = {name: column[number] for name, column in columns.items()}
+        position: dict[str, Any] = {
+            **{_TIME: [str(time)], _LASTS: ["-1" if number == len(moments) - 1 else "1"]},
+            _HEAD: ["Forward", "Normal"],
+            **{name: _theirs(it.says) for name, it in stands.items() if name != _TURN},
+            _TURN: stands[_TURN].says.split(),
+        }
+        if marks := {name: it.mark for name, it in stands.items() if it.mark}:
+            position[_MARKS] = marks
+        lines.append(f'    "Position{number}": {json.dumps(position)}')
+    return '{\n  "gesture": {\n' + ",\n".join(lines) + "\n  }\n}\n"
+
+
+def _moments(entries: list[Said]) -> set[tuple[int, int]]:
+    """Return the times of a part's positions; 1 behind one: a second position at that time."""
+    found = {(time, 0) for it in entries for time in (it.start, it.stop)}
+    seams = pairwise(entries)
+    return found | {(two.start, 1) for one, two in seams if one.stop == two.start == two.stop}
+
+
+def _stands(entries: list[Said], moments: Iterable[tuple[int, int]]) -> Iterator[_Stand]:
+    """Yield where a part is at each time."""
+    left = [*entries, Said("", 1 << 62, 1 << 62)][::-1]
+    before, behind = "", -1
+    for time, second in moments:
+        it, mark = left[-1], "" if before else _UNKNOWN
+        here = before or _SETTLED
+        if it.start == it.stop == time and (second or behind < time):
+            mark = _ANEW if time else ""
+        elif it.start < it.stop <= time:
+            mark = "" if before and before != it.words else _AGAIN
+        elif it.start < time:
+            here, mark = _between(before or it.words, it, time), _AWAY
+            yield _Stand(time, here, mark)
+            continue
+        else:
+            yield _Stand(time, here, mark)
+            continue
+        left.pop()
+        before, behind = it.words, time
+        yield _Stand(time, before, mark)
+
+
+def _between(before: str, move: Said, time: int) -> str:
+    """Return the direction that is nearest on the straight way of a movement."""
+    share = (time - move.start) / (move.stop - move.start)
+    ends = zip(_vector(before), _vector(move.words), strict=True)
+    return _nearest(*(one + (two - one) * share for one, two in ends)) or move.words
+
+
+def _nearest(x: float, y: float, z: float) -> str:
+    """Return what points nearest to right, forward and up, by angles; nothing for no way."""
+    size = hypot(x, y, z)
+    if size < _NOWHERE:
+        return ""
+    rise = round(degrees(asin(max(-1.0, min(1.0, z / size)))) / 45)
+    way = "place" if abs(rise) == 2 else DIRECTIONS[round(degrees(atan2(y, x)) / 45) % 8]
+    return f"{way} {LEVELS[max(-1, min(1, rise)) + 1]}"
+
+
+def _vector(words: str) -> tuple[float, float, float]:
+    """Return where a direction and a level point: right, forward, up; nowhere at the place."""
+    way, level = words.split()[:2]
+    rise = LEVEL_CODES[level] - 1
+    if way == "place":
+        return 0, 0, rise
+    high, round_ = radians(45 * rise), radians(45 * DIRECTION_CODES[way])
+    return cos(high) * cos(round_), cos(high) * sin(round_), sin(high)
+
+
+def _facings(turns: list[Said], moments: Iterable[tuple[int, int]]) -> Iterator[_Stand]:
+    """Yield where the body faces at each time: degrees to the left of its beginning."""
+    left = [*turns, Said("left 0deg", 1 << 62, 1 << 62)][::-1]
+    facing, way = 0, "ToLeft"
+    for time, _ in moments:
+        it, mark, here = left[-1], "", facing
+        side, _, amount = it.words.partition(" ")
+        turn = int(amount.removesuffix("deg") or 0) * (1 if side == "left" else -1)
+        if it.stop <= time:
+            left.pop()
+            facing = here = facing + turn
+            way, mark = f"To{side.title()}", "" if turn else _AGAIN
+        elif it.start < time:
+            here += round(turn * (time - it.start) / (it.stop - it.start))
+            mark = _AWAY
+        yield _Stand(time, f"{way} {here if way == 'ToLeft' else -here}", mark)
