@@ -11,6 +11,7 @@ DECIMAL = re.compile(r"\d{1,9}(\.\d{0,30})?|\.\d{1,30}")
 """A number of at least 0, without sign or exponent."""
 
 
+@lru_cache(maxsize=4096)
 def fraction(text: str) -> Fraction:
     """Read a decimal exactly, seeing the fraction behind a rounded one.
 

@@ -62,6 +62,7 @@ _SLOWEST, _FASTEST = Fraction(1, 10), Fraction(1000)
 _HOURS = 24
 """How long a score may last: one that is longer holds a slip of the pen."""
 
+_Ends = tuple[Fraction, Fraction]
 _RANKS = {part: rank for rank, part in enumerate(TRACKS)}
 
 
@@ -92,7 +93,14 @@ class Written:
         """Return start and stop in units from the beginning of unit 1."""
         if self.unit == 0:
             return Fraction(0), Fraction(0)
-        return self.unit - 1 + self.start / beats, self.unit - 1 + self.stop / beats
+        before = (self.unit - 1) * beats
+        return _over(self.start, before, beats), _over(self.stop, before, beats)
+
+
+def _over(time: Fraction, before: int, beats: int) -> Fraction:
+    """Return ``(before + time) / beats``, which is slow with fractions, of which there are many."""
+    size = time.denominator
+    return Fraction(before * size + time.numerator, beats * size)
 
 
 @dataclass(slots=True)
@@ -255,11 +263,12 @@ class Page:
             raise self.fault("no line of LND", "lines like #unit1", line=0)
         beats, beat = self.rhythm or (4, 4)
         speed = self.speed or Fraction(60)
-        self._check_length(beats, speed)
-        meter = Meter(speed, beats, beat, self._division(beats))
+        times = [written.units(beats) for written in self.written]
+        self._check_length(times, beats, speed)
+        meter = Meter(speed, beats, beat, self._division(times))
         parts: dict[str, list[_Placed]] = defaultdict(list)
-        for written in self.written:
-            start, stop = (int(time * meter.division) for time in written.units(beats))
+        for written, ends in zip(self.written, times, strict=True):
+            start, stop = (it.numerator * (meter.division // it.denominator) for it in ends)
             parts[written.part].append(_Placed(written.cell, start, stop, written))
         for symbols in parts.values():
             symbols.sort(key=lambda symbol: (symbol.tick, symbol.stop, symbol.written.line))
@@ -271,24 +280,25 @@ class Page:
         tracks = {part: tracks[part] for part in sorted(tracks, key=rank)}
         return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
 
-    def _check_length(self, beats: int, speed: Fraction) -> None:
+    def _check_length(self, times: list[_Ends], beats: int, speed: Fraction) -> None:
         """Refuse a score that would last for longer than a day."""
-        last = max(self.written, key=lambda one: one.units(beats)[1], default=None)
-        stop = last.units(beats)[1] if last else Fraction(0)
-        units, line = (stop, last.line) if last and stop > self.total else (self.total, 0)
+        ends = zip(times, self.written, strict=True)
+        last = max(ends, key=lambda it: it[0][1], default=None)
+        units, line = (last[0][1], last[1].line) if last else (Fraction(0), 0)
+        if units <= self.total:
+            units, line = Fraction(self.total), 0
         hours = units * beats / speed / 60
         if hours > _HOURS:
             found = f"{ceil(units)} units of {beats} beats at {float(speed):g} beats a minute"
             wanted = f"at most {_HOURS} hours"
             raise self.fault(f"{found}, {float(hours):.3g} hours", wanted, line=line)
 
-    def _division(self, beats: int) -> int:
+    def _division(self, times: list[_Ends]) -> int:
         """Return the coarsest grid that holds all times."""
         division, units = Meter().division, max(self.total, 1)
-        for written in self.written:
-            times = written.units(beats)
-            division = lcm(division, *(time.denominator for time in times))
-            units = max(units, ceil(times[1]))
+        for written, (start, stop) in zip(self.written, times, strict=True):
+            division = lcm(division, start.denominator, stop.denominator)
+            units = max(units, ceil(stop))
             if units * division > _LAST_TICK:  # at once: a grid of many such times has no end
                 found = f"{units} units in ticks of 1/{division} unit"
                 wanted = f"at most {_LAST_TICK} ticks"
