@@ -113,6 +113,7 @@ ARGUMENTS = {
     "search … count by …": "'r_arm high | count by clip.label'",
     "search --why 1": "'r_arm high'",
     "export": "'r_arm high' --in *greetings.bvh -o records",
+    "export --dataset DIR": "'r_arm high' --in *greetings.bvh",
     "motifs": "--min-count 2 --length 2",
     "show": "1",
     "remove": "1 --dry-run",

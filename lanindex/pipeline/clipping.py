@@ -63,7 +63,7 @@ class Clipper:
                 f"came as {source.format}", place=source.path, wanted=wanted, remedy=remedy
             )
         encoding = library.encoding(source.id)
-        file = _unchanged(source, encoding)
+        file = unchanged(source, encoding)
         told = Reading(**encoding.options)
         own = form in ("native", source.format) and not origin
         cut = formats.cutter(file, told) if own else None
@@ -102,7 +102,14 @@ def _anew(motion: Motion, target: str) -> _Clip:
     return clip
 
 
-def _unchanged(source: Capture, encoding: Encoding) -> formats.File:
+def unchanged(source: Capture, encoding: Encoding) -> formats.File:
+    """Return a capture's file, which is as it was when it was ingested.
+
+    Raises
+    ------
+    ExportError
+        It is not, or it is gone.
+    """
     location = source.location
     try:
         file = formats.opened(location)

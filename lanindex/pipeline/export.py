@@ -129,7 +129,7 @@ def export(
     write_all(
         ((folder / file.name, file.content[:]) for file in files),
         force=force,
-        suspects=lambda replaced: _suspects(library, replaced),
+        suspects=lambda replaced: suspects(library, replaced),
     )
     return manifest
 
@@ -170,7 +170,7 @@ def clips(
     taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
     for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
         requests = list(group)
-        held = _held(library, requests[0].capture)
+        held = held_as(library, requests[0].capture)
         clipper = Clipper(library, held, format, origin)
         for request in requests:
             yield from _clip(clipper, request, pad, taken, manifest)
@@ -180,7 +180,7 @@ def clips(
         yield formats.File(f"{MANIFEST}.jsonl", "".join(lines).encode())
 
 
-def _suspects(library: Store, replaced: Iterable[Path]) -> list[str]:
+def suspects(library: Store, replaced: Iterable[Path]) -> list[str]:
     """Return the sources of the library that might be among some files.
 
     To look at every capture's file would take longer the more there are. A file that is a capture
@@ -200,7 +200,7 @@ def _identity(source: Capture) -> tuple[int, str, str]:
     return source.id, source.location, source.sha256
 
 
-def _held(library: Store, source: Capture) -> Capture:
+def held_as(library: Store, source: Capture) -> Capture:
     """Return a hit's capture as the library has it; numbers alone are alike in all libraries."""
     remedy = "Search this library again."
     try:
@@ -228,7 +228,7 @@ def _clip(
             wanted=f"a range inside 0 to {source.frames}, not empty",
         )
     span = padded(hit, pad_frames(pad, source.rate), source.frames)
-    name = _free(f"{safe_stem(source.path)}_{span.start}-{span.stop}", taken)
+    name = free(f"{safe_stem(source.path)}_{span.start}-{span.stop}", taken)
     for suffix, content in clipper.files(span):
         yield formats.File(name + suffix, content)
     manifest.append(
@@ -244,7 +244,7 @@ def _clip(
     )
 
 
-def _free(name: str, taken: set[str]) -> str:
+def free(name: str, taken: set[str]) -> str:
     """Return a name that no clip has yet, also where upper and lower case are one."""
     free, number = name, 1
     while free.casefold() in taken:

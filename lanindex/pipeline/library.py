@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from itertools import chain
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lanindex.alphabet import ALWAYS
 from lanindex.errors import PatternError
 from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
+from lanindex.pipeline.exporting import Exporting
 from lanindex.pipeline.patience import Patience
 from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lanindex.library.find import Where
-    from lanindex.model import Hit, Reading
+    from lanindex.model import Reading
     from lanindex.pipeline.prepare import Outcome
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _BOUND = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
 
 
-class Library(Asking, Exploring):
+class Library(Asking, Exploring, Exporting):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
     Examples
@@ -264,60 +264,6 @@ class Library(Asking, Exploring):
             raise
         check_columns(self, query)
         return query, self._chosen(within, where)
-
-    def export(
-        self,
-        hits: Iterable[Hit],
-        folder: str | os.PathLike[str],
-        *,
-        pad: str = "0",
-        format: str = "native",
-        origin: bool = False,
-        force: bool = False,
-    ) -> list[dict[str, Any]]:
-        """Write hits as clips, in the format they came in or another.
-
-        Parameters
-        ----------
-        hits : Hits, or any Hit in an iterable
-            What to cut.
-        folder : path-like
-            Where to.
-        pad : str
-            Time before and after each: ``0.5s``, ``10f``.
-        format : str
-            ``native``, or what they shall be written in anew: `lanindex.pipeline.clipping.FORMATS`.
-        origin : bool
-            Let clips begin above the floor's origin, facing forward; they are written anew then.
-        force : bool
-            Replace files that are there.
-
-        Returns
-        -------
-        list of dict
-            The manifest, a clip each.
-
-        Raises
-        ------
-        ExportError
-            Where a hit comes from another library, a source has changed or is gone, or a file
-            is there already; then nothing is written.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     hits = library.search("torso forward high -> hold 1s+")
-        ...     for clip in library.export(hits, "clips", pad="0.5s"):
-        ...         print(clip["clip"], clip["clip_start_frame"], clip["clip_end_frame"])
-        greetings_467-617.bvh 467 617
-        """
-        from lanindex.pipeline.export import export
-        from lanindex.pipeline.requests import from_hits
-
-        wanted = from_hits(hits, getattr(hits, "pattern", ""))
-        how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin, "force": force}
-        return export(self, wanted, Path(folder), **how)
 
 
 open_library = Library.open

@@ -26,9 +26,9 @@ def run(
             autocompletion=options.offered("patterns"),
         ),
     ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where to.")] = (
-        Path("clips")
-    ),
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Where to: clips.")
+    ] = None,
     capture: Annotated[
         str | None,
         typer.Option(
@@ -53,6 +53,27 @@ def run(
     pad: Annotated[
         str, typer.Option(metavar="TIME", help="Time around each hit: 0.5s, 200ms, 10f.")
     ] = "0",
+    dataset: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write a data set to train on, instead of clips."),
+    ] = None,
+    patterns: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Its labels, each a pattern, as evaluate has them."),
+    ] = None,
+    layout: Annotated[
+        str | None, typer.Option(metavar="npz|humanml3d", help="How a data set lies in its folder.")
+    ] = None,
+    fps: Annotated[
+        str | None, typer.Option(metavar="RATE", help="Frames a second of a data set.")
+    ] = None,
+    split: Annotated[
+        str | None, typer.Option(metavar="80/10/10", help="Per cent to train, validate and test.")
+    ] = None,
+    split_by: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="What is in one split: performer.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Another choice of splits.")] = None,
     within: options.In = None,
     where: options.Where = None,
     overlaps: options.Overlaps = "none",
@@ -72,11 +93,35 @@ def run(
 
     A clip in its source's format is cut out of it, byte for byte where the format allows that; in
     another (--format), or at the origin (--origin), it is written anew. Beside each stands its
-    score (.lnd), and a manifest lists them all.
+    score (.lnd), and a manifest lists them all. With --dataset they become arrays of joints,
+    symbols and words, in splits, with a card; without a pattern, whole captures do.
     """
     out = Output(json, quiet, verbose, color)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
     how |= {"near": near, "fuzzy": fuzzy, "within": within, "where": options.where(where)}
+    wished = {"layout": layout, "rate": fps, "shares": split, "split_by": split_by, "seed": seed}
+    if dataset is not None:
+        refused = {"--output": output is not None, "--format": format != "native"}
+        for name, is_given in (refused | {"--origin": origin}).items():
+            if is_given:
+                raise UsageError(name, wanted="nothing of the kind beside --dataset")
+        from lanindex.app import dataset as job
+
+        job.run(
+            *(out, db, dataset),
+            wished={**wished, "pad": pad, "force": force},
+            what=what,
+            patterns=patterns,
+            range=(capture, begin, end),
+            how=how,
+            words=words,
+        )
+        return
+    given = {"--patterns": patterns, "--layout": layout, "--fps": fps, "--split": split}
+    for name, value in (given | {"--split-by": split_by, "--seed": seed}).items():
+        if value is not None:
+            raise UsageError(name, wanted="--dataset beside it")
+    output = output or Path("clips")
     _one_thing(what, capture)
     if capture is None and not (begin is None and end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")

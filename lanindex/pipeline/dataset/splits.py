@@ -1,0 +1,147 @@
+"""Which clips are for training, which for validation, which for testing.
+
+No performer is in two splits; where none is told, no capture is. The same content under two paths
+is one, and so are people of one recording who are not told apart.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from hashlib import sha256
+
+from lanindex.errors import UsageError, shown
+from lanindex.formats.file import SUBJECT
+from lanindex.model import Capture
+
+SPLITS = ("train", "val", "test")
+
+PERFORMERS = ("performer", "subject", "actor", "dancer", "participant", "signer", "person")
+"""Columns of the user's that tell who moves, the first that any capture has."""
+
+
+def performers(captures: Sequence[Capture], column: str | None = None) -> str:
+    """Return the column that tells who moves; empty where none does.
+
+    Parameters
+    ----------
+    captures : sequence of Capture
+        Whose.
+    column : str, optional
+        What the user says.
+
+    Raises
+    ------
+    UsageError
+        None of the captures has that one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.pipeline.dataset.splits import performers
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     performers(library.captures(), "rhythm"), performers(library.captures())
+    ('rhythm', '')
+    """
+    told = {name for one in captures for name, value in one.metadata.items() if value}
+    if column is None:
+        return next((name for name in PERFORMERS if name in told), "")
+    if column not in told:
+        wanted = f"one of {', '.join(sorted(told))}" if told else "captures with columns (--labels)"
+        raise UsageError(f'no column "{shown(column)}"', place="--split-by", wanted=wanted)
+    return column
+
+
+def units(captures: Iterable[Capture], column: str) -> dict[int, str]:
+    """Return by number of capture what must stay in one split with it, as a name.
+
+    Parameters
+    ----------
+    captures : iterable of Capture
+        All.
+    column : str
+        As from `performers`.
+    """
+    above: dict[str, str] = {}
+
+    def top(key: str) -> str:
+        while (over := above.setdefault(key, key)) != key:
+            above[key] = above[over]
+            key = over
+        return key
+
+    own: dict[int, str] = {}
+    for one in captures:
+        who = one.metadata.get(column, "") if column else ""
+        person = one.path.partition(SUBJECT)[2] if who else ""
+        content = f"content {one.sha256} {person}"
+        own[one.id] = content
+        if who:
+            first, last = sorted((top(content), top(f"performer {who}")))
+            above[first] = last  # a performer's name stays on top: it sorts behind contents
+    return {number: top(key) for number, key in own.items()}
+
+
+def read_shares(text: str) -> tuple[Fraction, ...]:
+    """Return the shares of training, validation and testing: ``80/10/10``.
+
+    Raises
+    ------
+    UsageError
+        Where they are no three numbers that come to 100.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.dataset.splits import read_shares
+    >>> [float(share) for share in read_shares("80/10/10")]
+    [0.8, 0.1, 0.1]
+    """
+    try:
+        shares = tuple(Fraction(one) / 100 for one in text.split("/"))
+    except (ValueError, ZeroDivisionError):
+        shares = ()
+    if len(shares) != len(SPLITS) or sum(shares) != 1 or min(shares) < 0:
+        wanted = "training/validation/testing in per cent, such as 80/10/10"
+        raise UsageError(f'"{shown(text)}"', place="--split", wanted=wanted)
+    return shares
+
+
+def split(weights: Mapping[str, int], shares: Sequence[Fraction], seed: int = 0) -> dict[str, str]:
+    """Return the split of each unit.
+
+    Parameters
+    ----------
+    weights : Mapping of str to int
+        By unit, how many clips it has.
+    shares : sequence of Fraction
+        Of each of `SPLITS`, 1 in all.
+    seed : int
+        Another one gives another choice, the same one the same.
+
+    Returns
+    -------
+    dict of str to str
+        By unit; in the order of a digest of seed and name each goes where most is lacking, the
+        last ones to splits that would else be empty.
+
+    Examples
+    --------
+    >>> from lanindex.pipeline.dataset.splits import read_shares, split
+    >>> found = split(dict.fromkeys("abcde", 10), read_shares("80/10/10"))
+    >>> sorted(found.values())
+    ['test', 'train', 'train', 'train', 'val']
+    """
+    total = sum(weights.values())
+    lacking = {name: share * total for name, share in zip(SPLITS, shares, strict=True) if share}
+    order = sorted(weights, key=lambda unit: sha256(f"{seed} {unit}".encode()).digest())
+    found: dict[str, str] = {}
+    given: Counter[str] = Counter()
+    for left, unit in zip(range(len(order), 0, -1), order, strict=True):
+        empty = [name for name in lacking if not given[name]]
+        choice = empty if left <= len(empty) else list(lacking)
+        name = max(choice, key=lambda one: lacking[one])
+        lacking[name] -= weights[unit]
+        given[name] += 1
+        found[unit] = name
+    return found
