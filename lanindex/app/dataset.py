@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from lanindex.pipeline import Library
-    from lanindex.pipeline.dataset import Found
+    from lanindex.pipeline.dataset import Found, Made
 
 Range = tuple[str | None, int | None, int | None]
 """A capture, and from which frame to which."""
@@ -27,7 +27,6 @@ def run(
     out: Output,
     db: str,
     folder: Path,
-    *,
     wished: Mapping[str, Any],
     what: str | None,
     patterns: Path | None,
@@ -56,15 +55,7 @@ def run(
     words : Path or None
         The user's own words.
     """
-    named = {"a pattern": what, "--patterns": patterns, "--capture": range[0]}
-    if len(given := [name for name, value in named.items() if value is not None]) > 1:
-        raise UsageError(" and ".join(given), wanted="one of them")
-    if range[0] is None and range[1:] != (None, None):
-        raise UsageError("--from and --to", wanted="--capture beside them")
-    chooses = how["where"] or how["within"] is not None
-    if chooses and (what == "-" or range[0] is not None):
-        raise UsageError("--in and --where", wanted="patterns, or whole captures, beside them")
-    from lanindex.app.formatting import counted, duration
+    _check(what, patterns, range, how)
     from lanindex.pipeline import open_library
     from lanindex.pipeline.dataset import Wishes, write
 
@@ -85,14 +76,32 @@ def run(
         end_progress()
         made = write(library, found, folder, wishes)
     end_progress()
-    for line in made.clips.splitlines():
-        from json import loads
+    _tell(out, made, folder)
+    if not made.clips:
+        raise typer.Exit(1)
 
-        row = loads(line)
-        if out.json:
-            out.record(row)
-        elif out.verbose:
-            out.line(row["clip"])
+
+def _check(what: str | None, patterns: Path | None, range: Range, how: Mapping[str, Any]) -> None:
+    """Refuse what does not go together."""
+    named = {"a pattern": what, "--patterns": patterns, "--capture": range[0]}
+    if len(given := [name for name, value in named.items() if value is not None]) > 1:
+        raise UsageError(" and ".join(given), wanted="one of them")
+    if range[0] is None and range[1:] != (None, None):
+        raise UsageError("--from and --to", wanted="--capture beside them")
+    chooses = how["where"] or how["within"] is not None
+    if chooses and (what == "-" or range[0] is not None):
+        raise UsageError("--in and --where", wanted="patterns, or whole captures, beside them")
+
+
+def _tell(out: Output, made: Made, folder: Path) -> None:
+    """Say what was written, and what was not."""
+    from json import loads
+
+    from lanindex.app.formatting import counted, duration
+
+    if out.json:
+        for line in made.clips.splitlines():
+            out.record(loads(line))
     card = made.card
     for one in card["found"]:
         if one["label"]:
@@ -103,8 +112,6 @@ def run(
     time = duration(card["hours"] * 3600)
     out.note(f"{counted(card['clips'], 'clip')}, {time}, in {folder}: {splits}")
     out.note(f"splits by {card['split_by']}. {card['split_note']}".rstrip())
-    if not made.clips:
-        raise typer.Exit(1)
 
 
 def _said(how: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

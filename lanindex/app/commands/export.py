@@ -14,6 +14,8 @@ from lanindex.app.output import Output, end_progress
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
+    from lanindex.app.dataset import Range
+    from lanindex.pipeline import Library
     from lanindex.pipeline.requests import Request
 
 
@@ -100,63 +102,87 @@ def run(
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
     how |= {"near": near, "fuzzy": fuzzy, "within": within, "where": options.where(where)}
     wished = {"layout": layout, "rate": fps, "shares": split, "split_by": split_by, "seed": seed}
+    span = (capture, begin, end)
     if dataset is not None:
-        refused = {"--output": output is not None, "--format": format != "native"}
-        for name, is_given in (refused | {"--origin": origin}).items():
-            if is_given:
-                raise UsageError(name, wanted="nothing of the kind beside --dataset")
+        others = {"--output": output is not None, "--format": format != "native"}
+        _refused(others | {"--origin": origin}, "nothing of the kind beside --dataset")
         from lanindex.app import dataset as job
 
-        job.run(
-            *(out, db, dataset),
-            wished={**wished, "pad": pad, "force": force},
-            what=what,
-            patterns=patterns,
-            range=(capture, begin, end),
-            how=how,
-            words=words,
-        )
+        wished |= {"pad": pad, "force": force}
+        job.run(out, db, dataset, wished, what, patterns, span, how, words)
         return
-    given = {"--patterns": patterns, "--layout": layout, "--fps": fps, "--split": split}
-    for name, value in (given | {"--split-by": split_by, "--seed": seed}).items():
-        if value is not None:
-            raise UsageError(name, wanted="--dataset beside it")
+    named: dict[str, Any] = {
+        "--patterns": patterns,
+        "--layout": layout,
+        "--fps": fps,
+        "--split": split,
+    }
+    named |= {"--split-by": split_by, "--seed": seed}
+    _refused({name: it is not None for name, it in named.items()}, "--dataset beside it")
     output = output or Path("clips")
     _one_thing(what, capture)
-    if capture is None and not (begin is None and end is None):
-        raise UsageError("--from and --to", wanted="--capture beside them")
-    if (where or within is not None) and (capture is not None or what == "-"):
-        raise UsageError("--in and --where", wanted="a pattern beside them")
-    from lanindex.app.formatting import counted
+    _refused({"--from and --to": capture is None and span != _NOWHERE}, "--capture beside them")
+    apart = (where or within is not None) and (capture is not None or what == "-")
+    _refused({"--in and --where": apart}, "a pattern beside them")
     from lanindex.pipeline import open_library
     from lanindex.pipeline.export import export
+
+    with open_library(db, readonly=True) as library:
+        library.tell, library.watch, library.words = out.note, out.watch, words
+        wanted = _wanted(out, library, what, span, how)
+        manifest = export(
+            library, wanted, output, pad=pad, format=format, origin=origin, force=force
+        )
+    _tell(out, manifest, output)
+    if not manifest:
+        raise typer.Exit(1)
+
+
+_NOWHERE = (None, None, None)
+
+
+def _wanted(
+    out: Output, library: Library, what: str | None, span: Range, how: dict[str, Any]
+) -> Iterable[Request]:
+    """Return what is to be cut."""
     from lanindex.pipeline.requests import from_hits, from_lines, from_range
     from lanindex.search.language.saved import pattern_in
     from lanindex.search.stages import hits_in
 
-    with open_library(db, readonly=True) as library:
-        library.tell, library.watch = out.note, out.watch
-        if capture is not None:
-            wanted: Iterable[Request] = [from_range(library, options.which(capture), begin, end)]
-        elif what == "-":
-            wanted = from_lines(library, sys.stdin.buffer if sys.stdin else ())
-        else:
-            library.words = words
-            pattern = meaning.of(out, library, pattern_in(str(what)), words)
-            found = library.search(pattern, **how)
-            end_progress()
-            wanted = from_hits(hits_in(found), found.pattern)
-        manifest = export(
-            library, wanted, output, pad=pad, format=format, origin=origin, force=force
-        )
+    capture, begin, end = span
+    if capture is not None:
+        return [from_range(library, options.which(capture), begin, end)]
+    if what == "-":
+        return from_lines(library, sys.stdin.buffer if sys.stdin else ())
+    pattern = meaning.of(out, library, pattern_in(str(what)), library.words)
+    found = library.search(pattern, **how)
+    end_progress()
+    return from_hits(hits_in(found), found.pattern)
+
+
+def _tell(out: Output, manifest: list[dict[str, Any]], folder: Path) -> None:
+    """Say what was written."""
+    from lanindex.app.formatting import counted
+
     for row in manifest:
-        if json:
+        if out.json:
             out.record(row)
         else:
-            out.line(str(output / row["clip"]))
-    out.note(f"{counted(len(manifest), 'clip')} in {output}")
-    if not manifest:
-        raise typer.Exit(1)
+            out.line(str(folder / row["clip"]))
+    out.note(f"{counted(len(manifest), 'clip')} in {folder}")
+
+
+def _refused(given: dict[str, Any], wanted: str) -> None:
+    """Refuse options that do not apply.
+
+    Raises
+    ------
+    UsageError
+        The first that was given.
+    """
+    for name, is_given in given.items():
+        if is_given:
+            raise UsageError(name, wanted=wanted)
 
 
 def _one_thing(what: str | None, capture: str | None) -> None:

@@ -96,7 +96,7 @@ class Counts:
         return {
             **self.whole.record(),
             **groups,
-            "profiles": dict(sorted(self.profiles.items())),
+            "profiles": dict(sorted((+self.profiles).items())),
             "left_out": dict(sorted(self.left_out.items())),
         }
 

@@ -16,7 +16,8 @@ from lanindex.alphabet import JOINTS, KINDS, kind_of
 from lanindex.errors import UsageError
 from lanindex.formats.npy import features
 from lanindex.formats.npy.orders import SMPL
-from lanindex.model import Score, Symbol
+from lanindex.model import Score, Span, Symbol
+from lanindex.notation.excerpt import excerpt
 from lanindex.pipeline.dataset.splits import SPLITS
 from lanindex.pipeline.dataset.texts import tagged
 
@@ -38,7 +39,9 @@ class Clip:
     rate : Fraction
         Frames a second.
     score : Score
-        Its symbols, in frames of the source, from the clip's beginning.
+        Of all of its capture.
+    span : Span
+        The frames of that which it shows.
     texts : sequence of str
         What it is, in words.
     kind : str
@@ -50,6 +53,7 @@ class Clip:
     places: Floats
     rate: Fraction
     score: Score
+    span: Span
     texts: Sequence[str]
     kind: str
 
@@ -105,7 +109,7 @@ class Arrays:
 
     def files(self, clip: Clip) -> FILES:
         """Return the arrays of a clip."""
-        rows = [symbol for symbol in clip.score.symbols() if not symbol.passing]
+        rows = [symbol for symbol in excerpt(clip.score, clip.span).symbols() if not symbol.passing]
         spans = np.array([(row.start, row.stop) for row in rows], np.float64).reshape(-1, 2)
         spans = np.rint(spans * float(clip.rate / clip.score.rate))
         arrays: dict[str, Any] = {

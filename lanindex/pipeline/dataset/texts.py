@@ -70,8 +70,10 @@ def of_symbols(symbols: Sequence[Mapping[str, Any]]) -> str:
     Examples
     --------
     >>> from lanindex.pipeline.dataset.texts import of_symbols
-    >>> right = {"part": "r_arm", "level": "mid", "start_frame": 3, "end_frame": 9}
-    >>> of_symbols([{**right, "direction": "right"}, {**right, "direction": "forward"}])
+    >>> right = {"part": "r_arm", "level": "mid", "end_frame": 12}
+    >>> first = {"direction": "right", "start_frame": 3}
+    >>> then = {"direction": "forward", "start_frame": 9}
+    >>> of_symbols([{**right, **first}, {**right, **then}])
     'The right arm moves to the right, at middle height, then moves forward, at middle height.'
     """
     if not 0 < len(symbols) <= MANY:

@@ -24,7 +24,6 @@ from lanindex.library.find import gone
 from lanindex.library.store import Store
 from lanindex.model import Capture, Reading, Score, Span
 from lanindex.notation import NOTATIONS
-from lanindex.notation.excerpt import excerpt
 from lanindex.pipeline.clipping import unchanged
 from lanindex.pipeline.dataset.card import Counts, licence_of, page
 from lanindex.pipeline.dataset.layouts import Clip, Layout, layout_of
@@ -222,8 +221,11 @@ class _Job:
                 why = f"a score ({held.format}) has no motion"
                 self.counts.left_out[why] += len(wanted)
                 continue
-            for clip, source, request, span in self._clips(held, wanted, taken):
-                yield from self._kept(clip, source, held, request, span)
+            before = self.counts.whole.clips
+            for clip, source, request in self._clips(held, wanted, taken):
+                yield from self._kept(clip, source, held, request)
+            profile = self.library.encoding(held.id).profile
+            self.counts.profiles[profile] += self.counts.whole.clips - before
         self.library.watch("captures", self.total, self.total)
         self.card = self._card()
         if self.index:
@@ -234,10 +236,9 @@ class _Job:
 
     def _clips(
         self, held: Capture, wanted: Sequence[tuple[int, Request]], taken: set[str]
-    ) -> Iterator[tuple[Clip, int, Request, Span]]:
+    ) -> Iterator[tuple[Clip, int, Request]]:
         places, score = _read(self.library, held)
         pad = pad_frames(self.wishes.pad, held.rate)
-        profile = self.library.encoding(held.id).profile
         for source, request in wanted:
             found = self.found[source]
             hit = request.hit
@@ -254,16 +255,10 @@ class _Job:
             texts = several((label, of_what_is_done(found.sentence), of_symbols(request.symbols)))
             name = free(f"{safe_stem(held.path)}_{span.start}-{span.stop}", taken)
             part = self.split[self.unit[held.id]]
-            self.counts.profiles[profile] += 1
-            yield (
-                Clip(name, part, here, rate, excerpt(score, span), texts, label),
-                source,
-                request,
-                span,
-            )
+            yield Clip(name, part, here, rate, score, span, texts, label), source, request
 
     def _kept(
-        self, clip: Clip, source: int, held: Capture, request: Request, span: Span
+        self, clip: Clip, source: int, held: Capture, request: Request
     ) -> Iterator[tuple[str, bytes]]:
         """Yield the files of a clip, and take note of it; nothing where it has no room."""
         if why := self.layout.lacking(clip):
@@ -285,8 +280,8 @@ class _Job:
             "fps": round(float(clip.rate), 6),
             "frames": len(clip.places),
             "seconds": round(float(len(clip.places) / clip.rate), 6),
-            "start_frame": span.start,
-            "end_frame": span.stop,
+            "start_frame": clip.span.start,
+            "end_frame": clip.span.stop,
             "fit": request.fit,
             "known": round(float(np.isfinite(clip.places).all(axis=2).mean()), 4),
         }
