@@ -7,11 +7,14 @@ everywhere. Frames are of the source file, half-open; times are in seconds, to t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import MEASURES
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.symbol import FIELDS
+
+if TYPE_CHECKING:
+    from lanindex.compare import Difference, Timed
 
 HIT = (
     *("capture", "capture_id", "label", "fps", "start_frame", "end_frame", "start", "end"),
@@ -103,6 +106,35 @@ def of_matched(symbol: Symbol) -> dict[str, Any]:
     """Return a symbol with how clearly it is what it is, as a line of ``search --why`` has it."""
     margin = round(symbol.margin, 3)
     return {**of_symbol(symbol), "margin": margin, "runner_up": _beside(symbol)}
+
+
+def of_difference(one: Difference) -> dict[str, Any]:
+    """Return what two scores differ in: a line of ``diff``.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex import records
+    >>> from lanindex.compare import compare
+    >>> three, four = (lanindex.read_lnd(f"corpus/conductor_{it}.lnd") for it in ("three", "four"))
+    >>> found = records.of_difference(compare(three, four).differences[0])
+    >>> found["part"], found["difference"], found["longer"]
+    ('r_arm', 'moved', 0.119048)
+    """
+
+    def timed(it: Timed | None) -> dict[str, Any] | None:
+        if it is None:
+            return None
+        return {**of_symbol(it.symbol), "start": round(it.start, 6), "end": round(it.stop, 6)}
+
+    return {
+        "part": one.part,
+        "difference": one.kind,
+        "one": timed(one.one),
+        "other": timed(one.other),
+        "later": round(one.later, 6),
+        "longer": round(one.longer, 6),
+    }
 
 
 def of_capture(capture: Capture) -> dict[str, Any]:

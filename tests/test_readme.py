@@ -116,6 +116,7 @@ ARGUMENTS = {
     "export --dataset DIR": "'r_arm high' --in *greetings.bvh",
     "motifs": "--min-count 2 --length 2",
     "show": "1",
+    "diff": "corpus/conductor_three.lnd corpus/conductor_four.lnd || test $? = 1",
     "remove": "1 --dry-run",
     "ingest": "corpus/greetings.bvh --force",
     "inspect": "corpus/greetings.bvh",

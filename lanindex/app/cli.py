@@ -25,6 +25,7 @@ VERBS = {
     "export": "Write hits as clips, in the format they came in",
     "show": "Show the symbols of a capture",
     "score": "Draw a capture or a score as a staff of Labanotation",
+    "diff": "Say what two captures or scores differ in",
     "list": "List the captures of the library",
     "stats": "Say what the library holds",
     "remove": "Take captures out of the library",

@@ -66,6 +66,8 @@ class Layout:
         Of each staff.
     tallest : int
         Height of the tallest staff.
+    score, scores : int
+        Which of how many scores that share the paper, staff beside staff.
     """
 
     start: float
@@ -73,6 +75,8 @@ class Layout:
     edges: tuple[int, ...]
     columns: Columns
     tallest: int
+    score: int = 0
+    scores: int = 1
 
     @property
     def pitch(self) -> int:
@@ -87,7 +91,7 @@ class Layout:
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the picture."""
-        width = MARGIN + self.pitch * (len(self.edges) - 1)
+        width = MARGIN + self.pitch * (len(self.edges) - 1) * self.scores
         return width, self.base + MARGIN + START + NAMES + MARGIN
 
     def height(self, staff: int) -> int:
@@ -96,7 +100,8 @@ class Layout:
 
     def centre(self, staff: int) -> int:
         """Return where a staff's centre line stands."""
-        return MARGIN + NUMBERS + self.columns.left + staff * self.pitch
+        place = staff * self.scores + self.score
+        return MARGIN + NUMBERS + self.columns.left + place * self.pitch
 
     def up(self, count: float) -> int:
         """Return how high above the beginning a count lies, all staves on top of each other."""

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import KINDS, Kind, kind_of
 from lanindex.draw.characters import UNICODE, Signs, names_of
 from lanindex.draw.columns import STANCES, columns, usual
-from lanindex.draw.score import Key, keys_of
+from lanindex.draw.page import Key, keys_of
 from lanindex.errors import UsageError
 from lanindex.model import Score, Span, Symbol
 
