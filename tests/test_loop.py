@@ -1,0 +1,46 @@
+"""The loop of a score's editor: a score, edited anywhere, moves, and is written down again."""
+
+from pathlib import Path
+
+import pytest
+
+import lanindex
+from lanindex.alphabet import BENDS, kind_of
+from lanindex.compare import compare
+from lanindex.notation import read, write
+from lanindex.pipeline.convert import written
+from tests import bends, choreography, goings, palmings, restings, touchings, turnings
+
+RATE = 60
+BOTH_ARMS = ("r_arm", "l_arm")
+SCORES = {
+    "limbs": lambda: choreography.choreography(3, BOTH_ARMS),
+    "goings": lambda: goings.drawn(2),
+    "bends": lambda: bends.drawn(1),
+    "palms": lambda: palmings.drawn(1),
+    "twists and inclines": lambda: turnings.drawn(1),
+    "touches": lambda: touchings.drawn(1),
+    "other supports": lambda: restings.drawn(2),
+}
+
+
+@pytest.mark.parametrize("form", ["bvh", "glb"])
+@pytest.mark.parametrize("notation", ["lnd", "eaf"])
+@pytest.mark.parametrize("name", SCORES)
+def test_a_score_comes_back(name: str, notation: str, form: str, tmp_path: Path) -> None:
+    score = SCORES[name]()
+    edited = read(f"score.{notation}", write(score, notation))
+    content, _ = written(lanindex.animate(edited, rate=RATE), form)
+    (tmp_path / f"moved.{form}").write_bytes(content)
+    again = lanindex.encode(lanindex.read(tmp_path / f"moved.{form}"))
+    parts = [part for part in edited.tracks if part in BENDS.values()] if name == "bends" else None
+    found = compare(edited, again, parts=parts, tolerance=0.15)  # a bend moves its limb, too
+    assert not found.only[0]
+    assert [(it.kind, it.one, it.other) for it in found.differences] == []
+
+
+def test_every_kind_that_is_written_goes_round() -> None:
+    kinds = {kind_of(part) for make in SCORES.values() for part in make().tracks}
+    assert kinds == {
+        *("gesture", "support", "jump", "turn", "bend", "twist", "incline", "touch", "carrier")
+    }  # steps, stances and ways follow from supports
