@@ -26,7 +26,7 @@ class Path:
     lines : tuple of Points
         Each from its first point to its last.
     closed : bool
-        Whether each goes on to its first point.
+        Whether each of more than two points goes on to its first.
     style : str
         One of `lanindex.draw.svg.STYLES`.
     """

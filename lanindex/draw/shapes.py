@@ -75,11 +75,9 @@ def sign(
     """
     low, high = seen or (0, height)
     outline = _outline(direction or "", height, low, high, left, width)
-    marks: list[Mark] = [Path(x, y, (outline,), True, "solid" if level == "low" else "")]
-    if level == "high":
-        if strokes := _strokes(outline):
-            marks.append(Path(x, y, strokes, style="hatch"))
-    elif level == "mid":
+    strokes = _strokes(outline) if level == "high" else ()
+    marks: list[Mark] = [Path(x, y, (outline, *strokes), True, "solid" if level == "low" else "")]
+    if level == "mid":
         across, up = _dot(direction or "", height, left, width)
         if low <= up < high or (up == high == height):
             radius = min(round(_DOT * width), max((high - low) // 4, 1))

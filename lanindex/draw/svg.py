@@ -16,7 +16,6 @@ STYLES = {
     "solid": "",
     "staff": ' stroke-width="10"',
     "light": ' stroke-opacity=".3"',
-    "hatch": "",
     "band": ' fill="#f5a300" fill-opacity=".3" stroke="none"',
     "end": ' text-anchor="end"',
     "under": ' text-anchor="end" fill-opacity=".7"',
@@ -69,10 +68,11 @@ def text_of(text: str) -> str:
 def _put(mark: Mark, parts: list[str]) -> None:
     match mark:
         case Path():
-            end = "z" if mark.closed else ""
-            drawn = _drawn(mark.lines, end)
+            (x, y), drawn = mark.lines[0][0], _drawn(mark.lines, mark.closed)
             hollow = "" if mark.style or max(map(len, mark.lines)) < 3 else ' fill="none"'
-            parts.append(f'<path d="M{mark.x} {mark.y}{drawn}"{hollow}{STYLES[mark.style]}/>')
+            parts.append(
+                f'<path d="M{_point(mark.x + x, mark.y + y)}{drawn}"{hollow}{STYLES[mark.style]}/>'
+            )
         case Circle(x, y, radius):
             hollow = "" if mark.style else ' fill="none"'
             parts.append(f'<circle cx="{x}" cy="{y}" r="{radius}"{hollow}/>')
@@ -92,25 +92,29 @@ def _put(mark: Mark, parts: list[str]) -> None:
 
 
 @lru_cache(maxsize=4096)
-def _drawn(lines: tuple[Points, ...], end: str) -> str:
-    """Return lines as commands that go on from a point."""
+def _drawn(lines: tuple[Points, ...], closed: bool) -> str:
+    """Return lines as commands that go on from the first point."""
     parts = list[str]()
-    x = y = 0
+    x, y = lines[0][0]
     for points in lines:
         first = points[0]
-        if (x, y) != first or parts:
-            parts.append(f"m{first[0] - x} {first[1] - y}")
+        if points is not lines[0]:
+            parts.append(f"m{_point(first[0] - x, first[1] - y)}")
         x, y = first
         for to_x, to_y in points[1:]:
             parts.append(_step(to_x - x, to_y - y))
             x, y = to_x, to_y
-        if end:
-            parts.append(end)
+        if closed and len(points) > 2:
+            parts.append("z")
             x, y = first
     return "".join(parts)
 
 
 def _step(right: int, down: int) -> str:
     if right and down:
-        return f"l{right} {down}"
+        return f"l{_point(right, down)}"
     return f"h{right}" if right else f"v{down}"
+
+
+def _point(x: int, y: int) -> str:
+    return f"{x}{y}" if y < 0 else f"{x} {y}"
