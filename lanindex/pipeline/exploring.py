@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.pipeline.example import Alike
     from lanindex.pipeline.motifs import Motifs
+    from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.similar import Groups
 
 
@@ -190,6 +191,53 @@ class Exploring(store.Store):
         patience = Patience(self.watch, timeout, remedy=_RARER)
         chosen = self._chosen(within, where)
         return recurring(self, chosen, parts, least=min_count, shortest=length, patience=patience)
+
+    def movement(
+        self,
+        *,
+        by: str = "",
+        compared: tuple[str, str] | None = None,
+        parts: Iterable[str] = (),
+        within: str | None = None,
+        where: Where | None = None,
+    ) -> Movement:
+        """Count how movement is spread: where parts go, from where, how often.
+
+        Parameters
+        ----------
+        by : str
+            What groups captures: ``label``, ``format`` or a column of the user's; empty: nothing.
+        compared : tuple of str, optional
+            Two of the groups: only these are counted.
+        parts : iterable of str
+            Which; else arms, legs, torso and head.
+        within : str, optional
+            Only captures whose path matches this glob.
+        where : Mapping of str to str, optional
+            Only captures that fit these globs by label, format, path or a column of their own.
+
+        Returns
+        -------
+        Movement
+            By group and part; where there are two groups, also in what they differ.
+
+        Raises
+        ------
+        UsageError
+            Where there is no such column, group or part.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     found = library.movement(by="label", parts=["r_arm"], within="*conductor*")
+        >>> conducting = found.of("conducting", "r_arm")
+        >>> conducting.captures, int(conducting.cells.sum()), round(conducting.rate, 2)
+        (2, 81, 1.35)
+        """
+        from lanindex.pipeline.movement import movement
+
+        return movement(self, self._chosen(within, where), by=by, compared=compared, parts=parts)
 
     def _chosen(self, within: str | None, where: Where | None) -> list[int] | None:
         """Return the numbers of the captures that are asked for, None for all."""

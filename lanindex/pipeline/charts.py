@@ -1,0 +1,206 @@
+"""Statistics as a picture, by the extra ``plots``: cells by level, ways between them, rates.
+
+A part is a row. Of each group its cells are laid flat: low, mid and high beside each other, each
+seen from above, forward up, with place in the middle.
+"""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.errors import ExportError, UsageError
+from lanindex.pipeline.movement import BINS, CELLS, Movement, Moves
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FORMS = ("svg", "png", "pdf")
+"""What a picture can be written as."""
+
+MOST = 4
+"""Groups that find room beside each other."""
+
+WAYS = 12
+"""Transitions that are drawn of each part: the most frequent."""
+
+_AT = {
+    name: (0 if name == "place" else round(np.cos(k * np.pi / 4)),
+           0 if name == "place" else round(np.sin(k * np.pi / 4)))
+    for k, name in enumerate(DIRECTIONS)
+}  # fmt: skip
+"""Where each direction lies in its field of nine, right and forward of the middle."""
+
+_APART = 3.6
+_SPOTS = np.array([
+    (_AT[direction][0] + _APART * level, _AT[direction][1])
+    for direction in DIRECTIONS for level in range(len(LEVELS))
+])  # fmt: skip
+
+
+def charted(found: Movement, form: str) -> bytes:
+    """Return statistics as a picture.
+
+    Parameters
+    ----------
+    found : Movement
+        Of `MOST` groups at most.
+    form : str
+        Of `FORMS`.
+
+    Raises
+    ------
+    ExportError
+        What draws it is not installed.
+    UsageError
+        There are too many groups, none, or there is no such form.
+    """
+    if form not in FORMS:
+        raise UsageError(f'"{form}"', place="--plot", wanted=f"an ending: {', '.join(FORMS)}")
+    if not 0 < len(found.groups) <= MOST:
+        raise UsageError(
+            f"{len(found.groups)} groups",
+            place="--plot",
+            wanted=f"1 to {MOST}",
+            remedy="Choose two with --compare A B, or captures with --in and --where.",
+        )
+    try:
+        from matplotlib import rc_context
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        remedy = "It comes with: pip install 'lanindex[plots]'."
+        raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error
+    two = len(found.groups) == 2
+    columns = len(found.groups) * 2 + two + 1
+    with rc_context({"svg.hashsalt": "lanindex", "font.size": 8, "svg.fonttype": "none"}):
+        figure = Figure(
+            figsize=(2.7 * columns, 1.45 * len(found.parts) + 1.3), layout="constrained"
+        )
+        FigureCanvasAgg(figure)  # no display
+        axes = figure.subplots(len(found.parts), columns, squeeze=False)
+        for row, part in zip(axes, found.parts, strict=True):
+            _row(found, part, list(row), first=part == found.parts[0])
+        figure.suptitle(_title(found))
+        content = BytesIO()
+        metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form)
+        figure.savefig(content, format=form, dpi=110, metadata=metadata)
+    return content.getvalue()
+
+
+def _title(found: Movement) -> str:
+    groups = ", ".join(f"{name or '(none)'} ({count})" for name, count in found.groups.items())
+    said = f"{found.by or 'captures'}: {groups}"
+    if len(found.groups) == 2:
+        many = sum(one.matters for one in found.differences)
+        said += f"; {many} of {len(found.differences)} differences matter (framed)"
+    return f"{said}\nlow, mid, high from left to right, forward up, place in the middle"
+
+
+def _row(found: Movement, part: str, axes: list[Axes], *, first: bool) -> None:
+    """Draw a part: cells and ways of each group, the difference of two, and rates."""
+    moves = [found.of(group, part) for group in found.groups]
+    shares = [one.cells / max(int(one.cells.sum()), 1) for one in moves]
+    top = max(float(max(it.max() for it in shares)), 1e-9)
+    for axis, one, share in zip(axes[0::2], moves, shares, strict=False):
+        _field(axis, share, "Blues", 0.0, top)
+        _titled(axis, f"{one.group or '(none)'}: where to" if first else "")
+        axis.set_xlabel(f"{int(one.cells.sum())} movements, {one.captures} captures")
+    for axis, one in zip(axes[1::2], moves, strict=False):
+        _ways(axis, one.transitions)
+        _titled(axis, f"{one.group or '(none)'}: the {WAYS} most frequent ways" if first else "")
+        axis.set_xlabel(f"known {one.coverage:.0%} of the time")
+    axes[0].set_ylabel(part)
+    if len(moves) == 2:
+        _difference(axes[-2], found, part)
+        _titled(axes[-2], "second less first, % (mean of captures)" if first else "")
+    rate = next((it for it in found.differences if (it.part, it.what) == (part, "rate")), None)
+    _rates(axes[-1], moves, first=first, frame=rate is not None and rate.matters)
+
+
+def _titled(axis: Axes, text: str) -> None:
+    if text:
+        axis.set_title(text, fontsize=8)
+
+
+def _bare(axis: Axes) -> None:
+    axis.set_xlim(-1.7, 2 * _APART + 1.7)
+    axis.set_ylim(-1.7, 1.7)
+    axis.set_aspect("equal")
+    axis.set_xticks([])
+    axis.set_yticks([])
+    for side in axis.spines.values():
+        side.set_visible(False)
+
+
+def _field(axis: Axes, values: NDArray[Any], colors: str, least: float, most: float) -> None:
+    """Draw a value in each cell; what is shown of it is in per cent."""
+    from matplotlib import colormaps
+    from matplotlib.patches import Rectangle
+
+    _bare(axis)
+    for (x, y), value in zip(_SPOTS, values.tolist(), strict=True):
+        share = (value - least) / (most - least)
+        color = colormaps[colors](0.85 * share if least == 0 else share)
+        axis.add_patch(
+            Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, facecolor=color, edgecolor="0.8")
+        )
+        if abs(value) >= 0.005:
+            dark = share > 0.6 if least == 0 else abs(share - 0.5) > 0.35
+            shade = "white" if dark else "black"
+            axis.text(x, y, f"{value * 100:.0f}", ha="center", va="center", color=shade, fontsize=6)
+
+
+def _ways(axis: Axes, transitions: NDArray[Any]) -> None:
+    """Draw arrows from cell to cell, as wide as they are frequent."""
+    _bare(axis)
+    axis.scatter(_SPOTS[:, 0], _SPOTS[:, 1], s=6, color="0.75")
+    came, went = np.nonzero(transitions)
+    counts = transitions[came, went]
+    most = max(int(counts.max()), 1) if len(counts) else 1
+    for it in np.argsort(-counts, kind="stable")[:WAYS].tolist():
+        share = float(counts[it]) / most
+        style = {"arrowstyle": "-|>", "color": "tab:blue", "alpha": 0.35 + 0.6 * share,
+                 "linewidth": 0.4 + 2.4 * share, "mutation_scale": 4 + 3 * share,
+                 "connectionstyle": "arc3,rad=0.18", "shrinkA": 2, "shrinkB": 2}  # fmt: skip
+        if came[it] == went[it]:  # there and back within a cell: a ring
+            x, y = _SPOTS[came[it]].tolist()
+            axis.scatter(x, y, s=30 + 60 * share, facecolors="none",
+                         edgecolors="tab:blue", linewidths=0.4 + 2 * share)  # fmt: skip
+        else:
+            axis.annotate("", _SPOTS[went[it]], _SPOTS[came[it]], arrowprops=style)
+
+
+def _difference(axis: Axes, found: Movement, part: str) -> None:
+    """Draw how much more of a capture's movements go to a cell in the second group."""
+    from matplotlib.patches import Rectangle
+
+    own = [one for one in found.differences if one.part == part and one.what != "rate"]
+    gaps = np.zeros(len(CELLS))
+    for one in own:
+        gaps[CELLS.index(one.what)] = one.values[1] - one.values[0]
+    top = max(float(np.abs(gaps).max()), 0.25)
+    _field(axis, gaps, "PuOr_r", -top, top)
+    for one in own:
+        if one.matters:
+            x, y = _SPOTS[CELLS.index(one.what)]
+            axis.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, fill=False, linewidth=1.6))
+
+
+def _rates(axis: Axes, moves: list[Moves], *, first: bool, frame: bool) -> None:
+    """Draw movements a second over the captures' time."""
+    time = (np.arange(BINS) + 0.5) / BINS * 100
+    for one in moves:
+        axis.plot(time, one.over_time, label=one.group or "(none)", linewidth=1)
+    axis.set_ylim(bottom=0)
+    for side in axis.spines.values():
+        side.set_linewidth(1.8 if frame else 0.5)
+    axis.tick_params(labelsize=6)
+    axis.set_xlabel("% of the capture", fontsize=6)
+    _titled(axis, "movements a second" if first else "")
+    if first and len(moves) > 1:
+        axis.legend(fontsize=6, frameon=False)

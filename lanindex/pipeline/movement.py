@@ -1,0 +1,414 @@
+"""How movement is spread: where parts go, from where, how often, and in what two groups differ.
+
+Counted from a library's columns, a part at a time, without an object for any symbol. A capture is
+what counts as one observation: its symbols depend on each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, TRACKS, kind_of
+from lanindex.errors import UsageError, shown
+from lanindex.library.store import Store
+from lanindex.model.columns import PASSING, STARTING, Columns, Roster, codes_of
+
+Floats = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+CELLS = tuple(f"{direction} {level}" for direction in DIRECTIONS for level in LEVELS)
+"""Direction and level, by number: three times the direction's code, and the level's."""
+
+USUAL = ("l_arm", "r_arm", "l_leg", "r_leg", "torso", "head")
+"""The parts that are counted where nobody names others."""
+
+PARTED = tuple(
+    part for part in TRACKS if {"direction", "level"} <= {*KINDS[kind_of(part)].fields}
+    and KINDS[kind_of(part)].lasts
+)  # fmt: skip
+"""The parts that can be counted: those that always are somewhere."""
+
+BINS = 20
+"""Into how many stretches a capture's time is cut."""
+
+DRAWS, SURE, GATHERED = 999, 0.95, 400
+"""How often captures change groups by chance, how sure an interval is, and how many observations
+a group has at most: more captures are gathered by chance into so many."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moves:
+    """What a part does in a group of captures.
+
+    Attributes
+    ----------
+    group, part : str
+        Whose.
+    captures : int
+        In how many it is known.
+    seconds, lasts : float
+        How long it is known, and how long the captures of the group last.
+    cells : ndarray
+        (27,) int64: how often it arrives in each of `CELLS`.
+    transitions : ndarray
+        (27, 27) int64: how often it comes from one and arrives in another.
+    over_time : ndarray
+        (BINS,) float64: movements a second in each stretch of the captures.
+    """
+
+    group: str
+    part: str
+    captures: int
+    seconds: float
+    lasts: float
+    cells: Whole
+    transitions: Whole
+    over_time: Floats
+
+    @property
+    def rate(self) -> float:
+        """Movements a second, while the part is known."""
+        return int(self.cells.sum()) / self.seconds if self.seconds else 0.0
+
+    @property
+    def coverage(self) -> float:
+        """In which share of all time it is known."""
+        return self.seconds / self.lasts if self.lasts else 0.0
+
+    def record(self, by: str) -> dict[str, Any]:
+        """Return the counts as JSON has them."""
+        came, went = np.nonzero(self.transitions)
+        order = np.argsort(-self.transitions[came, went], kind="stable")
+        return {
+            "by": by,
+            "group": self.group,
+            "part": self.part,
+            "captures": self.captures,
+            "movements": int(self.cells.sum()),
+            "seconds": round(self.seconds, 3),
+            "coverage": round(self.coverage, 4),
+            "rate": round(self.rate, 4),
+            "cells": {name: int(it) for name, it in zip(CELLS, self.cells, strict=True) if it},
+            "transitions": [
+                [CELLS[came[it]], CELLS[went[it]], int(self.transitions[came[it], went[it]])]
+                for it in order.tolist()
+            ],
+            "over_time": [round(it, 4) for it in self.over_time.tolist()],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """In what two groups differ.
+
+    Attributes
+    ----------
+    part, what : str
+        One of `CELLS`, of which the values are a capture's share, or ``rate``, movements a second.
+    values : tuple of float
+        The mean over the captures of either group.
+    captures, movements : tuple of int
+        How many captures are behind these, and movements in all of them.
+    least, most : float
+        The interval of the difference: second less first.
+    p : float
+        How often so much is found by chance in any of all that was looked at.
+    """
+
+    part: str
+    what: str
+    values: tuple[float, float]
+    captures: tuple[int, int]
+    movements: tuple[int, int]
+    least: float
+    most: float
+    p: float
+
+    @property
+    def matters(self) -> bool:
+        """Whether chance alone would hardly give it."""
+        return self.p <= 1 - SURE
+
+    def record(self, by: str, groups: tuple[str, str]) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        return {
+            "by": by,
+            "groups": list(groups),
+            "part": self.part,
+            "what": self.what,
+            "values": [round(it, 5) for it in self.values],
+            "captures": list(self.captures),
+            "movements": list(self.movements),
+            "difference": round(self.values[1] - self.values[0], 5),
+            "least": round(self.least, 5),
+            "most": round(self.most, 5),
+            "p": round(self.p, 4),
+            "matters": self.matters,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """How the movement of some groups of captures is spread.
+
+    Attributes
+    ----------
+    by : str
+        What tells the groups apart; empty: there is one.
+    groups : Mapping of str to int
+        Captures of each group.
+    moves : tuple of Moves
+        By group, then by part.
+    differences : tuple of Difference
+        Where there are two groups: what matters most first.
+    """
+
+    by: str
+    groups: Mapping[str, int]
+    moves: tuple[Moves, ...]
+    differences: tuple[Difference, ...]
+
+    def of(self, group: str, part: str) -> Moves:
+        """Return what a part does in a group."""
+        return next(one for one in self.moves if (one.group, one.part) == (group, part))
+
+    @property
+    def parts(self) -> list[str]:
+        """The parts that were counted."""
+        return list(dict.fromkeys(one.part for one in self.moves))
+
+
+def movement(
+    library: Store,
+    numbers: Sequence[int] | None,
+    *,
+    by: str = "",
+    compared: tuple[str, str] | None = None,
+    parts: Iterable[str] = (),
+) -> Movement:
+    """Count how movement is spread.
+
+    Parameters
+    ----------
+    library : Store
+        Where.
+    numbers : sequence of int or None
+        Of which captures; None: all.
+    by : str
+        What groups them: ``label``, ``format`` or a column of the user's; empty: nothing.
+    compared : tuple of str, optional
+        Two of the groups: only these are counted.
+    parts : iterable of str
+        Of `PARTED`; else `USUAL`.
+
+    Raises
+    ------
+    UsageError
+        There is no such column, group or part.
+    """
+    wanted = list(dict.fromkeys(parts)) or list(USUAL)
+    if unknown := [part for part in wanted if part not in PARTED]:
+        raise UsageError(f'no part "{shown(unknown[0])}"', wanted=f"one of {' '.join(PARTED)}")
+    called = _values(library, numbers, by)
+    names = sorted(set(called.values()))
+    if compared:
+        if lacking := [name for name in compared if name not in names]:
+            listed = ", ".join(map(shown, names[:20])) or "a capture"
+            raise UsageError(f'no "{shown(lacking[0])}"', place=f"--by {by}", wanted=listed)
+        names = list(compared)
+    chosen = sorted(number for number, value in called.items() if value in names)
+    places = {name: place for place, name in enumerate(names)}
+    group = np.array([places[called[number]] for number in chosen], np.int64)
+    table = _Table(names, group)
+    for part in wanted:
+        roster, columns = library.columns([part], chosen)
+        table.count(part, roster, columns[part])
+    ordered = [one for name in names for one in table.moves if one.group == name]
+    sizes = dict(zip(names, np.bincount(group, minlength=len(names)).tolist(), strict=True))
+    return Movement(by, sizes, tuple(ordered), table.differences())
+
+
+def _values(library: Store, numbers: Sequence[int] | None, by: str) -> dict[int, str]:
+    """Return by number what groups captures."""
+    if not by:
+        return dict.fromkeys(library.called("path", numbers), "all")
+    if by in ("label", "format", "path"):
+        return {number: str(value or "") for number, value in library.called(by, numbers).items()}
+    told = library.called("metadata", numbers)
+    columns = sorted({name for one in told.values() for name in one})
+    if by not in columns:
+        wanted = ", ".join(("label", "format", *columns))
+        raise UsageError(f'no column "{shown(by)}"', place="--by", wanted=f"one of {wanted}")
+    return {number: one.get(by, "") for number, one in told.items()}
+
+
+class _Table:
+    """Counts part by part, and what is compared of them."""
+
+    def __init__(self, names: Sequence[str], group: Whole) -> None:
+        self.names, self.group = names, group
+        self.moves: list[Moves] = []
+        self.unit, self.units, self.sides = _units(group)
+        self.shares: list[Floats] = []
+        self.seen: list[Floats] = []
+        self.columns: list[tuple[str, str, tuple[int, int]]] = []
+
+    def count(self, part: str, roster: Roster, columns: Columns) -> None:
+        """Count one part."""
+        rows = np.diff(columns.bounds)
+        capture = np.repeat(np.arange(len(rows)), rows)
+        direction, level = codes_of(columns.cell)
+        cell = direction.astype(np.int64) * len(LEVELS) + level
+        here = (columns.cell & PASSING == 0) & (direction >= 0) & (level >= 0)
+        moved = here & (columns.cell < STARTING)
+        known, lasts = _seconds(roster, rows > 0, columns.gaps)
+        steps = np.flatnonzero(here)
+        came, went = steps[:-1], steps[1:]
+        follow = moved[went] & (capture[came] == capture[went])
+        came, went = came[follow], went[follow]
+        of = self.group[capture]
+        size, groups = len(CELLS), len(self.names)
+        cells = np.bincount(of[moved] * size + cell[moved], minlength=groups * size)
+        pairs = (of[went] * size + cell[came]) * size + cell[went]
+        transitions = np.bincount(pairs, minlength=groups * size * size)
+        frames = np.maximum(roster.frames[capture[moved]], 1).astype(np.int64)
+        time = np.minimum(columns.start[moved].astype(np.int64) * BINS // frames, BINS - 1)
+        over = np.bincount(of[moved] * BINS + time, minlength=groups * BINS).reshape(-1, BINS)
+        for place, name in enumerate(self.names):
+            own = self.group == place
+            seconds = float(known[own].sum())
+            self.moves.append(
+                Moves(
+                    *(name, part, int((own & (known > 0)).sum()), seconds, float(lasts[own].sum())),
+                    cells.reshape(groups, size)[place],
+                    transitions.reshape(groups, size, size)[place],
+                    over[place] * BINS / seconds if seconds else np.zeros(BINS),
+                )
+            )
+        if groups == 2:
+            self._compared(part, capture[moved], cell[moved], known)
+
+    def _compared(self, part: str, capture: Whole, cell: Whole, known: Floats) -> None:
+        """Take note of what the observations say of one part: shares of cells, and the rate."""
+        size, made = len(CELLS), np.bincount(capture, minlength=len(known))
+        total = np.bincount(
+            self.unit[capture] * size + cell, 1 / made[capture], minlength=self.units * size
+        ).reshape(-1, size)
+        moving = np.bincount(self.unit[made > 0], minlength=self.units)
+        rates = np.divide(made, known, out=np.zeros(len(known)), where=known > 0)
+        there = np.bincount(self.unit[known > 0], minlength=self.units)
+        rate = np.bincount(self.unit, rates, minlength=self.units)
+        counts = np.bincount(self.group[capture] * size + cell, minlength=2 * size).reshape(2, -1)
+        used = np.flatnonzero(counts.sum(axis=0))
+        for column, name in ((total[:, it], CELLS[it]) for it in used.tolist()):
+            self._note(part, name, column, moving, counts[:, CELLS.index(name)], made > 0)
+        self._note(part, "rate", rate, there, counts.sum(axis=1), known > 0)
+
+    def _note(
+        self,
+        part: str,
+        what: str,
+        sums: NDArray[Any],
+        of: Whole,
+        counts: NDArray[Any],
+        in_captures: Any,
+    ) -> None:
+        value = np.divide(sums, of, out=np.full(len(sums), np.nan), where=of > 0)
+        self.shares.append(value)
+        captures = np.bincount(self.group[in_captures], minlength=2)
+        self.columns.append((part, what, (int(captures[0]), int(captures[1]))))
+        self.seen.append(counts.astype(np.float64))
+
+    def differences(self) -> tuple[Difference, ...]:
+        """Return what was compared, what matters most first."""
+        if not self.shares:
+            return ()
+        values = np.stack(self.shares, axis=1)
+        means, spread, p, wide = _by_chance(values, self.sides)
+        found = []
+        for number, (part, what, captures) in enumerate(self.columns):
+            if min(captures) == 0:
+                continue
+            gap = means[1, number] - means[0, number]
+            reach = wide * spread[number]
+            counts = self.seen[number].astype(int).tolist()
+            found.append(
+                Difference(
+                    *(part, what, (float(means[0, number]), float(means[1, number])), captures),
+                    (counts[0], counts[1]),
+                    *(float(gap - reach), float(gap + reach), float(p[number])),
+                )
+            )
+        return tuple(sorted(found, key=lambda one: (one.p, -abs(one.values[1] - one.values[0]))))
+
+
+def _units(group: Whole) -> tuple[Whole, int, Whole]:
+    """Return which observation each capture belongs to, how many there are, and each one's group.
+
+    They are captures, or as many as `GATHERED` for a group, filled by chance.
+    """
+    random = np.random.default_rng(0)
+    unit, sides, first = np.zeros(len(group), np.int64), [], 0
+    for side in range(int(group.max()) + 1 if len(group) else 0):
+        own = random.permutation(np.flatnonzero(group == side))
+        many = min(len(own), GATHERED)
+        unit[own] = first + np.arange(len(own)) % max(many, 1)
+        sides += [side] * many
+        first += many
+    return unit, first, np.array(sides, np.int64)
+
+
+def _by_chance(values: Floats, sides: Whole) -> tuple[Floats, Floats, Floats, float]:
+    """Compare two groups with what chance makes of them.
+
+    Parameters
+    ----------
+    values : ndarray
+        (U, M) of each observation; NaN where it tells nothing.
+    sides : ndarray
+        (U,) 0 or 1.
+
+    Returns
+    -------
+    means : ndarray
+        (2, M) of the groups.
+    spread : ndarray
+        (M,) what a difference of means varies by.
+    p : ndarray
+        (M,) the share of draws in which anything differs by as much, in its own spread.
+    wide : float
+        Below how many spreads everything stays in `SURE` of the draws.
+    """
+    told = np.isfinite(values)
+    filled = np.where(told, values, 0.0)
+    random = np.random.default_rng(0)
+    drawn = np.stack([sides, *(random.permutation(sides) for _ in range(DRAWS))]).astype(float)
+    numbers = np.stack((1 - drawn, drawn)) @ told.astype(float)
+    sums = np.stack((1 - drawn, drawn)) @ filled
+    means = np.divide(sums, numbers, out=np.zeros_like(sums), where=numbers > 0)
+    count = told.sum(axis=0)
+    middle = filled.sum(axis=0) / np.maximum(count, 1)
+    square = np.where(told, (values - middle) ** 2, 0.0).sum(axis=0) / np.maximum(count - 1, 1)
+    spread = np.sqrt(square * (1 / np.maximum(numbers[:, 0], 1)).sum(axis=0))
+    both = (numbers > 0).all(axis=0)
+    apart = np.where(both, np.abs(means[1] - means[0]), 0.0)
+    apart = np.divide(apart, spread, out=np.zeros_like(apart), where=spread > 1e-12)
+    largest = apart.max(axis=1)
+    p = (largest[:, None] >= apart[0] - 1e-12).mean(axis=0)
+    return means[:, 0], spread, p, float(np.quantile(largest, SURE, method="higher"))
+
+
+def _seconds(roster: Roster, there: Any, gaps: NDArray[np.int32]) -> tuple[Floats, Floats]:
+    """Return how long a part is known in each capture, and how long each lasts."""
+    frames = np.where(there, roster.frames, 0).astype(np.float64)
+    known = np.bincount(
+        gaps[:, 0], (gaps[:, 2] - gaps[:, 1]).astype(np.float64), minlength=len(frames)
+    )
+    frames = np.where(np.isin(np.arange(len(frames)), gaps[:, 0]), known, frames)
+    second = roster.rate[:, 1] / roster.rate[:, 0]
+    return frames * second, roster.frames * second

@@ -1,0 +1,85 @@
+"""``stats`` as a user types it."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from dances import BOW, RAISE, dance
+
+MAIN = "from lanindex.app.cli import main; main()"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("stats")
+    rows = ["file,label"]
+    for number in range(5):
+        for name, text in (("raise", RAISE), ("bow", BOW)):
+            dance(folder / f"{name}{number}.bvh", text)
+            rows.append(f"{name}{number}.bvh,{name}")
+    (folder / "labels.csv").write_text("\n".join(rows))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(place: Path):
+    def call(*words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
+        env = {**os.environ, "NO_COLOR": "1", "DISPLAY": ""}
+        return subprocess.run(
+            command, cwd=place, capture_output=True, text=True, env=env, check=False
+        )
+
+    assert call("ingest", ".", "--labels", "labels.csv").returncode == 0
+    return call
+
+
+def test_movement_is_told_and_drawn(run, place: Path) -> None:
+    pytest.importorskip("matplotlib")
+    done = run("stats", "--by", "label", "--plot", "out.svg")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0].split("\t")[:4] == ["label", "part", "captures", "moves"]
+    assert "r_arm\tright mid\t0 % (0)" in done.stdout
+    assert "differences matter" in done.stderr
+    assert (place / "out.svg").read_text().startswith("<?xml")
+    again = run("stats", "--by", "label", "--plot", "out.svg")
+    assert again.returncode == 2
+    assert run("stats", "--by", "label", "--plot", "out.svg", "--force").returncode == 0
+
+
+def test_records_are_of_one_kind(run) -> None:
+    groups = [
+        json.loads(line) for line in run("stats", "--by", "label", "--json").stdout.splitlines()
+    ]
+    assert {one["group"] for one in groups} == {"bow", "raise"}
+    assert len({tuple(one) for one in groups}) == 1
+    words = ("stats", "--by", "label", "--compare", "raise", "bow", "--json")
+    apart = [json.loads(line) for line in run(*words).stdout.splitlines()]
+    assert {tuple(one["groups"]) for one in apart} == {("raise", "bow")}
+    assert apart[0]["matters"]
+    whole = run("stats", "--json")
+    assert json.loads(whole.stdout)["captures"] == 10
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        ("--compare raise bow", 2, "--by beside it"),
+        ("--by shoe", 2, 'no column "shoe"'),
+        ("--by label --compare raise wave", 2, 'no "wave"'),
+        ("--by label --plot out.gif", 2, '"gif"'),
+        ("--by label --plot out", 2, "an ending"),
+        ("--by path --plot paths.png", 2, "10 groups"),
+        ("--part tail", 2, 'no part "tail"'),
+        ("--force", 2, "--plot beside it"),
+        ("--in *.c3d", 1, ""),
+    ],
+)
+def test_what_cannot_be_is_said(run, words: str, code: int, said: str) -> None:
+    done = run("stats", *words.split())
+    assert done.returncode == code
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
