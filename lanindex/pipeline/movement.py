@@ -33,6 +33,8 @@ PARTED = tuple(
 )  # fmt: skip
 """The parts that can be counted: those that always are somewhere."""
 
+_TWO = "two different groups"
+
 BINS = 20
 """Into how many stretches a capture's time is cut."""
 
@@ -217,6 +219,8 @@ def movement(
     called = _values(library, numbers, by)
     names = sorted(set(called.values()))
     if compared:
+        if compared[0] == compared[1]:
+            raise UsageError(f'"{shown(compared[0])}" twice', place=f"--by {by}", wanted=_TWO)
         if lacking := [name for name in compared if name not in names]:
             listed = ", ".join(map(shown, names[:20])) or "a capture"
             raise UsageError(f'no "{shown(lacking[0])}"', place=f"--by {by}", wanted=listed)

@@ -42,7 +42,7 @@ def test_movement_is_told_and_drawn(run, place: Path) -> None:
     done = run("stats", "--by", "label", "--plot", "out.svg")
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[0].split("\t")[:4] == ["label", "part", "captures", "moves"]
-    assert "r_arm\tright mid\t0 % (0)" in done.stdout
+    assert "r_arm\tright mid\t0.0 % (0)" in done.stdout
     assert "differences matter" in done.stderr
     assert (place / "out.svg").read_text().startswith("<?xml")
     again = run("stats", "--by", "label", "--plot", "out.svg")
@@ -59,6 +59,8 @@ def test_records_are_of_one_kind(run) -> None:
     words = ("stats", "--by", "label", "--compare", "raise", "bow", "--json")
     apart = [json.loads(line) for line in run(*words).stdout.splitlines()]
     assert {tuple(one["groups"]) for one in apart} == {("raise", "bow")}
+    keys = "by groups part what values captures movements difference least most p matters"
+    assert {" ".join(one) for one in apart} == {keys}
     assert apart[0]["matters"]
     whole = run("stats", "--json")
     assert json.loads(whole.stdout)["captures"] == 10
@@ -70,6 +72,7 @@ def test_records_are_of_one_kind(run) -> None:
         ("--compare raise bow", 2, "--by beside it"),
         ("--by shoe", 2, 'no column "shoe"'),
         ("--by label --compare raise wave", 2, 'no "wave"'),
+        ("--by label --compare raise raise", 2, "two different"),
         ("--by label --plot out.gif", 2, '"gif"'),
         ("--by label --plot out", 2, "an ending"),
         ("--by path --plot paths.png", 2, "10 groups"),

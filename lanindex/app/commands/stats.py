@@ -136,7 +136,7 @@ def _differences(out: Output, found: Movement, pair: tuple[str, str]) -> None:
         if not one.matters:
             continue
         unit, factor = ("/s", 1) if one.what == "rate" else ("%", 100)
-        numbers = [f"{it * factor:.{2 if unit == '/s' else 0}f}" for it in
+        numbers = [f"{it * factor:.{2 if unit == '/s' else 1}f}" for it in
                    (*one.values, one.values[1] - one.values[0], one.least, one.most)]  # fmt: skip
         rows.append(
             (one.part, one.what, *(f"{it} {unit} ({count})" for it, count in
