@@ -43,6 +43,8 @@ class Notation:
         Whether scores are written in it.
     module : str
         Of this folder, imported when needed; by default of its name.
+    text : bool
+        Whether people can read it.
     parts : bool
         Whether it has room for some parts only: those that its module calls ``PARTS``.
     """
@@ -53,6 +55,7 @@ class Notation:
     gathered: bool = False
     written: bool = True
     module: str = ""
+    text: bool = True
     parts: bool = False
 
     @property
@@ -69,9 +72,17 @@ NOTATIONS = {
         Notation("textgrid", "Praat", ".TextGrid"),
         Notation("laban", "MAE", ".laban", gathered=True, written=False),
         Notation("json", "LabanotationSuite", ".json", module="suite", parts=True),
+        Notation("symbols.csv", "CSV", ".symbols.csv", module="symbols_csv"),
+        Notation("symbols.jsonl", "JSON lines", ".symbols.jsonl", module="symbols_jsonl"),
+        Notation(
+            "symbols.parquet", "Parquet", ".symbols.parquet", module="symbols_parquet", text=False
+        ),
     )
 }
 """Every notation of scores, by name."""
+
+TABLES = {it.name.partition(".")[2]: it for it in NOTATIONS.values() if "." in it.name}
+"""Those that hold rows, whosever they are: by the last ending."""
 
 WRITTEN = tuple(it.name for it in NOTATIONS.values() if it.written)
 """Those that scores are written in."""

@@ -51,7 +51,9 @@ def target_of(path: str, told: str | None = None) -> str:
     >>> target_of("walk.bvh"), target_of("walk", "c3d")
     ('bvh', 'c3d')
     """
-    form = told or PurePath(path).suffix.lower().removeprefix(".")
+    notation = notation_of(path)
+    ending = notation.name if notation else PurePath(path).suffix.lower().removeprefix(".")
+    form = told or ending
     if form not in (*TARGETS, *WRITTEN):
         raise UsageError(
             f'"{shown(form)}" of {shown(path)}' if form else f"{shown(path)} has no ending",

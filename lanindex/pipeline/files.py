@@ -8,6 +8,7 @@ import tempfile
 import unicodedata
 from collections.abc import Callable, Container, Iterable, Sequence
 from pathlib import Path
+from typing import IO
 
 from lanindex.errors import ExportError
 
@@ -51,7 +52,7 @@ def _kept(letter: str) -> str:
 
 
 def write_all(
-    files: Iterable[tuple[Path, bytes]],
+    files: Iterable[tuple[Path, bytes | Callable[[IO[bytes]], object]]],
     *,
     force: bool = False,
     sources: Iterable[str | os.PathLike[str]] = (),
@@ -61,9 +62,9 @@ def write_all(
 
     Parameters
     ----------
-    files : iterable of (Path, bytes)
-        What to write where; folders are made. Taken one by one, so they may be many; an error on
-        the way leaves no trace.
+    files : iterable of (Path, bytes or Callable)
+        What to write where, or what writes it into an open file; folders are made. Taken one by
+        one, so they may be many; an error on the way leaves no trace.
     force : bool
         Whether regular files that are there already may be replaced.
     sources : iterable of path-like
@@ -132,13 +133,13 @@ def _spare(path: Path, kept: Container[tuple[int, int] | None]) -> None:
         raise ExportError("is the file that is read", place=str(path), wanted="another file")
 
 
-def _draft(path: Path, content: bytes) -> str:
+def _draft(path: Path, content: bytes | Callable[[IO[bytes]], object]) -> str:
     """Write the content beside its place, under a name of no importance."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, draft = tempfile.mkstemp(dir=path.parent, prefix=".lanindex-")
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(content)
+            content(file) if callable(content) else file.write(content)
         os.chmod(draft, 0o666 & ~_umask())
     except BaseException:
         os.unlink(draft)

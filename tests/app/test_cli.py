@@ -409,6 +409,28 @@ class TestOthers:
         refused(filled("show"), "wanted")
         refused(filled("show", "raise.bvh", "--part", "tail"), "tail", "r_arm")
 
+    def test_show_into_a_table(self, filled, place: Path) -> None:
+        lines = filled("show", "--all", "--json").stdout
+        for form in ("csv", "jsonl", "parquet"):
+            done = filled("show", "--all", "-o", f"all.{form}")
+            assert (done.returncode, done.stdout) == (0, "")
+            assert done.stderr == f"{len(lines.splitlines())} symbols\n"
+        assert (place / "all.jsonl").read_text() == lines
+        refused(filled("show", "--all", "-o", "all.csv"), "exists already")
+        assert filled("show", "raise.bvh", "-o", "all.csv", "--force").returncode == 0
+        refused(filled("show", "--all", "-o", "all.lnd"), "an ending of csv, jsonl, parquet")
+        refused(filled("show", "--all", "-o", "a.csv", "--json"), "one of them")
+        refused(filled("show", "--all", "--force"), "wanted --output beside it")
+        nothing = filled("show", "--all", "--where", "label=none", "-o", "none.csv")
+        assert nothing.returncode == 1
+        assert not (place / "none.csv").exists()
+        one = filled("convert", "all.csv", "--to", "lnd")
+        assert one.returncode == 2
+        assert filled("convert", "raise.bvh", "raise.symbols.csv").returncode == 0
+        assert "direction r_arm place high" in filled("convert", "raise.symbols.csv").stdout
+        said = filled("convert", "raise.bvh", "--to", "symbols.parquet")
+        refused(said, "symbols.parquet on standard output")
+
     def test_list_and_stats(self, filled) -> None:
         done = filled("list", "--json")
         lines = records(done)

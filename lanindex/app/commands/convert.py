@@ -67,7 +67,7 @@ def run(
     if form is None and target == options.STDOUT:
         form = "lnd"
     form = convert.target_of(str(target), form)
-    if form not in WRITTEN and target == options.STDOUT:
+    if target == options.STDOUT and (form not in WRITTEN or not NOTATIONS[form].text):
         raise UsageError(f"{form} on standard output", wanted="a file to write it to")
     if form != "lnd" and tempo is not None:
         raise UsageError(f"beats in {form}", place="--tempo", wanted="--to lnd, which counts them")

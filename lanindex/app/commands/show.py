@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,7 +13,11 @@ from lanindex.app.output import Output
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from lanindex.model import Capture, Track
+
+    Found = Iterable[tuple[Capture, dict[str, Track]]]
 
 
 _WIDE = 94
@@ -36,6 +41,13 @@ def run(
         bool, typer.Option("--staff", help="Draw them as a staff, time downwards.")
     ] = False,
     where: options.Where = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="As a table: .csv, .jsonl or .parquet."
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -46,6 +58,7 @@ def run(
 
     A star marks what is only passed on the way; it stands in no score. Speed is the highest, in
     lengths of the part a second; size the degrees between where it pointed and where it points.
+    In a file they stand row by row, with what --json has.
     """
     out = Output(json, quiet, verbose, color)
     if (capture is None) != everything:
@@ -54,6 +67,7 @@ def run(
         raise UsageError("--where", wanted="--all beside it")
     if staff and json:
         raise UsageError("--staff and --json", wanted="one of them")
+    form = _form(output, json or staff, force)
     from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
 
@@ -66,12 +80,50 @@ def run(
         _check_parts(part, library.parts())
         symbols = 0
         # what stands beside some parts may belong to them: feet that hold the weight
-        for found, tracks in library.tracks(numbers, None if staff else part):
+        every = library.tracks(numbers, None if staff else part)
+        if output is not None:
+            symbols = _saved(output, form, every, force)
+        for found, tracks in every:  # none are left where they were saved
             tracks = _drawn(out, found, tracks, part) if staff else _show(out, found, tracks)
             symbols += sum(len(track) for track in tracks.values())
     out.note(counted(symbols, "symbol"))
     if not symbols:
         raise typer.Exit(1)
+
+
+def _form(output: Path | None, otherwise: bool, force: bool) -> str:
+    """Return which table is written, if one is."""
+    from lanindex.notation import TABLES
+
+    if output is None:
+        if force:
+            raise UsageError("--force", wanted="--output beside it")
+        return ""
+    if otherwise:
+        raise UsageError("--output beside --json or --staff", wanted="one of them")
+    form = output.suffix.lower().removeprefix(".")
+    if form not in TABLES:
+        wanted = f"an ending of {', '.join(TABLES)}"
+        raise UsageError(f'"{output}"', place="--output", wanted=wanted)
+    return form
+
+
+def _saved(output: Path, form: str, found: Found, force: bool) -> int:
+    """Write symbols into a file as they come; none is written without one."""
+    from lanindex.notation import TABLES, table
+    from lanindex.pipeline.files import write_all
+
+    rows = (row for capture, tracks in found for row in table.rows_in(capture, tracks))
+    count = 0
+
+    def into(file: IO[bytes]) -> None:
+        nonlocal count
+        count = TABLES[form].does.save(rows, file)
+        if not count:
+            raise typer.Exit(1)
+
+    write_all([(output, into)], force=force)
+    return count
 
 
 def _check_parts(wanted: list[str] | None, parts: list[str]) -> None:

@@ -1,0 +1,215 @@
+"""Scores as tables: a symbol a row, with the columns that ``show --json`` has.
+
+Source: ``NOTATIONS.md``, "Tables".
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, NoReturn
+
+import numpy as np
+
+from lanindex import records
+from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, MOST_AMOUNT, kind_of
+from lanindex.errors import NotationError, shown
+from lanindex.model import Capture, Meter, Score, Span, Track
+from lanindex.model.symbol import FIELDS, blank
+from lanindex.notation.beats import ticks_at
+from lanindex.notation.page import PART
+
+COLUMNS: dict[str, type] = {
+    **{"capture": str, "capture_id": int, "fps": float, "frames": int, "part": str},
+    **{"direction": str, "level": str, "start_frame": int, "end_frame": int, "amount": int},
+    **{"start": float, "end": float, "passing": bool, "swings": int, "margin": float},
+    **{"speed": float, "size": int, "straightness": float, "runner_up": str},
+}
+"""What a row holds, in order: `lanindex.records.of_row`."""
+
+_FEWEST = ("part", "fps", "start_frame", "end_frame")
+_MEASURED = ("swings", "margin", "speed", "size", "straightness")
+_CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES}
+_MOST = (1 << 31) - 1
+"""Frames."""
+
+
+def rows_of(score: Score) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a score; none tells whose it is."""
+    nobody = Capture(0, "", "", "", "", score.rate, score.frames)
+    for row in rows_in(nobody, score.tracks):
+        yield {**row, "capture": None, "capture_id": None}
+
+
+def rows_in(capture: Capture, tracks: Mapping[str, Track]) -> Iterator[dict[str, Any]]:
+    """Yield the rows of the tracks of a capture, as lines of ``show``.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.notation import table
+    >>> score = lanindex.read_lnd("corpus/compass.lnd")
+    >>> row = next(table.rows_of(score))
+    >>> row["part"], row["direction"], row["level"], row["end"]
+    ('r_arm', 'place', 'low', 0.0)
+    """
+    for track in tracks.values():
+        for symbol in track.listed():
+            yield records.of_row(capture, symbol)
+
+
+def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score:
+    """Return the score that rows tell.
+
+    Parameters
+    ----------
+    rows : iterable of (str, mapping)
+        Where each stands, and what it says; in any order.
+    place : str
+        What errors call the whole.
+
+    Raises
+    ------
+    NotationError
+        A column is missing or says what cannot be, symbols share time, or they are of several
+        captures.
+    """
+    parts: dict[str, list[_Row]] = defaultdict(list)
+    wholes: dict[str, dict[Any, None]] = {name: {} for name in ("capture", "fps", "frames")}
+    for where, row in rows:
+        if absent := [name for name in _FEWEST if row.get(name) is None]:
+            _refuse(where, f"no {absent[0]}", f"the columns {', '.join(_FEWEST)}")
+        for name, found in wholes.items():
+            found[row.get(name)] = None
+            if len(found) > 1:
+                both = " and ".join(shown(str(it)) for it in found)
+                _refuse(where, f"{name} {both}", "one score")
+        one = _Row(where, row)
+        parts[one.part].append(one)
+    rate, told = (next(iter(wholes[name]), None) for name in ("fps", "frames"))
+    if rate is not None and not 0 < rate < 100_000:
+        _refuse(place, f"{rate:g} frames a second", "more than 0")
+    last = max((one.stop for own in parts.values() for one in own), default=0)
+    frames = max(told or 0, last)
+    exact = Fraction(str(rate)) if rate is not None else Meter().tick_rate
+    tracks = {part: _track(part, own, frames, exact) for part, own in parts.items()}
+    return Score(exact, frames, Meter(), tracks)
+
+
+def _refuse(place: str, found: str, wanted: str) -> NoReturn:
+    raise NotationError(found, place=place, wanted=wanted)
+
+
+class _Row:
+    """A row that has been understood."""
+
+    __slots__ = ("part", "passing", "start", "stop", "values", "where")
+
+    def __init__(self, where: str, row: Mapping[str, Any]) -> None:
+        self.where = where
+        self.part: str = row["part"]
+        if not PART.fullmatch(self.part):
+            _refuse(where, f'the part "{shown(self.part)}"', "one like r_arm")
+        self.start, self.stop = row["start_frame"], row["end_frame"]
+        if not 0 <= self.start <= self.stop <= _MOST:
+            _refuse(where, f"frames {self.start} to {self.stop}", "from 0, and an end behind it")
+        self.passing = bool(row.get("passing"))
+        self.values = {**self._said(row), **self._measured(row)}
+
+    def _said(self, row: Mapping[str, Any]) -> dict[str, int]:
+        kind, found = KINDS[kind_of(self.part)], dict[str, int]()
+        for name, codes in _CODES.items():
+            word = row.get(name)
+            known = kind.directions if name == "direction" else tuple(codes)
+            wanted = " ".join(known) if name in kind.fields else f"none of a {kind.name}"
+            if (word in known) != (name in kind.fields) or (word and name not in kind.fields):
+                _refuse(self.where, f'the {name} "{shown(str(word))}" of {self.part}', wanted)
+            found[name] = codes[word] if word else -1
+        amount = row.get("amount")
+        most = len(kind.amounts) - 1 if kind.amounts else MOST_AMOUNT
+        if (amount is None and "amount" in kind.fields) or not -1 < (amount or 0) <= most:
+            _refuse(self.where, f"the amount {amount} of {self.part}", f"0 to {most}")
+        found["amount"] = -1 if amount is None else amount
+        return found
+
+    def _measured(self, row: Mapping[str, Any]) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for name in _MEASURED:
+            value, how = row.get(name), FIELDS[name]
+            if value is None:
+                continue
+            if not 0 <= value <= how.most / how.scale:
+                _refuse(self.where, f"{name} {value:g}", f"0 to {how.most / how.scale:g}")
+            found[name] = value
+        beside = (row.get("runner_up") or "").split()
+        for name, codes in _CODES.items():
+            found[f"runner_{name}"] = next((codes[it] for it in beside if it in codes), -1)
+        return found
+
+
+def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
+    """Return a track; what is only passed stands before what it leads to, by its end."""
+    own.sort(key=lambda one: (one.stop, not one.passing, one.start))
+    for one, two in pairwise(one for one in own if not one.passing):
+        if two.start < one.stop or two.stop == one.start:
+            found = f"{part} from frame {two.start}, where one from {one.start} is not over"
+            _refuse(two.where, found, "one at a time")
+    rows = blank(len(own))
+    rows["margin"] = 1
+    rows["start"], rows["stop"] = [one.start for one in own], [one.stop for one in own]
+    rows["passing"] = [one.passing for one in own]
+    for at, one in enumerate(own):
+        for name, value in one.values.items():
+            rows[name][at] = value
+    ends = ticks_at(np.stack((rows["start"], rows["stop"])).astype(np.int64), Meter(), rate)
+    rows["tick"], rows["ticks"] = ends[0], ends[1] - ends[0]
+    seen = [one.start for one in own if one.start == one.stop]
+    edges = [*(seen if seen and seen[0] == own[0].start else [0, *seen]), frames]
+    return Track(part, rows, tuple(Span(*pair) for pair in pairwise(edges)))
+
+
+def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
+    """Return a row whose values are of the types of their columns; others are left aside.
+
+    Parameters
+    ----------
+    values : mapping
+        By column: texts of a CSV, or what JSON or Parquet have.
+    place : str
+        Where it stands.
+
+    Raises
+    ------
+    NotationError
+        A value is none of its column's.
+    """
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in COLUMNS or value is None or value == "" or value != value:
+            continue
+        try:
+            found[name] = _as(COLUMNS[name], value)
+        except (ValueError, TypeError, OverflowError):
+            _refuse(place, f'{name} "{shown(str(value))}"', _WANTED[COLUMNS[name]])
+    return found
+
+
+_WANTED = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
+_FLAGS = {"true": True, "false": False, "1": True, "0": False}
+
+
+def _as(kind: type, value: Any) -> Any:
+    if kind is str:
+        if not isinstance(value, str):
+            raise TypeError
+        return value
+    if kind is bool:
+        if (flag := _FLAGS.get(str(value).lower())) is None:
+            raise ValueError
+        return flag
+    number = float(value)
+    if not abs(number) < 1e15 or (kind is int and number % 1):
+        raise ValueError
+    return int(number) if kind is int else number
