@@ -3,7 +3,7 @@
 A notation is a module with
 
 - ``read(content, place) -> Score``, and
-- ``write(score) -> str or bytes``, if scores are written in it,
+- ``write(score) -> str or bytes``,
 
 and a line in `NOTATIONS`. Nothing else knows one from another. Beside them stand borders (LPD) and
 rules (LDD), which are read.
@@ -39,8 +39,6 @@ class Notation:
         Its ending, as it is written; read in small letters, too.
     gathered : bool
         Whether folders are searched for it: others are mostly not ours.
-    written : bool
-        Whether scores are written in it.
     module : str
         Of this folder, imported when needed; by default of its name.
     text : bool
@@ -53,7 +51,6 @@ class Notation:
     title: str
     suffix: str
     gathered: bool = False
-    written: bool = True
     module: str = ""
     text: bool = True
     parts: bool = False
@@ -70,7 +67,7 @@ NOTATIONS = {
         Notation("lnd", "LND", ".lnd", gathered=True),
         Notation("eaf", "ELAN", ".eaf"),
         Notation("textgrid", "Praat", ".TextGrid"),
-        Notation("laban", "MAE", ".laban", gathered=True, written=False),
+        Notation("laban", "MAE", ".laban", gathered=True, parts=True),
         Notation("json", "LabanotationSuite", ".json", module="suite", parts=True),
         Notation("symbols.csv", "CSV", ".symbols.csv", module="symbols_csv"),
         Notation("symbols.jsonl", "JSON lines", ".symbols.jsonl", module="symbols_jsonl"),
@@ -84,8 +81,8 @@ NOTATIONS = {
 TABLES = {it.name.partition(".")[2]: it for it in NOTATIONS.values() if "." in it.name}
 """Those that hold rows, whosever they are: by the last ending."""
 
-WRITTEN = tuple(it.name for it in NOTATIONS.values() if it.written)
-"""Those that scores are written in."""
+WRITTEN = tuple(NOTATIONS)
+"""Those that scores are written in: all."""
 
 
 def notation_of(path: str) -> Notation | None:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
-from itertools import count
+from itertools import count, pairwise
 from mimetypes import guess_type
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
@@ -22,6 +22,9 @@ from lanindex.notation.timed import SECOND, Said, is_part, length, said, score_o
 
 TYPE = "labanotation"
 """The linguistic type of our tiers."""
+
+HITS = "lanindex-hits"
+"""That of tiers that hold what a search found."""
 
 _ROOT = "ANNOTATION_DOCUMENT"
 _XSI = "{http://www.w3.org/2001/XMLSchema-instance}"
@@ -168,23 +171,67 @@ def write(
     tiers = said(score)
     for part in tiers:
         _make_room(root, part, force, place)
-    _declare(root, place)
+    _declare(root, TYPE, place)
     if media is not None:
         _show(header, media)
-    numbers = count(_last_number(root) + 1)
-    made = [_tier(part, entries, numbers) for part, entries in tiers.items()]
-    index = next((at for at, it in enumerate(root) if it.tag in _BEHIND_TIERS), len(root))
-    root[index:index] = [tier for tier, _ in made]
-    _merge(next(root.iter("TIME_ORDER")), sorted((slot for _, slots in made for slot in slots),
-                                                 key=lambda pair: pair[0]))  # fmt: skip
+    _put(root, tiers, TYPE)
     for part, entries in tiers.items():
         starts = "; ".join(f"{it.start} {it.words}" for it in entries if it.start == it.stop)
         _tell(header, _STARTS + part, starts)
     before = header.findtext(f"PROPERTY[@NAME='{_LENGTH}']") or ""
     known = int(before) if _TIME.fullmatch(before) else 0
     _tell(header, _LENGTH, str(max(known, length(score))))
-    _tell(header, _LAST, str(next(numbers) - 1))
     return xml.written(root)
+
+
+def mark(into: bytes, tier: str, entries: list[Said], *, place: str, force: bool = False) -> bytes:
+    """Return an ELAN file with a tier more, which says what its entries say.
+
+    Parameters
+    ----------
+    into : bytes
+        An ELAN file.
+    tier : str
+        What it is called.
+    entries : list of Said
+        One after the other.
+    place : str
+        What errors call the file.
+    force : bool
+        Whether a tier of that name is replaced.
+
+    Raises
+    ------
+    NotationError
+        The file cannot be read.
+    ExportError
+        It has such a tier, the name is that of a part, or entries share time.
+    """
+    root = _document(into, place)
+    if is_part(tier) or not tier.strip() or not tier.isprintable():
+        wanted = "a name that can be read, and no part's"
+        raise ExportError(f'the tier "{shown(tier)}"', place=place, wanted=wanted)
+    ordered = sorted(entries, key=lambda it: (it.start, it.stop))
+    for one, two in pairwise(ordered):
+        if two.start < one.stop:
+            times = f"{one.start / SECOND:g} and {two.start / SECOND:g} s"
+            found = f"what begins at {times} shares time"
+            raise ExportError(found, place=f"{place}: {shown(tier)}", wanted="one at a time")
+    _make_room(root, tier, force, place)
+    _declare(root, HITS, place)
+    _put(root, {tier: ordered}, HITS)
+    return xml.written(root)
+
+
+def _put(root: Element, tiers: Mapping[str, list[Said]], kind: str) -> None:
+    """Put tiers behind those that are there, numbered behind all others."""
+    numbers = count(_last_number(root) + 1)
+    made = [_tier(name, kind, entries, numbers) for name, entries in tiers.items()]
+    index = next((at for at, it in enumerate(root) if it.tag in _BEHIND_TIERS), len(root))
+    root[index:index] = [tier for tier, _ in made]
+    slots = [slot for _, own in made for slot in own]
+    _merge(next(root.iter("TIME_ORDER")), sorted(slots, key=lambda pair: pair[0]))
+    _tell(next(root.iter("HEADER")), _LAST, str(next(numbers) - 1))
 
 
 def _new() -> Element:
@@ -219,14 +266,14 @@ def _slots_of(element: Element) -> set[str | None]:
     return {one.get(f"TIME_SLOT_REF{end}") for one in used for end in (1, 2)}
 
 
-def _declare(root: Element, place: str) -> None:
+def _declare(root: Element, kind: str, place: str) -> None:
     """See to it that the type of our tiers is there."""
-    known = [it for it in root.iterfind("LINGUISTIC_TYPE") if it.get("LINGUISTIC_TYPE_ID") == TYPE]
+    known = [it for it in root.iterfind("LINGUISTIC_TYPE") if it.get("LINGUISTIC_TYPE_ID") == kind]
     if known and (known[0].get("CONSTRAINTS") or known[0].get("TIME_ALIGNABLE") == "false"):
-        found = f"has a type {TYPE} that is bound to a parent"
+        found = f"has a type {kind} that is bound to a parent"
         raise ExportError(found, place=place, wanted="one that is aligned with time, or none")
     if not known:
-        told = {"GRAPHIC_REFERENCES": "false", "LINGUISTIC_TYPE_ID": TYPE, "TIME_ALIGNABLE": "true"}
+        told = {"GRAPHIC_REFERENCES": "false", "LINGUISTIC_TYPE_ID": kind, "TIME_ALIGNABLE": "true"}
         last = [at for at, it in enumerate(root) if it.tag not in _BEHIND_TIERS[1:]]
         root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", told))
 
@@ -247,10 +294,10 @@ def _last_number(root: Element) -> int:
 
 
 def _tier(
-    part: str, entries: Iterable[Said], numbers: count[int]
+    name: str, kind: str, entries: Iterable[Said], numbers: count[int]
 ) -> tuple[Element, list[tuple[int, str]]]:
     """Return a tier, and the time slots that it needs."""
-    tier = Element("TIER", {"LINGUISTIC_TYPE_REF": TYPE, "TIER_ID": part})
+    tier = Element("TIER", {"LINGUISTIC_TYPE_REF": kind, "TIER_ID": name})
     slots: list[tuple[int, str]] = []
     for it in entries:
         if it.start == it.stop:

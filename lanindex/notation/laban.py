@@ -10,15 +10,17 @@ from collections import defaultdict
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
 from lanindex.notation import xml
-from lanindex.notation.exact import DECIMAL
-from lanindex.notation.timed import SECOND, Said, score_of
+from lanindex.notation.exact import DECIMAL, number
+from lanindex.notation.timed import SECOND, Said, length, said, score_of
 
-_SPACE = "{http://www.example.org/labanotation}"
+_NAMED = "http://www.example.org/labanotation"
+_SPACE = f"{{{_NAMED}}}"
+_SCHEMA = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
 _ARMS = {"4": "r_arm", "-4": "l_arm"}
 """The columns that no file defines."""
 
@@ -27,6 +29,15 @@ _LIMBS = {
     **{"leg": "leg", "upper_leg": "thigh", "lower_leg": "shank", "foot": "foot"},
 }
 """What limbs are called in the definitions of columns, and here."""
+
+PARTS = tuple(f"{side}_{limb}" for limb in _LIMBS.values() for side in "rl")
+"""What is written."""
+
+_FIRST_DEFINED = 8
+"""The column of what a file defines first; further ones lie outside of it."""
+
+_BEAT, _BEATS = 200, 5
+"""Milliseconds of a beat and beats of a measure, as its own files have them."""
 
 _UNITS = {"millisecond": 1, "second": SECOND}
 _LEVELS = {"low": "low", "middle": "mid", "high": "high"}
@@ -61,8 +72,8 @@ def read(content: bytes, place: str) -> Score:
     parts = {**_ARMS, **dict(_defined(one) for one in staff.iter(f"{_SPACE}columnDefinition"))}
     tiers: dict[str, list[Said]] = defaultdict(list)
     told: dict[str, None] = {}
-    for number, one in enumerate(staff.iter(f"{_SPACE}movement"), 1):
-        where = f"{place}: movement {number}"
+    for ordinal, one in enumerate(staff.iter(f"{_SPACE}movement"), 1):
+        where = f"{place}: movement {ordinal}"
         column = _text(one, "column")
         part = parts.get(column, "")
         if not part:
@@ -137,3 +148,76 @@ def _words(direction: Element, place: str) -> str:
         raise NotationError(f'the level "{shown(level)}"', place=place, wanted=" ".join(_LEVELS))
     side, _, depth = way.replace("backward", "back").rpartition("-")
     return f"{f'{side[0]}_' if side else ''}{depth} {_LEVELS[level]}"
+
+
+def write(score: Score) -> bytes:
+    """Write what limbs do as a score of MAE, in beats of 200 ms, five a measure.
+
+    Parameters
+    ----------
+    score : Score
+        Times are those of its frames. Starting positions are those of the beginning.
+    """
+    register_namespace("laban", _NAMED)
+    tiers = {part: entries for part, entries in said(score).items() if part in PARTS}
+    columns = {part: column for column, part in _ARMS.items()}
+    others = dict.fromkeys(part[2:] for part in tiers if part not in columns)
+    root = Element(f"{_SPACE}score", {_SCHEMA: f"{_NAMED} labanotation.xsd"})
+    for name, text in (("version", "0.5"), ("author", "LanIndex"), ("title", "")):
+        _add(root, name, text)
+    _add(root, "description")
+    staff = _add(root, "staff")
+    _add(staff, "measures", str(max(1, -(-length(score) // (_BEAT * _BEATS)))))
+    timing = _add(staff, "timing")
+    _add(timing, "timeUnit", "millisecond")
+    measure = _add(timing, "measure")
+    for name, count in (("index", 0), ("beatDuration", _BEAT), ("beats", _BEATS)):
+        _add(measure, name, str(count))
+    defined = _add(staff, "columns") if others else None
+    for column, limb in enumerate(others, _FIRST_DEFINED):
+        for side, index in (("r", column), ("l", -column)):
+            if defined is not None and f"{side}_{limb}" in tiers:
+                columns[f"{side}_{limb}"] = str(index)
+                _define(defined, str(index), limb, {"r": "right", "l": "left"}[side])
+    movements = _add(staff, "movements")
+    found = [(it.start, it.stop, part, it.words) for part in tiers for it in tiers[part]]
+    for start, stop, part, words in sorted(found, key=lambda it: it[:2]):
+        if stop > start or start == 0:
+            _move(movements, columns[part], start, stop, words)
+    return xml.written(root)
+
+
+def _add(parent: Element, name: str, text: str = "") -> Element:
+    made = SubElement(parent, _SPACE + name)
+    made.text = text or None
+    return made
+
+
+def _define(columns: Element, index: str, limb: str, side: str) -> None:
+    definition = _add(columns, "columnDefinition")
+    _add(definition, "index", index)
+    body = _add(_add(definition, "preSign"), "bodyPart")
+    name = next(theirs for theirs, ours in _LIMBS.items() if ours == limb)
+    _add(_add(_add(body, "limb"), "default"), "limb", name)
+    _add(body, "side", side)
+
+
+def _move(movements: Element, column: str, start: int, stop: int, words: str) -> None:
+    """Write a movement; one without length into measure 0, where starting positions stand."""
+    measure, ahead = divmod(start, _BEAT * _BEATS)
+    lasts = stop - start or _BEAT
+    way, level = words.split()[:2]
+    side, _, depth = way.rpartition("_")
+    side = {"r": "right-", "l": "left-"}.get(side, "")
+    one = _add(movements, "movement")
+    for name, text in (
+        ("column", column),
+        ("measure", str(measure + 1 if stop > start else 0)),
+        ("beat", number(Fraction(ahead, _BEAT))),
+        ("duration", number(Fraction(lasts, _BEAT))),
+        ("hold", "false"),
+    ):
+        _add(one, name, text)
+    direction = _add(one, "direction")
+    _add(direction, "vertical", {"mid": "middle"}.get(level, level))
+    _add(direction, "horizontal", side + depth.replace("back", "backward"))

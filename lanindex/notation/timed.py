@@ -79,7 +79,7 @@ def _said(track: Track, rate: Fraction) -> list[Said]:
     for symbol in track.listed():
         if symbol.passing:
             continue
-        start, stop = (_rounded(frame, rate) for frame in (symbol.start, symbol.stop))
+        start, stop = (milliseconds(frame, rate) for frame in (symbol.start, symbol.stop))
         again = bool(found) and found[-1].start == start == stop
         if again or (start == stop and symbol.start < symbol.stop):
             place = f"{track.part} at {start / SECOND:g} s"
@@ -88,7 +88,16 @@ def _said(track: Track, rate: Fraction) -> list[Said]:
     return found
 
 
-def _rounded(frame: int, rate: Fraction) -> int:
+def milliseconds(frame: int, rate: Fraction) -> int:
+    """Return where a frame lies in time, halves upwards.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.notation.timed import milliseconds
+    >>> milliseconds(1, Fraction(60))
+    17
+    """
     return (2 * frame * SECOND * rate.denominator + rate.numerator) // (2 * rate.numerator)
 
 
@@ -99,7 +108,7 @@ def is_part(name: str) -> bool:
 
 def length(score: Score) -> int:
     """Return how many milliseconds a score lasts."""
-    return _rounded(score.frames, score.rate)
+    return milliseconds(score.frames, score.rate)
 
 
 def score_of(

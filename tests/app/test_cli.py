@@ -431,6 +431,32 @@ class TestOthers:
         said = filled("convert", "raise.bvh", "--to", "symbols.parquet")
         refused(said, "symbols.parquet on standard output")
 
+    def test_hits_as_a_tier(self, filled, place: Path) -> None:
+        assert filled("convert", "raise.bvh", "r.eaf").returncode == 0
+        before = (place / "r.eaf").read_bytes()
+        ask = ("search", "r_arm right", "--in", "*raise.bvh")
+        found = records(filled(*ask, "--json"))
+        refused(filled("search", "arm low", "--into", "r.eaf"), "captures, wanted one. Choose")
+        refused(filled(*ask, "--into", "r.eaf", "--json"), "--into and --json, wanted one of them")
+        refused(filled(*ask, "--tier", "a"), "--tier, wanted --into beside it")
+        refused(filled(*ask, "--force"), "--force, wanted --into beside it")
+        refused(filled(*ask, "--into", "none.eaf"), "no such file")
+        refused(filled("search", "r_arm | count", "--into", "r.eaf"), "--into and | count")
+        nothing = filled("search", "r_arm back high", "--in", "*raise.bvh", "--into", "r.eaf")
+        assert nothing.returncode == 1
+        assert (place / "r.eaf").read_bytes() == before
+        done = filled(*ask, "--into", "r.eaf", "--tier", "raised")
+        assert (done.returncode, done.stdout) == (0, "")
+        assert done.stderr.endswith(f"r.eaf: {len(found)} hits in the tier raised\n")
+        content = (place / "r.eaf").read_text()
+        assert content.count(f"<ANNOTATION_VALUE>r_arm right {found[0]['fit']:.2f}") >= 1
+        refused(filled(*ask, "--into", "r.eaf", "--tier", "raised"), "has a tier raised already")
+        one = filled(*ask, "--into", "r.eaf", "--tier", "raised", "--force", "-n", "1")
+        assert "1 hit in the tier" in one.stderr
+        (place / "bad.eaf").write_text(content[:-30])
+        refused(filled(*ask, "--into", "bad.eaf"), "damaged XML")
+        assert (place / "bad.eaf").read_text() == content[:-30]
+
     def test_list_and_stats(self, filled) -> None:
         done = filled("list", "--json")
         lines = records(done)

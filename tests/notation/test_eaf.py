@@ -13,6 +13,7 @@ import lanindex
 from lanindex.errors import ExportError, LanindexError, NotationError
 from lanindex.model import Score
 from lanindex.notation import eaf
+from lanindex.notation.timed import Said
 
 LND = """\
 #unit0
@@ -327,3 +328,48 @@ def test_other_encodings() -> None:
     assert lanindex.write_lnd(eaf.read(text.encode("utf-16"), "x")) == lanindex.write_lnd(
         eaf.read(GOOD, "x")
     )
+
+
+HITS = [Said("r_arm high 0.50", 2000, 2500), Said("r_arm high 1.00", 100, 900)]
+
+
+def test_a_tier_of_hits(tmp_path: Path) -> None:
+    content = eaf.mark(OTHERS, "found & kept", HITS, place="x")
+    assert_valid(content)
+    assert other_tiers(content)[:2] == other_tiers(OTHERS)
+    assert opened(content, tmp_path).get_annotation_data_for_tier("found & kept") == [
+        (100, 900, "r_arm high 1.00"),
+        (2000, 2500, "r_arm high 0.50"),
+    ]
+    with pytest.raises(
+        ExportError, match=r"has a tier found & kept already, wanted none\. --force"
+    ):
+        eaf.mark(content, "found & kept", HITS, place="x")
+    again = eaf.mark(content, "found & kept", HITS[:1], place="x", force=True)
+    assert_valid(again)
+    assert len(opened(again, tmp_path).get_annotation_data_for_tier("found & kept")) == 1
+    both = eaf.write(lanindex.read_lnd(LND), into=content)
+    assert_valid(both)
+    assert "hits" not in str(eaf.read(both, "x").tracks.keys())
+
+
+@pytest.mark.parametrize(
+    ("into", "tier", "entries", "said"),
+    [
+        (OTHERS, "r_arm", HITS, 'the tier "r_arm", wanted a name that can be read, and no part'),
+        (OTHERS, " ", HITS, "wanted a name that can be read"),
+        (OTHERS, "\x1b", HITS, "wanted a name that can be read"),
+        (OTHERS, "words & all", HITS, "has a tier words & all already"),
+        (OTHERS, "a", [*HITS, Said("b", 800, 950)], "x: a: what begins at 0.1 and 0.8 s shares"),
+        (OTHERS[:-20], "a", HITS, "damaged XML"),
+    ],
+)
+def test_hits_that_no_tier_takes(into: bytes, tier: str, entries: list[Said], said: str) -> None:
+    with pytest.raises(LanindexError) as caught:
+        eaf.mark(into, tier, entries, place="x")
+    assert said in str(caught.value)
+
+
+def test_a_tier_on_which_another_hangs() -> None:
+    with pytest.raises(ExportError, match='the tier "gloss" hangs on words & all'):
+        eaf.mark(OTHERS, "words & all", HITS, place="x", force=True)

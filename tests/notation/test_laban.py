@@ -1,8 +1,14 @@
 """MAE's scores are read: columns, measures, and the slips of those who drew them."""
 
-import pytest
+from xml.etree import ElementTree
 
+import pytest
+from hypothesis import given, settings
+from scores import scores, shown
+
+import lanindex
 from lanindex.errors import NotationError
+from lanindex.model import Score
 from lanindex.notation import laban
 
 
@@ -101,6 +107,49 @@ def test_what_is_wrong_is_said(content: bytes, said: str) -> None:
     with pytest.raises(NotationError) as caught:
         laban.read(content, "x")
     assert said in str(caught.value)
+
+
+@given(score=scores(laban.PARTS))
+@settings(max_examples=100)
+def test_what_is_written_is_read(score: Score) -> None:
+    again = laban.read(laban.write(score), "x")
+    wanted = {
+        part: [it for it in entries if it[3] < it[4] or it[4] == 0]
+        for part, entries in shown(score).items()
+    }
+    assert shown(again) == {part: it for part, it in wanted.items() if it}
+    assert again.warnings == ()
+
+
+def test_what_is_written() -> None:
+    lnd = """
+#unit0
+direction l_thigh place low 0 0
+#unit1
+direction r_arm r_back high 1.5 6.005
+direction l_thigh back mid 1 2
+direction head forward high 1 2
+"""
+    root = ElementTree.fromstring(laban.write(lanindex.read_lnd(lnd)))
+    told = [[it.tag.partition("}")[2], it.text or ""] for it in root.iter() if not len(it)]
+    assert told[:9] == [
+        *(["version", "0.5"], ["author", "LanIndex"], ["title", ""], ["description", ""]),
+        *(["measures", "8"], ["timeUnit", "millisecond"], ["index", "0"]),
+        *(["beatDuration", "200"], ["beats", "5"]),
+    ]
+    assert told[9:12] == [["index", "-8"], ["limb", "upper_leg"], ["side", "left"]]
+    assert [text for _, text in told[12:]] == [
+        *("-8", "0", "0", "1", "false", "low", "place"),
+        *("-8", "2", "0", "5", "false", "middle", "backward"),
+        *("4", "2", "2.5", "22.525", "false", "high", "right-backward"),
+    ]
+
+
+def test_real_scores_come_back(captures) -> None:
+    for path in (captures / "laban" / "mae").rglob("*.laban"):
+        score = laban.read(path.read_bytes(), path.name)
+        again = laban.read(laban.write(score), path.name)
+        assert lanindex.write_lnd(again) == lanindex.write_lnd(score)
 
 
 def test_real_scores(captures) -> None:

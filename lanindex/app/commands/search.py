@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -9,6 +10,7 @@ import typer
 from lanindex.app import meaning, options
 from lanindex.app.found import Telling
 from lanindex.app.output import Output, end_progress, one_of
+from lanindex.app.tiers import Tier
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -70,6 +72,14 @@ def run(
             help="Draw the staff of each hit, with so much around it: 0, 0.5s, 10f.",
         ),
     ] = None,
+    into: Annotated[
+        Path | None,
+        typer.Option("--into", metavar="FILE", help="Add the hits to an .eaf that is there."),
+    ] = None,
+    tier: Annotated[
+        str | None, typer.Option("--tier", metavar="NAME", help="As a tier of this name: hits.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a tier of that name.")] = False,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -87,7 +97,10 @@ def run(
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
     telling = Telling(count, sort == "fit", limit, context)
-    telling.check({"--like": like, "--explain": explain, "--why": why, "--json": json})
+    others = {"--like": like, "--explain": explain, "--why": why, "--json": json}
+    telling.check(others)
+    written = Tier(into, tier, force)
+    written.check({**others, "--count": count, "--context": context, "--rerank": rerank})
     among: dict[str, Any] = {"within": within, "where": options.where(where)}
     if pattern is None or like is not None or rerank:
         from lanindex.app import alike
@@ -97,7 +110,7 @@ def run(
     from lanindex.pipeline import open_library
     from lanindex.search.language.saved import pattern_in
 
-    pattern = pattern_in(pattern)
+    asked_for, pattern = pattern, pattern_in(pattern)
     _refuse_fuzzy(fuzzy, why)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
     how["near"] = near
@@ -111,6 +124,8 @@ def run(
         best = limit if sort == "fit" and fuzzy is not None and not count else None
         found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, best=best, **how, **among)
         end_progress()
+        if into is not None and found:
+            return written.write(out, found, asked_for, limit, by_fit=sort == "fit")
         telling.tell(out, library, found, best)
         if not found:
             if not quiet:
