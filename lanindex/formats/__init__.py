@@ -77,6 +77,8 @@ class Format:
         Whether a file may hold several people: its module has ``subjects(file)``, their names.
     joined : bool
         Whether it may be read with other files: its module has ``companions(file, told)``.
+    named : bool
+        Whether its files are known by how their names end, whatever stands in them.
     """
 
     name: str
@@ -87,6 +89,11 @@ class Format:
     certain: bool = True
     several: bool = False
     joined: bool = False
+    named: bool = False
+
+    def holds(self, name: str, head: bytes) -> bool:
+        """Tell whether a file is of this format, by its name and its first bytes."""
+        return name.lower().endswith(self.suffixes) if self.named else self.sniff(head)
 
     @property
     def does(self) -> Any:
@@ -100,6 +107,7 @@ FORMATS: tuple[Format, ...] = (
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
+    Format("bids", "Motion-BIDS", ("_motion.tsv",), sniff.nothing, "bids", joined=True, named=True),
     Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False, True),
     Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
@@ -136,7 +144,7 @@ def known(file: File) -> Format:
             f"an archive of {len(inside)} files", place=file.name, wanted="a capture", remedy=remedy
         )
     for form in FORMATS:
-        if form.sniff(head):
+        if form.holds(file.name, head):
             return form
     *titles, last = dict.fromkeys(form.title for form in FORMATS)
     suffix = unread(file.name)
@@ -161,7 +169,7 @@ def is_capture(path: str) -> bool:
             head = opened(path).content[:_HEAD]
     except (OSError, CaptureError):
         return True
-    return any(form.sniff(head) for form in FORMATS)
+    return any(form.holds(path, head) for form in FORMATS)
 
 
 def captures_in(path: str) -> tuple[str, ...]:

@@ -23,6 +23,11 @@ def text(head: bytes) -> bytes:
     return head.removeprefix(b"\xef\xbb\xbf").lstrip()
 
 
+def nothing(head: bytes) -> bool:
+    """Tell nothing: of formats that are known by names."""
+    return False
+
+
 def bvh(head: bytes) -> bool:
     """Tell a BVH file."""
     return text(head)[:9].upper() == b"HIERARCHY"

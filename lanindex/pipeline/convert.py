@@ -24,11 +24,14 @@ TARGETS = {
 }
 """Formats that any motion can be written in, and where each is written in `lanindex.formats`."""
 
+BIDS = "bids"
+"""The format that is written in several files: `lanindex.formats.bids.files`."""
+
 ANIMATED = ("bvh", "glb")
 """Those that hold one skeleton, and no unknown places."""
 
 
-_NEAREST = {"npy": "npz", "gltf": "glb"}
+_NEAREST = {"npy": "npz", "gltf": "glb", "bids": "csv"}
 
 
 def nearest(form: str) -> str:
@@ -53,11 +56,11 @@ def target_of(path: str, told: str | None = None) -> str:
     """
     notation = notation_of(path)
     ending = notation.name if notation else PurePath(path).suffix.lower().removeprefix(".")
-    form = told or ending
-    if form not in (*TARGETS, *WRITTEN):
+    form = told or (BIDS if path.lower().endswith("_motion.tsv") else ending)
+    if form not in (*TARGETS, BIDS, *WRITTEN):
         raise UsageError(
             f'"{shown(form)}" of {shown(path)}' if form else f"{shown(path)} has no ending",
-            wanted=f"one of {', '.join((*TARGETS, *WRITTEN))}",
+            wanted=f"one of {', '.join((*TARGETS, BIDS, *WRITTEN))}",
         )
     return form
 
@@ -99,6 +102,35 @@ def score_of(
     motion = motion_of(file, told, origin=origin, body_only=True)
     score = encode(motion, profile, tempo=tempo)
     return replace(score, warnings=(*motion.warnings, *score.warnings))
+
+
+def files_of(
+    motion: Motion, form: str, target: Path
+) -> tuple[list[tuple[Path, bytes]], tuple[str, ...]]:
+    """Return the files that a motion is written in, and what there is to say of them.
+
+    Parameters
+    ----------
+    motion : Motion
+        Any.
+    form : str
+        Of `TARGETS`, or `BIDS`.
+    target : Path
+        The file, or the first of several.
+
+    Raises
+    ------
+    ExportError
+        The format cannot hold it.
+    UsageError
+        A file of the format is not called so.
+    """
+    if form == BIDS:
+        from lanindex.formats import bids
+
+        return list(bids.files(motion, target)), ()
+    content, said = written(motion, form)
+    return [(target, content)], said
 
 
 def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:

@@ -81,13 +81,15 @@ def run(
         if lost := left_out(score, form):
             out.note(f"{NOTATIONS[form].title} has no room for {' '.join(lost)}")
         content = convert.notated(score, form, into, force=force, media=media)
+        files = [(target, content)]
     else:
         motion = convert.motion_of(file, told, origin=origin)
-        content, said = convert.written(motion, form)
+        files, said = convert.files_of(motion, form, target)
         for line in (*motion.warnings, *said):
             out.note(f"{file}: {line}")
     if target != options.STDOUT:
-        write_all([(target, content)], force=force or target == into, sources=[file])
-        out.note(str(target))
+        write_all(files, force=force or target == into, sources=[file])
+        for path, _ in files:
+            out.note(str(path))
     else:
         out.content(content.decode())

@@ -1,0 +1,291 @@
+"""Motion-BIDS: positions in ``*_motion.tsv`` without a header, told of by files beside it.
+
+Source: Brain Imaging Data Structure, "Motion": https://bids-specification.readthedocs.io.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body import Stated
+from lanindex.body.calibration import UNITS
+from lanindex.errors import CaptureError, UsageError, quoted
+from lanindex.formats import numbers
+from lanindex.formats.clock import rate_by
+from lanindex.formats.file import File, Wanted, opened, siblings
+from lanindex.formats.points import Points, motion_of
+from lanindex.model import Motion, Reading
+
+ENDING = "_motion.tsv"
+"""Of the file that holds the positions; those beside it are called alike."""
+
+CHANNELS, SIDECAR, FRAMES = "_channels.tsv", "_motion.json", "_channels.json"
+
+_NAME = re.compile(
+    r"sub-[A-Za-z0-9+]+(?:_ses-[A-Za-z0-9+]+)?_task-(?P<task>[A-Za-z0-9+]+)"
+    r"_tracksys-(?P<system>[A-Za-z0-9+]+)(?:_acq-[A-Za-z0-9+]+)?(?:_run-\d+)?_motion\.tsv"
+)
+_WANTED = "a name like sub-01_task-walk_tracksys-body_motion.tsv"
+_OTHERS = ("ACCEL", "ANGACCEL", "GYRO", "JNTANG", "LATENCY", "MAGN", "MISC", "ORNT", "VEL")
+_AXES = ("x", "y", "z")
+_COLUMNS = ("name", "component", "type", "tracked_point", "units")
+_WAYS = {
+    **{"L": (1, 0, 0), "R": (-1, 0, 0), "S": (0, 1, 0), "I": (0, -1, 0)},
+    **{"A": (0, 0, 1), "P": (0, 0, -1)},
+    **{"F": (0, 0, 1), "B": (0, 0, -1), "U": (0, 1, 0), "D": (0, -1, 0)},
+}
+"""Where an axis leads: to the left, up, ahead. F, B, U and D stand in older files."""
+
+_UNKNOWN = re.compile(rb"(?<![^\t\r\n])n/a(?![^\t\r\n])")
+_SPACE = {
+    "SpatialAxes": "LSA",
+    "RotationRule": "right-hand",
+    "Description": "y up; what lies ahead is a convention, where a capture does not tell",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Channels:
+    """What the columns are.
+
+    Attributes
+    ----------
+    names : tuple of str
+        (M) the tracked points whose places are known.
+    points : tuple of int
+        (3 M) columns of x, y, z of each.
+    latency : tuple of int
+        The column of times, if there is one.
+    width : int
+        Columns in all.
+    unit : str
+        Of the places.
+    frame : str
+        What the channels call the space that they are measured in.
+    """
+
+    names: tuple[str, ...]
+    points: tuple[int, ...]
+    latency: tuple[int, ...]
+    width: int
+    unit: str
+    frame: str
+
+
+def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+    """Read positions of Motion-BIDS: see `lanindex.formats.read_file`.
+
+    Channels of the type POS are read, of points that have all three axes.
+    """
+    channels, said = _channels(file), _said(file, SIDECAR, needed=True)
+    content = file.content[:]
+    known = File(file.name, _UNKNOWN.sub(b"nan", content) if b"n/a" in content else content)
+    lines = numbers.rows(known.content, 0)
+    if not len(lines):
+        raise CaptureError("no frames", place=file.name, wanted="lines of numbers")
+    width = len(known.content[int(lines[0, 0]) : int(lines[0, 1])].split(b"\t"))
+    if width != channels.width:
+        found = f"{width} columns, {CHANNELS} has {channels.width} channels"
+        raise CaptureError(found, place=f"{file.name}:1", wanted="a channel a column, no header")
+    table = numbers.Table(lines, b"\t", width, channels.latency, channels.points)
+    heads, places = numbers.read(known, table, wanted.total)
+    rates = (said.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
+    rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
+    times = heads[:, 0] if channels.latency else np.zeros(0)
+    hertz, doubts = rate_by(told, rate, times, f"{_stem(file)}{SIDECAR}")
+    places, up, turned = _upright(places, _axes(file, channels, said))
+    points = Points(channels.names, places, hertz, Stated(channels.unit, up),
+                    doubts=(*doubts, *turned))  # fmt: skip
+    return motion_of(points, file, "bids", told, wanted)
+
+
+def companions(file: File, told: Reading) -> tuple[File, ...]:
+    """Return the files beside one that it is read with."""
+    found = (_beside(file, ending) for ending in (CHANNELS, SIDECAR, FRAMES))
+    return tuple(it for it in found if it is not None)
+
+
+def _stem(file: File) -> str:
+    return file.name[: -len(ENDING)]
+
+
+def _beside(file: File, ending: str) -> File | None:
+    wanted = PurePath(_stem(file) + ending).name.lower()
+    paths = siblings(file.name, ending)
+    return next((opened(it) for it in paths if PurePath(it).name.lower() == wanted), None)
+
+
+def _needed(file: File, ending: str) -> File:
+    found = _beside(file, ending)
+    if found is None:
+        wanted = PurePath(_stem(file) + ending).name
+        raise CaptureError("no file that tells of it beside it", place=file.name, wanted=wanted)
+    return found
+
+
+def _said(file: File, ending: str, *, needed: bool = False) -> dict[str, Any]:
+    """Return the object that a sidecar holds; an empty one where it may be absent, and is."""
+    beside = _needed(file, ending) if needed else _beside(file, ending)
+    if beside is None:
+        return {}
+    try:
+        found = json.loads(beside.content[:].decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise CaptureError("damaged JSON", place=beside.name, wanted="an object") from error
+    if not isinstance(found, dict):
+        raise CaptureError("no object", place=beside.name, wanted="one")
+    return found
+
+
+def _channels(file: File) -> _Channels:
+    beside = _needed(file, CHANNELS)
+    try:
+        text = beside.content[:].decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CaptureError("no text", place=beside.name, wanted="UTF-8") from error
+    head, *lines = [line.split("\t") for line in text.splitlines() if line.strip()] or [[""]]
+    if absent := [name for name in _COLUMNS if name not in head]:
+        wanted = f"the columns {' '.join(_COLUMNS)}"
+        raise CaptureError(f"no column {absent[0]}", place=f"{beside.name}:1", wanted=wanted)
+    found: dict[str, dict[str, int]] = {}
+    units: dict[str, None] = {}
+    frames: dict[str, None] = {}
+    latency: tuple[int, ...] = ()
+    for column, cells in enumerate(lines):
+        row = dict(zip(head, (cell.strip() for cell in cells), strict=False))
+        kind, axis, point = (row.get(name, "") for name in ("type", "component", "tracked_point"))
+        if kind == "LATENCY":
+            latency = latency or (column,)
+        if kind != "POS" or axis not in _AXES:
+            continue
+        if axis in found.setdefault(point, {}):
+            place = f"{beside.name}:{column + 2}"
+            raise CaptureError(f"{axis} of {quoted(point)} again", place=place, wanted="one each")
+        found[point][axis] = column
+        units[row.get("units", "")] = frames[row.get("reference_frame", "")] = None
+    whole = {point: axes for point, axes in found.items() if len(axes) == len(_AXES)}
+    if not whole:
+        wanted = "channels of the type POS with x, y and z of a tracked point"
+        raise CaptureError("no positions", place=beside.name, wanted=wanted)
+    if len(units) > 1 or len(frames) > 1:
+        several = units if len(units) > 1 else frames
+        said = " and ".join(quoted(it) for it in several)
+        raise CaptureError(f"positions in {said}", place=beside.name, wanted="the same for all")
+    unit = next(iter(units))
+    if unit not in UNITS:
+        wanted = f"one of {', '.join(UNITS)}"
+        raise CaptureError(f"positions in {quoted(unit)}", place=beside.name, wanted=wanted)
+    points = tuple(axes[axis] for axes in whole.values() for axis in _AXES)
+    return _Channels(tuple(whole), points, latency, len(lines), unit, next(iter(frames)))
+
+
+def _axes(file: File, channels: _Channels, said: dict[str, Any]) -> str:
+    """Return where x, y and z lead, as the files say; empty where they do not."""
+    described = _said(file, FRAMES).get("reference_frame")
+    levels = described.get("Levels") if isinstance(described, dict) else None
+    level = levels.get(channels.frame) if isinstance(levels, dict) else None
+    axes = level.get("SpatialAxes") if isinstance(level, dict) else said.get("SpatialAxes")
+    ways = [_WAYS[it] for it in axes if it in _WAYS] if isinstance(axes, str) else []
+    known = len(ways) == len(_AXES) and abs(np.linalg.det(np.array(ways))) > 0.5
+    return str(axes) if known else ""
+
+
+def _upright(
+    places: NDArray[np.float32], axes: str
+) -> tuple[NDArray[np.float32], str | None, tuple[str, ...]]:
+    """Return places with axes to the left, up and ahead, where it is told how theirs lead."""
+    if not axes:
+        return places, None, ("where its axes lead is not told: taken for right-handed",)
+    ways = np.array([_WAYS[it] for it in axes], np.float32)
+    return places @ ways, "y", ()
+
+
+def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:
+    """Yield the files of Motion-BIDS that hold a motion: metres, y up; its markers, or its joints.
+
+    Parameters
+    ----------
+    motion : Motion
+        Any; what is unknown is ``n/a``.
+    path : Path
+        Of the positions; the others lie beside it.
+
+    Yields
+    ------
+    tuple of Path and bytes
+
+    Raises
+    ------
+    UsageError
+        The name is none of Motion-BIDS.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import lanindex
+    >>> from lanindex.formats import bids
+    >>> motion = lanindex.read("corpus/compass.bvh")
+    >>> for path, _ in bids.files(motion, Path("sub-01_task-reach_tracksys-body_motion.tsv")):
+    ...     print(path)
+    sub-01_task-reach_tracksys-body_motion.tsv
+    sub-01_task-reach_tracksys-body_channels.tsv
+    sub-01_task-reach_tracksys-body_channels.json
+    sub-01_task-reach_tracksys-body_motion.json
+    """
+    match = _NAME.fullmatch(path.name)
+    if match is None:
+        raise UsageError(f'"{path.name}"', wanted=_WANTED)
+    names, places = numbers.shown(motion)
+    form = "\t".join(["%.7f"] * (3 * len(names))) + "\n"
+    out = io.StringIO()
+    for row in places:
+        out.write((form % tuple((row.ravel() / 1000).tolist())).replace("nan", "n/a"))
+    yield path, out.getvalue().encode()
+    stem = path.name[: -len(ENDING)]
+    lines = ["\t".join((*_COLUMNS, "reference_frame"))]
+    for point in _apart(names):
+        lines += [f"{point}_{axis}\t{axis}\tPOS\t{point}\tm\tglobal" for axis in _AXES]
+    yield path.with_name(stem + CHANNELS), ("\n".join(lines) + "\n").encode()
+    frame = {"reference_frame": {"Levels": {"global": _SPACE}}}
+    yield path.with_name(stem + FRAMES), _json(frame)
+    rate = float(motion.rate)
+    about = {
+        "TaskName": match["task"],
+        "TrackingSystemName": match["system"],
+        "SamplingFrequency": rate,
+        "RecordingDuration": len(motion) / rate,
+        "TrackedPointsCount": len(names),
+        "MotionChannelCount": 3 * len(names),
+        "POSChannelCount": 3 * len(names),
+        **{f"{kind}ChannelCount": 0 for kind in _OTHERS},
+        "SamplingFrequencyEffective": rate,
+        "MissingValues": "n/a",
+    }
+    yield path.with_name(stem + SIDECAR), _json(about)
+
+
+def _json(said: dict[str, Any]) -> bytes:
+    return (json.dumps(said, indent=2, ensure_ascii=False) + "\n").encode()
+
+
+def _apart(names: tuple[str, ...]) -> list[str]:
+    """Return names without tabs, each once."""
+    found: dict[str, None] = {}
+    many: Counter[str] = Counter()
+    for name in names:
+        one = clean = " ".join(name.split()) or "point"
+        while one in found:
+            many[clean] += 1
+            one = f"{clean} {many[clean] + 1}"
+        found[one] = None
+    return list(found)
