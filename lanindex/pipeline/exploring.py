@@ -233,7 +233,7 @@ class Exploring(store.Store):
         ...     found = library.movement(by="label", parts=["r_arm"], within="*conductor*")
         >>> conducting = found.of("conducting", "r_arm")
         >>> conducting.captures, int(conducting.cells.sum()), round(conducting.rate, 2)
-        (2, 81, 1.35)
+        (2, 88, 1.61)
         """
         from lanindex.pipeline.movement import movement
 

@@ -17,6 +17,7 @@ from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, TRACKS, kind_of
 from lanindex.errors import UsageError, shown
 from lanindex.library.store import Store
 from lanindex.model.columns import PASSING, STARTING, Columns, Roster, codes_of
+from lanindex.pipeline.chance import SURE, by_chance, gathered
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -37,10 +38,6 @@ _TWO = "two different groups"
 
 BINS = 20
 """Into how many stretches a capture's time is cut."""
-
-DRAWS, SURE, GATHERED = 999, 0.95, 400
-"""How often captures change groups by chance, how sure an interval is, and how many observations
-a group has at most: more captures are gathered by chance into so many."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -257,7 +254,7 @@ class _Table:
     def __init__(self, names: Sequence[str], group: Whole) -> None:
         self.names, self.group = names, group
         self.moves: list[Moves] = []
-        self.unit, self.units, self.sides = _units(group)
+        self.unit, self.units, self.sides = gathered(group)
         self.shares: list[Floats] = []
         self.seen: list[Floats] = []
         self.columns: list[tuple[str, str, tuple[int, int]]] = []
@@ -333,7 +330,7 @@ class _Table:
         if not self.shares:
             return ()
         values = np.stack(self.shares, axis=1)
-        means, spread, p, wide = _by_chance(values, self.sides)
+        means, spread, p, wide = by_chance(values, self.sides)
         found = []
         for number, (part, what, captures) in enumerate(self.columns):
             if min(captures) == 0:
@@ -349,62 +346,6 @@ class _Table:
                 )
             )
         return tuple(sorted(found, key=lambda one: (one.p, -abs(one.values[1] - one.values[0]))))
-
-
-def _units(group: Whole) -> tuple[Whole, int, Whole]:
-    """Return which observation each capture belongs to, how many there are, and each one's group.
-
-    They are captures, or as many as `GATHERED` for a group, filled by chance.
-    """
-    random = np.random.default_rng(0)
-    unit, sides, first = np.zeros(len(group), np.int64), [], 0
-    for side in range(int(group.max()) + 1 if len(group) else 0):
-        own = random.permutation(np.flatnonzero(group == side))
-        many = min(len(own), GATHERED)
-        unit[own] = first + np.arange(len(own)) % max(many, 1)
-        sides += [side] * many
-        first += many
-    return unit, first, np.array(sides, np.int64)
-
-
-def _by_chance(values: Floats, sides: Whole) -> tuple[Floats, Floats, Floats, float]:
-    """Compare two groups with what chance makes of them.
-
-    Parameters
-    ----------
-    values : ndarray
-        (U, M) of each observation; NaN where it tells nothing.
-    sides : ndarray
-        (U,) 0 or 1.
-
-    Returns
-    -------
-    means : ndarray
-        (2, M) of the groups.
-    spread : ndarray
-        (M,) what a difference of means varies by.
-    p : ndarray
-        (M,) the share of draws in which anything differs by as much, in its own spread.
-    wide : float
-        Below how many spreads everything stays in `SURE` of the draws.
-    """
-    told = np.isfinite(values)
-    filled = np.where(told, values, 0.0)
-    random = np.random.default_rng(0)
-    drawn = np.stack([sides, *(random.permutation(sides) for _ in range(DRAWS))]).astype(float)
-    numbers = np.stack((1 - drawn, drawn)) @ told.astype(float)
-    sums = np.stack((1 - drawn, drawn)) @ filled
-    means = np.divide(sums, numbers, out=np.zeros_like(sums), where=numbers > 0)
-    count = told.sum(axis=0)
-    middle = filled.sum(axis=0) / np.maximum(count, 1)
-    square = np.where(told, (values - middle) ** 2, 0.0).sum(axis=0) / np.maximum(count - 1, 1)
-    spread = np.sqrt(square * (1 / np.maximum(numbers[:, 0], 1)).sum(axis=0))
-    both = (numbers > 0).all(axis=0)
-    apart = np.where(both, np.abs(means[1] - means[0]), 0.0)
-    apart = np.divide(apart, spread, out=np.zeros_like(apart), where=spread > 1e-12)
-    largest = apart.max(axis=1)
-    p = (largest[:, None] >= apart[0] - 1e-12).mean(axis=0)
-    return means[:, 0], spread, p, float(np.quantile(largest, SURE, method="higher"))
 
 
 def _seconds(roster: Roster, there: Any, gaps: NDArray[np.int32]) -> tuple[Floats, Floats]:

@@ -9,14 +9,12 @@ from dances import BOW, RAISE, dance
 
 from lanindex.errors import ExportError, UsageError
 from lanindex.pipeline import Library, charts, open_library
+from lanindex.pipeline.chance import GATHERED, by_chance, gathered
 from lanindex.pipeline.movement import (
     BINS,
     CELLS,
-    GATHERED,
     PARTED,
     USUAL,
-    _by_chance,
-    _units,
 )
 
 
@@ -101,18 +99,18 @@ def test_chance_is_told_as_chance() -> None:
     for _ in range(100):
         values = random.exponential(size=(30, 12)) * (random.random((30, 12)) < 0.5)
         values[random.random((30, 12)) < 0.1] = np.nan
-        false += bool((_by_chance(values, sides)[2] <= 0.05).any())
+        false += bool((by_chance(values, sides)[2] <= 0.05).any())
     assert false <= 12
     values = random.normal(size=(30, 12))
     values[15:, 3] += 3
-    means, spread, p, wide = _by_chance(values, sides)
+    means, spread, p, wide = by_chance(values, sides)
     assert np.flatnonzero(p <= 0.05).tolist() == [3]
     assert means[1, 3] - means[0, 3] > wide * spread[3]
 
 
-def test_many_captures_are_gathered_by_chance() -> None:
+def test_many_captures_are_gatheredby_chance() -> None:
     group = np.repeat([0, 1], [3 * GATHERED + 5, 7])
-    unit, units, sides = _units(group)
+    unit, units, sides = gathered(group)
     assert units == GATHERED + 7
     assert np.bincount(unit).max() == 4
     assert (sides[unit] == group).all()
