@@ -78,7 +78,7 @@ class Format:
     joined : bool
         Whether it may be read with other files: its module has ``companions(file, told)``.
     named : bool
-        Whether its files are known by how their names end, whatever stands in them.
+        Whether its files are known by their names alone.
     """
 
     name: str
@@ -107,7 +107,7 @@ FORMATS: tuple[Format, ...] = (
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
-    Format("bids", "Motion-BIDS", ("_motion.tsv",), sniff.nothing, "bids", joined=True, named=True),
+    Format("bids", "Motion-BIDS", ("_motion.tsv",), sniff.nothing, "bids", True, False, True, True),
     Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False, True),
     Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
@@ -149,9 +149,8 @@ def known(file: File) -> Format:
     *titles, last = dict.fromkeys(form.title for form in FORMATS)
     suffix = unread(file.name)
     found = f"its format, {UNREAD[suffix]}, is not read yet" if suffix else beginning(head)
-    remedy = ""
-    if file.name.lower().endswith(_TABLES):
-        remedy = "If it is a table of points, say what its columns are with --columns."
+    remedy = "If it is a table of points, say what its columns are with --columns."
+    remedy = remedy if file.name.lower().endswith(_TABLES) else ""
     if suffix in WITHOUT_PLACES:
         found = f"{UNREAD[suffix]} holds angles, which tell no places without their model"
         remedy = "Read the TRC of the same take."
@@ -396,7 +395,8 @@ def beside(file: File, told: Reading) -> tuple[tuple[str, bytes], ...]:
     CaptureError
         It is not there.
     """
-    does, found = _form(file, told).does, ()
-    if hasattr(does, "beside"):
-        found = does.beside(file, told)
+    does = _form(file, told).does
+    found: tuple[tuple[str, bytes], ...] = (
+        does.beside(file, told) if hasattr(does, "beside") else ()
+    )
     return found

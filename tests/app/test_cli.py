@@ -525,6 +525,20 @@ class TestOthers:
         assert "LabanotationSuite has no room for" in said
         assert "direction r_upper_arm place high" in run("convert", "raise.json").stdout
 
+    def test_motion_bids_in_all_its_files_or_none(self, run, place: Path) -> None:
+        stem = "sub-01_task-raise_tracksys-body"
+        (place / f"{stem}_motion.json").write_text("mine")
+        refused(run("convert", "raise.bvh", f"{stem}_motion.tsv"), "exists already")
+        assert [it.name for it in place.glob("sub-*")] == [f"{stem}_motion.json"]
+        done = run("convert", "raise.bvh", f"{stem}_motion.tsv", "--force")
+        assert done.returncode == 0
+        assert sorted(done.stderr.split()) == sorted(it.name for it in place.glob("sub-*"))
+        assert len(done.stderr.split()) == 4
+        text = run("convert", f"{stem}_motion.tsv").stdout
+        assert "direction r_arm place high" in text
+        refused(run("convert", "raise.bvh", "raise_motion.tsv"), "wanted a name like sub-01_task")
+        refused(run("convert", "raise.bvh", "--to", "bids"), "bids on standard output")
+
     @pytest.mark.parametrize(("verb", "name"), [("convert", "bow.bvh"), ("animate", "score.lnd")])
     def test_what_is_read_is_not_written(self, run, place: Path, verb: str, name: str) -> None:
         before = (place / name).read_bytes()

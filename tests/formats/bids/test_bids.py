@@ -200,23 +200,6 @@ def test_other_names_are_refused(tmp_path: Path) -> None:
             list(bids.files(motion, tmp_path / name))
 
 
-def test_all_files_or_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from lanindex.app.cli import main
-
-    def run() -> int:
-        with pytest.raises(SystemExit) as ended:
-            main(["convert", "corpus/compass.bvh", str(tmp_path / NAME)])
-        return int(ended.value.code or 0)
-
-    (tmp_path / f"{STEM}_motion.json").write_text("mine")
-    assert run() == 2
-    assert [it.name for it in tmp_path.iterdir()] == [f"{STEM}_motion.json"]
-    (tmp_path / f"{STEM}_motion.json").unlink()
-    assert run() == 0
-    assert len(list(tmp_path.iterdir())) == 4
-    assert capsys.readouterr().err.count(STEM) >= 4
-
-
 def test_points_of_one_name_are_told_apart() -> None:
     assert bids._apart(("a", "a", "a 2", "b\tc", "", "a")) == [
         "a",
