@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from lanindex.alphabet import kind_of
 from lanindex.draw import columns as places
+from lanindex.draw import legend as meanings
 from lanindex.draw import staff
 from lanindex.draw.clock import Clock
-from lanindex.draw.layout import laid_out
+from lanindex.draw.layout import MARGIN, laid_out
 from lanindex.draw.page import Page, keys_of, short
 from lanindex.draw.picture import Picture
 from lanindex.errors import UsageError
@@ -28,6 +30,7 @@ def draw(
     bars: int | None = BARS,
     seconds: bool = False,
     marked: Iterable[Symbol] = (),
+    legend: bool = False,
 ) -> Picture:
     """Draw a score.
 
@@ -47,6 +50,8 @@ def draw(
         Whether to count seconds, fives of them instead of bars, and not beats.
     marked : iterable of Symbol
         Symbols of the score over which a band lies.
+    legend : bool
+        Whether what the signs mean stands at the right.
 
     Raises
     ------
@@ -80,7 +85,16 @@ def draw(
     summary = f"Labanotation, time upwards: {short(last - start)} s, {count}"
     named = f"{summary} of {', '.join(drawn)}"
     marks = (*more, *staff.staves(layout, clock), *staff.names(layout), *symbols)
-    return Picture(*layout.size, title or "score", named, marks, missing)
+    width, height = layout.size
+    if legend:
+        kinds = {kind_of(part) for part in drawn}
+        rows, tall = meanings.legend(kinds, width, MARGIN, marked=bool(marked))
+        marks, width, height = (
+            (*marks, *rows),
+            width + meanings.WIDTH,
+            max(height, tall + 2 * MARGIN),
+        )
+    return Picture(width, height, title or "score", named, marks, missing)
 
 
 def chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:

@@ -17,6 +17,7 @@ STYLES = {
     "staff": ' stroke-width="10"',
     "light": ' stroke-opacity=".3"',
     "band": ' fill="#f5a300" fill-opacity=".3" stroke="none"',
+    "begin": ' text-anchor="start"',
     "end": ' text-anchor="end"',
     "under": ' text-anchor="end" fill-opacity=".7"',
 }

@@ -122,9 +122,10 @@ def named(
         try:
             with library() as opened:
                 return stored(opened, text)
-        except AbsentError:
+        except AbsentError as error:
             if not is_file:
-                raise
+                found = f"there is no file {shown(path)}, and {error.found}"
+                raise AbsentError(found, place=error.place, remedy=error.remedy) from error
     from lanindex.pipeline.convert import score_of
 
     score = score_of(Path(path), told or Reading(), profile or "default", tempo=tempo)

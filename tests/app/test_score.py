@@ -92,6 +92,14 @@ def test_a_hit_is_drawn_with_its_symbols_marked(run) -> None:
     assert "standard input: 2 lines, wanted one hit" in several.stderr
 
 
+def test_a_legend_is_drawn_where_it_is_asked_for(run) -> None:
+    plain, told = (
+        run("score", "raise.lnd", "-o", "-", *more).stdout for more in ((), ("--legend",))
+    )
+    assert "<title>right forward</title>" in told
+    assert "<title>right forward</title>" not in plain
+
+
 @pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF")])
 def test_images_are_made(run, place: Path, name: str, begins: bytes) -> None:
     done = run("score", "raise.lnd", "-o", name, "--highlight", "r_arm high", "--scale", "2")

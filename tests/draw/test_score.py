@@ -230,3 +230,15 @@ def test_a_long_score_has_staves_beside_each_other() -> None:
     tall, wide = draw(score, bars=None), draw(score, bars=1)
     assert tall.height > 30 * wide.height
     assert wide.width > 30 * tall.width
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+def test_a_legend_says_what_is_drawn(jumps: bool) -> None:
+    lines = ["#unit1", "direction r_arm right mid 0 1", "jump jump place hop 1 2"][: 2 + jumps]
+    score = lanindex.read_lnd("\n".join(lines) + "\n")
+    plain, told = draw(score), draw(score, legend=True)
+    said = [mark.title for mark in told.marks[len(plain.marks) :] if isinstance(mark, Group)]
+    assert said[:2] == ["right", "right forward"]
+    assert ("is in the air" in said) == jumps
+    assert told.groups() == plain.groups()  # it holds no symbols
+    assert told.width > plain.width

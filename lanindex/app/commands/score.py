@@ -50,6 +50,7 @@ def run(
         str | None,
         typer.Option("--highlight", metavar="PATTERN", help="Lay a band over its hits' symbols."),
     ] = None,
+    legend: Annotated[bool, typer.Option("--legend", help="Say what the signs mean.")] = False,
     words: options.Words = None,
     profile: options.OwnProfile = None,
     unit: options.Unit = None,
@@ -101,6 +102,7 @@ def run(
         bars=None if strip else bars,
         seconds=not found.counted,
         marked=[symbol for hit in hits for symbol in hit],
+        legend=legend,
     )
     for warning in picture.warnings:
         out.note(f"{found.title}: {warning}")
