@@ -396,7 +396,4 @@ def beside(file: File, told: Reading) -> tuple[tuple[str, bytes], ...]:
         It is not there.
     """
     does = _form(file, told).does
-    found: tuple[tuple[str, bytes], ...] = (
-        does.beside(file, told) if hasattr(does, "beside") else ()
-    )
-    return found
+    return tuple(does.beside(file, told)) if hasattr(does, "beside") else ()
