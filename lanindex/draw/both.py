@@ -88,5 +88,7 @@ def both(
     summary = f"{', '.join(counts)}; Labanotation, time upwards: {short(last - start)} s"
     said = dict.fromkeys(line for _, missing in own for line in missing)
     title = ", ".join(f"{name}: {it}" for name, it in zip(NAMES, titles, strict=True))
-    size = replace(paper, scores=len(scores)).size
-    return Picture(*size, title, summary, tuple(marks), tuple(said))
+    shared_paper = replace(paper, scores=len(scores))
+    return Picture(
+        *shared_paper.size, title, summary, tuple(marks), tuple(said), shared_paper.staves
+    )

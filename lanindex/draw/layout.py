@@ -94,6 +94,12 @@ class Layout:
         width = MARGIN + self.pitch * (len(self.edges) - 1) * self.scores
         return width, self.base + MARGIN + START + NAMES + MARGIN
 
+    @property
+    def staves(self) -> tuple[int, ...]:
+        """Where each staff, or those of all scores beside each other, begins."""
+        step = self.pitch * self.scores
+        return tuple(MARGIN + staff * step for staff in range(len(self.edges) - 1))
+
     def height(self, staff: int) -> int:
         """Return the height of a staff."""
         return self.edges[staff + 1] - self.edges[staff]

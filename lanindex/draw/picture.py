@@ -96,6 +96,10 @@ class Picture:
         What is drawn, in order.
     warnings : tuple of str
         What is not drawn.
+    staves : tuple of int
+        Where each staff begins, from left to right: between them it can be cut.
+    left : int
+        Where it begins, of a page of a larger one.
     """
 
     width: int
@@ -104,6 +108,8 @@ class Picture:
     summary: str
     marks: tuple[Mark, ...]
     warnings: tuple[str, ...] = ()
+    staves: tuple[int, ...] = ()
+    left: int = 0
 
     def groups(self) -> list[Group]:
         """Return the marks of symbols, in order.

@@ -7,10 +7,13 @@ font that comes with reportlab is used for PNG, too, so that a machine without a
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from lanindex.draw import svg
+from lanindex.draw.pages import pages
 from lanindex.draw.picture import PIXEL, Picture
 from lanindex.errors import ExportError
 
@@ -44,9 +47,10 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
     """
     if form == "svg":
         return svg.write(picture, scale=scale).encode()
-    text = svg.write(picture, scale=scale, ink=INK)
     try:
-        return _png(picture, text, scale) if form == "png" else _pdf(text)
+        if form == "png":
+            return _png(picture, svg.write(picture, scale=scale, ink=INK), scale)
+        return _pdf(svg.write(page, scale=scale, ink=INK) for page in pages(picture))
     except ImportError as error:
         remedy = "It comes with: pip install 'lanindex[pictures]'."
         raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error
@@ -69,10 +73,17 @@ def _png(picture: Picture, text: str, scale: float) -> bytes:
     )
 
 
-def _pdf(text: str) -> bytes:
+def _pdf(texts: Iterable[str]) -> bytes:
     from reportlab.graphics import renderPDF
+    from reportlab.pdfgen.canvas import Canvas
     from svglib.svglib import svg2rlg
 
-    drawing, content = svg2rlg(BytesIO(text.encode())), BytesIO()
-    renderPDF.drawToFile(drawing, content, autoGrow=0)
+    content = BytesIO()
+    canvas = Canvas(content)
+    for text in texts:
+        drawing: Any = svg2rlg(BytesIO(text.encode()))
+        canvas.setPageSize((drawing.width, drawing.height))
+        renderPDF.draw(drawing, canvas, 0, 0)
+        canvas.showPage()
+    canvas.save()
     return content.getvalue()

@@ -94,7 +94,7 @@ def draw(
             width + meanings.WIDTH,
             max(height, tall + 2 * MARGIN),
         )
-    return Picture(width, height, title or "score", named, marks, missing)
+    return Picture(width, height, title or "score", named, marks, missing, layout.staves)
 
 
 def chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:

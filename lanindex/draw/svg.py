@@ -49,7 +49,7 @@ def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
     width, height = (f"{it / PIXEL * scale:g}" for it in (picture.width, picture.height))
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
-        f' viewBox="0 0 {picture.width} {picture.height}" role="img"'
+        f' viewBox="{picture.left} 0 {picture.width} {picture.height}" role="img"'
         f' fill="{ink}" stroke="{ink}" stroke-width="7" stroke-linejoin="miter"'
         ' font-family="sans-serif" text-anchor="middle">\n'
         f"<title>{text_of(picture.title)}</title>\n<desc>{text_of(picture.summary)}</desc>\n"
