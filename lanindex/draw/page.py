@@ -185,13 +185,11 @@ def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> Group:
     """Return a symbol's marks with what they say."""
     span = symbol.start, symbol.stop
     start, stop = (short(score.rate.denominator * it / score.rate.numerator) for it in span)
-    amount = symbol.amount
-    told = amount is not None and KINDS[kind_of(symbol.part)].amount(amount)
     said = {
         "part": symbol.part,
         "direction": symbol.direction,
         "level": symbol.level,
-        "amount": str(amount) if told else None,
+        "amount": None if symbol.amount is None else str(symbol.amount),
         "start": start,
         "end": stop,
     }
