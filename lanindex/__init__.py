@@ -19,6 +19,7 @@ The examples of each function and class are typed in a folder with the choreogra
 from __future__ import annotations
 
 from importlib import import_module
+from sys import modules
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -94,3 +95,13 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """Return the public names."""
     return __all__
+
+
+def _shown_in_notebooks() -> None:
+    """Tell IPython, if it runs, how things are shown."""
+    shell = getattr(modules.get("IPython"), "get_ipython", lambda: None)()
+    if shell is not None:
+        import_module("lanindex.app.notebook").register(shell)
+
+
+_shown_in_notebooks()

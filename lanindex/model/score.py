@@ -14,7 +14,14 @@ from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import EncodeError, UsageError
 from lanindex.model.arrays import frozen
 from lanindex.model.span import Span
-from lanindex.model.symbol import SYMBOL, Symbol, listed
+from lanindex.model.symbol import FIELDS, SYMBOL, Symbol, joined, listed
+from lanindex.model.tabled import arrow_of, pandas_of
+
+_COLUMNS = (
+    *("direction", "level", "start_frame", "end_frame", "amount", "start", "end", "passing"),
+    *("swings", "margin", "speed", "size", "straightness"),
+)
+"""What a symbol has in a table, in order, beside its part."""
 
 HEADING_RATE = 60
 """Values a second of a score's heading, whatever the rates of source and profile are."""
@@ -113,6 +120,11 @@ class Score:
     ['l_arm', 'l_leg', 'r_arm', 'r_leg']
     >>> print(score.symbols("r_arm")[1])
     r_arm right high [32, 40)
+    >>> list(score.columns())[:5], score.columns()["start"][1]
+    (['part', 'direction', 'level', 'start_frame', 'end_frame'], 2.0)
+    >>> table = score.to_pandas()
+    >>> table.groupby("part").size()["r_arm"], score.to_arrow().num_rows == len(table)
+    (np.int64(15), True)
     """
 
     rate: Fraction
@@ -131,6 +143,37 @@ class Score:
         """Return one line that tells the length and the number of symbols."""
         count = f"{len(self.tracks)} parts, {sum(map(len, self.tracks.values()))} symbols"
         return f"<Score {count}, {self.frames} frames at {float(self.rate):g} Hz>"
+
+    def columns(self) -> dict[str, Any]:
+        """Return all symbols as columns, by what JSON calls them: lists, a row each."""
+        rows = joined(track.symbols for track in self.tracks.values())
+        told = {how.shown or name: how.said(rows[name].tolist()) for name, how in FIELDS.items()}
+        parts = [part for part, track in self.tracks.items() for _ in range(len(track))]
+        seconds = {
+            end: (rows[name] / float(self.rate)).round(6).tolist()
+            for end, name in (("start", "start"), ("end", "stop"))
+        }
+        return {"part": parts, **{name: (told | seconds)[name] for name in _COLUMNS}}
+
+    def to_pandas(self) -> Any:
+        """Return the symbols as a ``pandas.DataFrame``, a row each.
+
+        Raises
+        ------
+        LanindexError
+            Where pandas is not installed.
+        """
+        return pandas_of(self.columns())
+
+    def to_arrow(self) -> Any:
+        """Return the symbols as a ``pyarrow.Table``, a row each.
+
+        Raises
+        ------
+        LanindexError
+            Where pyarrow is not installed.
+        """
+        return arrow_of(self.columns())
 
     def symbols(self, part: str | None = None) -> list[Symbol]:
         """Return the symbols of one part, or of all, as objects.

@@ -11,6 +11,7 @@ from lanindex import records
 from lanindex.errors import LanindexError
 from lanindex.model import Hit
 from lanindex.model.hit import in_words, readable
+from lanindex.model.tabled import arrow_of, pandas_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -69,6 +70,8 @@ class Hits(Sequence[Hit]):
     ('greeting', Span(start=482, stop=602))
     >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
     ([482], 2, 1)
+    >>> hits.to_arrow().num_rows, list(hits.to_pandas().columns)[:2]
+    (1, ['capture', 'capture_id'])
     >>> hits.tally()
     [(4, 1)]
     >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
@@ -198,6 +201,30 @@ class Hits(Sequence[Hit]):
         rows = [(hit.capture.id, hit.span.start, hit.span.stop, hit.fit) for hit in self._hits]
         return np.array(rows, dtype=fields)
 
+    def to_pandas(self) -> Any:
+        """Return the hits as a ``pandas.DataFrame``, a row each, with the columns of `dicts`.
+
+        Raises
+        ------
+        LanindexError
+            Where pandas is not installed.
+        """
+        return pandas_of(self._columns())
+
+    def to_arrow(self) -> Any:
+        """Return the hits as a ``pyarrow.Table``, a row each, with the columns of `dicts`.
+
+        Raises
+        ------
+        LanindexError
+            Where pyarrow is not installed.
+        """
+        return arrow_of(self._columns())
+
+    def _columns(self) -> dict[str, list[Any]]:
+        rows = self.dicts()
+        return {key: [row[key] for row in rows] for key in records.HIT}
+
     def to_frame(self) -> Any:
         """Return the hits as a data frame, a row each, with the columns of `dicts`.
 
@@ -223,8 +250,7 @@ class Hits(Sequence[Hit]):
         >>> columns[:3]
         ['capture', 'capture_id', 'label']
         """
-        rows = self.dicts()
-        columns = {key: [row[key] for row in rows] for key in records.HIT}
+        columns = self._columns()
         for name in ("pandas", "polars"):
             try:
                 return import_module(name).DataFrame(columns)

@@ -1,0 +1,219 @@
+"""How things look in a notebook: a score as its staff, a motion as poses, hits with pictures.
+
+``import lanindex`` tells a running IPython of them, by the names of their types; nothing is loaded
+until one is shown. All is bounded, however long a score or a result is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lanindex.film.figure import Figure
+    from lanindex.model import Hit, Motion, Score
+    from lanindex.search.hits import Hits
+
+SYMBOLS = 400
+"""Symbols of a staff that is shown."""
+
+POSES, TALL = 5, 96
+"""Poses of a figure that are shown, and how high each is, in pixels."""
+
+LARGE = 100_000_000
+"""Bytes of a file that is not read just to be looked at."""
+
+_SHOWN = {
+    ("lanindex.model.score", "Score"): "of_score",
+    ("lanindex.model.motion", "Motion"): "of_motion",
+    ("lanindex.model.hit", "Hit"): "of_hit",
+    ("lanindex.search.hits", "Hits"): "of_hits",
+}
+
+
+def register(shell: Any) -> None:
+    """Tell IPython how things are shown.
+
+    Parameters
+    ----------
+    shell : IPython.core.interactiveshell.InteractiveShell
+        That runs.
+    """
+    html = shell.display_formatter.formatters["text/html"]
+    for (module, name), how in _SHOWN.items():
+        html.for_type_by_name(module, name, globals()[how])
+
+
+def of_score(score: Score) -> str:
+    """Return the staff of a score as HTML; of a long one the beginning.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.app.notebook import of_score
+    >>> of_score(lanindex.read_lnd("corpus/jumping_jacks.lnd")).count("<svg")
+    1
+    """
+    from lanindex.draw import draw, svg
+
+    starts = sorted(
+        int(start) for track in score.tracks.values() for start in track.symbols["start"]
+    )
+    said, stop = escape(repr(score)), None
+    if not starts:
+        return f"<p>{said}</p>"
+    if len(starts) > SYMBOLS:
+        stop = max(float((starts[SYMBOLS] + 1) / score.rate), 1.0)
+        said += f": the first {min(stop, float(score.frames / score.rate)):.1f} s"
+    return f"<p>{said}</p>{_wide(svg.write(draw(score, stop=stop, bars=None)))}"
+
+
+def of_motion(motion: Motion) -> str:
+    """Return some poses of a motion as HTML.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.app.notebook import of_motion
+    >>> of_motion(lanindex.read("corpus/compass.bvh")).count("<text")
+    5
+    """
+    from lanindex.errors import LanindexError
+    from lanindex.film.figure import figure
+
+    said = f"<p>{escape(repr(motion))}</p>"
+    try:
+        return said + _poses(figure(motion), 0, len(motion), ())
+    except LanindexError as error:
+        return f"{said}<p>{escape(str(error))}</p>"
+
+
+def of_hit(hit: Hit) -> str:
+    """Return a hit as HTML: some poses, if its file is there as it was, and what matched."""
+    return f"<p>{escape(repr(hit)[1:-1])}</p>{_seen(hit, {})}{_strip(hit)}"
+
+
+def of_hits(hits: Hits) -> str:
+    """Return the first hits as a table with pictures."""
+    from lanindex.search.hits import FEW
+
+    figures: dict[str, Figure | str] = {}
+    table = hits._repr_html_()
+    pictures = [_seen(hit, figures) for hit in hits[:FEW]]
+    head, *rows = table.split("</tr>")
+    for number, picture in enumerate(pictures):
+        rows[number] += f"<td>{picture}</td>"
+    return "</tr>".join([f"{head}<th>poses</th>", *rows])
+
+
+def _seen(hit: Hit, figures: dict[str, Figure | str]) -> str:
+    """Return poses of a hit; what stands in the way if its file cannot be shown."""
+    from lanindex.errors import LanindexError
+
+    place = hit.capture.location
+    if place not in figures:
+        figures.clear()  # one capture at a time is held
+        figures[place] = _figure(hit)
+    held = figures[place]
+    if isinstance(held, str):
+        return f"<small>{escape(held)}</small>"
+    try:
+        return _poses(held, hit.start, hit.stop, dict.fromkeys(it.part for it in hit.symbols))
+    except LanindexError as error:
+        return f"<small>{escape(str(error))}</small>"
+
+
+def _figure(hit: Hit) -> Figure | str:
+    """Return the figure of a hit's capture; a text where it cannot be shown truly."""
+    from lanindex import formats
+    from lanindex.errors import LanindexError
+    from lanindex.film.figure import figure
+    from lanindex.model import Reading
+    from lanindex.notation import NOTATIONS
+
+    capture = hit.capture
+    if capture.format in NOTATIONS:
+        return "a score, without motion"
+    try:
+        file = formats.opened(capture.location)
+        if len(file.content) > LARGE:
+            return f"a file of {len(file.content) / 1e6:.0f} MB"
+        if file.sha256() != capture.sha256:
+            return "its file has changed since it was ingested"
+        motion = formats.read_file(file, Reading(rate=capture.rate), formats.Wanted(body_only=True))
+        if len(motion) != capture.frames:
+            return "its file reads otherwise than when it was ingested"
+        return figure(motion)
+    except LanindexError as error:
+        return str(error)
+
+
+def _poses(body: Figure, start: int, stop: int, parts: Iterable[str]) -> str:
+    """Return poses of a stretch side by side, bones of parts coloured; what is unknown is left."""
+    import numpy as np
+
+    from lanindex.film.view import view
+
+    tracks = list(parts)
+    frames = np.unique(np.linspace(start, max(stop - 1, start), POSES).round().astype(int))
+    seen = view(body, tracks or None, start, stop).project(body.places[frames])[..., :2]
+    there = ~np.isnan(seen[..., :1])
+    middle = np.where(there, seen, 0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
+    seen = seen - middle[:, None] * [1, 0]  # poses stand side by side, wherever they were
+    known = seen[there[..., 0]]
+    low, high = (known.min(axis=0), known.max(axis=0)) if len(known) else (np.zeros(2), np.ones(2))
+    scale = TALL / max(float(high[1] - low[1]), 1.0)
+    step = float(high[0] - low[0]) * scale + 12
+    colored = body.shown(tracks) if tracks else np.zeros(len(body.bones), bool)
+    marks = []
+    for number, (frame, pose) in enumerate(zip(frames.tolist(), seen, strict=True)):
+        shift = np.array((number * step + 6, 0))
+        for (inner, outer), own in zip(body.bones.tolist(), colored.tolist(), strict=True):
+            ends = (pose[[inner, outer]] - low) * scale + shift
+            if np.isfinite(ends).all():
+                (x, y), (u, v) = ends.tolist()
+                color = ' stroke="#d95f02" stroke-width="3"' if own else ""
+                line = f'x1="{x:.1f}" y1="{TALL - y:.1f}" x2="{u:.1f}" y2="{TALL - v:.1f}"'
+                marks.append(f"<line {line}{color}/>")
+        at = f'x="{number * step + 6:.0f}" y="{TALL + 14}" stroke="none" fill="currentColor"'
+        marks.append(f"<text {at}>{float(frame / body.rate):.2f} s</text>")
+    width, height = len(frames) * step + 24, TALL + 20
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height}" '
+        'stroke="currentColor" stroke-width="1.5" stroke-linecap="round" '
+        'font-size="10" font-family="sans-serif">'
+        f"{''.join(marks)}</svg>"
+    )
+
+
+def _strip(hit: Hit) -> str:
+    """Return the symbols that matched as a staff."""
+    import numpy as np
+
+    from lanindex.draw import draw, svg
+    from lanindex.model import Score, Span, Track
+    from lanindex.model.symbol import FIELDS, blank
+
+    by_part: dict[str, list[Any]] = {}
+    for symbol in sorted(hit.symbols[:SYMBOLS], key=lambda one: one.start):
+        by_part.setdefault(symbol.part, []).append(symbol)
+    first = min((it.start for it in hit.symbols), default=hit.start)
+    last = max(hit.stop, *(it.stop for it in hit.symbols), first + 1) if hit.symbols else hit.stop
+    tracks = {}
+    for part, symbols in by_part.items():
+        rows = blank(len(symbols))
+        for row, symbol in zip(rows, symbols, strict=True):
+            for name in ("direction", "level"):
+                if (word := getattr(symbol, name)) is not None:
+                    row[name] = FIELDS[name].words.index(word)
+            row["amount"] = -1 if symbol.amount is None else symbol.amount
+            row["start"], row["stop"] = symbol.start - first, symbol.stop - first
+            row["ticks"] = np.int32(symbol.stop > symbol.start)
+        tracks[part] = Track(part, rows, (Span(0, last - first),))
+    score = Score(hit.capture.rate, last - first, hit.capture.meter, tracks)
+    return _wide(svg.write(draw(score, bars=None, seconds=True))) if tracks else ""
+
+
+def _wide(drawn: str) -> str:
+    return f'<div style="overflow:auto;max-height:60em">{drawn}</div>'

@@ -1,0 +1,39 @@
+"""Columns as tables of other libraries, by the extra ``tables``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+from lanindex.errors import LanindexError
+
+
+def pandas_of(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a ``pandas.DataFrame``.
+
+    Raises
+    ------
+    LanindexError
+        Where pandas is not installed.
+    """
+    return _library("pandas").DataFrame(columns)
+
+
+def arrow_of(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a ``pyarrow.Table``.
+
+    Raises
+    ------
+    LanindexError
+        Where pyarrow is not installed.
+    """
+    return _library("pyarrow").table(columns)
+
+
+def _library(name: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError as error:
+        remedy = "It comes with: pip install 'lanindex[tables]'."
+        raise LanindexError(f"{error.name} is not installed", remedy=remedy) from error
