@@ -18,7 +18,7 @@ from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
 from lanindex.notation.exact import DECIMAL
-from lanindex.notation.text import decoded
+from lanindex.notation.text import decoded, once
 from lanindex.notation.timed import SECOND, Said, length, said, score_of
 
 ARMS = {
@@ -115,7 +115,7 @@ def _gesture(content: bytes, place: str) -> dict[str, Any]:
     """Return the positions of the one gesture that a file holds, by name."""
     text = decoded(content, place, "a gesture of LabanotationSuite").removeprefix("\ufeff")
     try:
-        found = json.loads(text, object_pairs_hook=_once, parse_constant=float)
+        found = json.loads(text, object_pairs_hook=once, parse_constant=float)
     except json.JSONDecodeError as error:
         where = f"{place}:{error.lineno}"
         raise NotationError(f"damaged JSON ({error.msg})", place=where) from error
@@ -131,14 +131,6 @@ def _gesture(content: bytes, place: str) -> dict[str, Any]:
     if not isinstance(gesture, dict):
         raise NotationError(f'"{shown(name)}" is no gesture', place=place, wanted=wanted)
     return gesture
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        again = next(key for at, (key, _) in enumerate(pairs) if key in dict(pairs[:at]))
-        raise ValueError(f'"{shown(again)}" twice in one object')
-    return found
 
 
 def _positions(gesture: dict[str, Any], place: str) -> Iterator[tuple[str, int, dict[str, Any]]]:

@@ -13,7 +13,7 @@ from typing import IO, Any
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
 from lanindex.notation import table
-from lanindex.notation.text import decoded
+from lanindex.notation.text import decoded, once
 
 
 def read(content: bytes, place: str) -> Score:
@@ -41,7 +41,7 @@ def _rows(lines: Iterable[str], place: str) -> Iterator[tuple[str, Mapping[str, 
         if not line.strip():
             continue
         try:
-            row = json.loads(line)
+            row = json.loads(line, object_pairs_hook=once)
         except (ValueError, RecursionError) as error:
             found = shown(f"damaged JSON ({error})", 200)
             raise NotationError(found, place=where, wanted="an object a line") from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -74,6 +75,28 @@ def decoded(source: bytes, place: str, wanted: str) -> str:
         wanted = f"{wanted}, which is text"
         raise NotationError("binary data", place=f"{place}:{line}", wanted=wanted)
     return text
+
+
+def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object of JSON, which has each key once: an ``object_pairs_hook``.
+
+    Raises
+    ------
+    ValueError
+        It has one twice.
+
+    Examples
+    --------
+    >>> import json
+    >>> from lanindex.notation.text import once
+    >>> json.loads('{"a": 1}', object_pairs_hook=once)
+    {'a': 1}
+    """
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        again = next(key for key, many in Counter(key for key, _ in pairs).items() if many > 1)
+        raise ValueError(f'"{shown(again)}" twice in one object')
+    return found
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -150,6 +150,7 @@ def test_what_is_wrong_is_said(changes: dict[str, object], said: str, form: str)
         ("jsonl", "[1]\n", "[1], wanted an object a line"),
         ("jsonl", "\n\n{", "x.symbols.jsonl:3: damaged JSON"),
         ("jsonl", "[" * 100_000, "damaged JSON"),
+        ("jsonl", '{"part": "r_arm", "part": "head"}', '"part" twice in one object'),
         ("parquet", "PAR1", "damaged Parquet"),
     ],
 )
