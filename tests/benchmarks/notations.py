@@ -1,4 +1,5 @@
-"""How long scores of more and more symbols take to be written and read, in every notation.
+"""How long scores of more and more symbols take to be written and read, in every notation; and
+how long a tier of more and more hits takes, in an ELAN file that has as many already.
 
 python tests/benchmarks/notations.py [NAME ...]
 """
@@ -14,7 +15,8 @@ import numpy as np
 
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
-from lanindex.notation import NOTATIONS, WRITTEN, left_out, read, write
+from lanindex.notation import NOTATIONS, WRITTEN, eaf, left_out, read, write
+from lanindex.notation.timed import Said
 
 PARTS = ("r_upper_arm", "l_upper_arm", "r_forearm", "l_forearm", "r_arm", "l_arm")
 """What every notation has room for."""
@@ -51,5 +53,19 @@ def main(names: list[str]) -> None:
             print(f"{name:15} {count:7}  {len(content) / 1e6:5.1f}  {spent}  {peak:7}")
 
 
+def hits() -> None:
+    """Print a row for each number of hits."""
+    print("hits       into a small file s   into one as large s")
+    for count in (1_000, 10_000, 100_000):
+        entries = [Said("r_arm high 0.90", 10 * at, 10 * at + 5) for at in range(count)]
+        times, content = [time.process_time()], eaf.write(many(4, PARTS[:2]))
+        for tier in ("hits", "more"):
+            content = eaf.mark(content, tier, entries, place="x")
+            times.append(time.process_time())
+        spent = "  ".join(f"{b - a:20.2f}" for a, b in itertools.pairwise(times))
+        print(f"{count:7}  {spent}")
+
+
 if __name__ == "__main__":
     main(sys.argv[1:])
+    hits()
