@@ -26,6 +26,7 @@ VERBS = {
     "show": "Show the symbols of a capture",
     "score": "Draw a capture or a score as a staff of Labanotation",
     "diff": "Say what two captures or scores differ in",
+    "play": "Let a stick figure move beside its staff, as a film",
     "list": "List the captures of the library",
     "stats": "Say what the library holds",
     "remove": "Take captures out of the library",

@@ -1,6 +1,7 @@
 """From where a figure is seen: the turn about the vertical in which it moves most.
 
-``view(figure, tracks=None, start=0, stop=None) -> View`` chooses; ``View.project(places)`` draws
+``view(figure, tracks=None, start=0, stop=None) -> View`` chooses, ``front(figure)`` is that from
+where the body faces; ``View.project(places)`` draws
 ``(..., 3)`` places in mm as ``(..., 2)`` places in mm on the picture, x to the right, y up.
 """
 
@@ -128,19 +129,49 @@ def view(
     0.0
     """
     places = _sampled(figure, start, len(figure) if stop is None else stop)
-    front = _front(places)
+    turn = ahead = _front(places)
     moves = np.concatenate(
         [_moves(figure, places, track) for track in tracks or ("body_travel",)], axis=1
     )
     spread = _spread(moves)
-    turn = math.degrees(front)
     best = _best(spread)
-    if best is not None:
-        seen = [_seen(spread, it) for it in (front, best)]
-        if seen[1] > (1 + WORTH) * seen[0]:
-            sides = {track[:2] for track in tracks or ()}
-            turn = math.degrees(_nearer(best, front, left=sides == {"l_"}))
-    return View((turn + 180) % 360 - 180 + 0.0, tilt)
+    if best is not None and _seen(spread, best) > (1 + WORTH) * _seen(spread, ahead):
+        sides = {track[:2] for track in tracks or ()}
+        turn = _nearer(best, ahead, left=sides == {"l_"})
+    return _view(turn, tilt)
+
+
+def front(figure: Figure, start: int = 0, stop: int | None = None, turned: float = 0.0) -> View:
+    """Return the view from where the body faces, on average.
+
+    Parameters
+    ----------
+    figure : Figure
+        Of a motion.
+    start, stop : int
+        From which frame and to which, half-open.
+    turned : float
+        Degrees by which the eye goes on, to the body's left.
+
+    Raises
+    ------
+    UsageError
+        There is no frame.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.film.figure import figure
+    >>> from lanindex.film.view import front
+    >>> front(figure(lanindex.read("corpus/compass.bvh")), turned=-90).turn
+    -90.0
+    """
+    places = _sampled(figure, start, len(figure) if stop is None else stop)
+    return _view(_front(places) + math.radians(turned), TILT)
+
+
+def _view(turn: float, tilt: float) -> View:
+    return View(round((math.degrees(turn) + 180) % 360 - 180, 6) + 0.0, tilt)
 
 
 def _sampled(figure: Figure, start: int, stop: int) -> NDArray[np.float64]:

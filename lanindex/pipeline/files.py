@@ -99,6 +99,19 @@ def write_all(
             Path(draft).unlink(missing_ok=True)
 
 
+def refuse(
+    path: Path, *, force: bool = False, sources: Iterable[str | os.PathLike[str]] = ()
+) -> None:
+    """Refuse, before the work, what `write_all` would refuse after it.
+
+    Raises
+    ------
+    ExportError
+        The file exists, is a source or no regular file.
+    """
+    _check(path, force, {_identity(source) for source in sources})
+
+
 def _identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:
     """Return what tells a file apart, however it is spelt or linked to; None: it is not there."""
     try:

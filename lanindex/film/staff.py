@@ -1,0 +1,156 @@
+"""The staff beside a figure: pages of it, each drawn once, and where on them a moment lies."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+from io import BytesIO
+from math import floor
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lanindex.draw import draw
+from lanindex.draw.clock import Clock
+from lanindex.draw.columns import columns, known, usual
+from lanindex.draw.layout import BEAT, MARGIN, NAMES, NUMBERS, START
+from lanindex.draw.picture import PIXEL
+from lanindex.draw.render import rendered
+from lanindex.film.paint import PAPER
+from lanindex.model import Score, Symbol, Track
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+USUAL, LARGEST = 1.0, 1.6
+"""How large symbols are drawn where all of a film has no room on one page, and at most."""
+
+_BELOW = MARGIN + START + NAMES + MARGIN  # the staff's beginning, in units
+_AROUND = 2 * MARGIN + _BELOW
+_KNOTS = 33  # moments of a page whose places are worked out; others lie between
+
+
+class Staff:
+    """A score, page by page.
+
+    Parameters
+    ----------
+    score : Score
+        All of it.
+    start, stop : float
+        Seconds that are shown.
+    size : tuple of int
+        Width that it may take at most, and height, pixels.
+    parts : sequence of str, optional
+        Only these tracks; else those that `lanindex.draw` chooses.
+    marked : sequence of Symbol
+        Over which a band lies.
+    seconds : bool
+        Whether seconds are counted, and not beats.
+
+    Attributes
+    ----------
+    width : int
+        Pixels that it takes.
+    warnings : dict of str to None
+        What is not drawn on the pages so far.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.film.staff import Staff
+    >>> score = lanindex.read_lnd("corpus/jumping_jacks.lnd")
+    >>> staff = Staff(score, 0, 12, (300, 480), seconds=False)
+    >>> page, line = staff.at(3.0)
+    >>> page.size, line, staff.at(9.0)[0] is page
+    ((154, 480), 172.8, False)
+    """
+
+    def __init__(
+        self,
+        score: Score,
+        start: float,
+        stop: float,
+        size: tuple[int, int],
+        *,
+        parts: Sequence[str] | None = None,
+        marked: Sequence[Symbol] = (),
+        seconds: bool = True,
+    ) -> None:
+        there = [part for part in score.tracks if len(score.tracks[part])]
+        self.score, self.start, self.stop, self.seconds = score, start, stop, seconds
+        self.parts = list(parts or (part for part in usual(there) if known(part)))
+        self.rate = 1.0 if seconds else float(score.meter.speed / 60)  # counts a second
+        own = columns(self.parts)
+        wide = 2 * MARGIN + NUMBERS + own.left + own.right
+        all_of_it = _AROUND + BEAT * max((stop - start) * self.rate, 1.0)
+        fits = min(max(PIXEL * size[1] / all_of_it, USUAL), LARGEST)
+        most = (size[0] / wide, size[1] / (_AROUND + BEAT))
+        self.scale = min(fits, *(PIXEL * it for it in most))
+        self.width, self.height = min(round(wide * self.scale / PIXEL), size[0]), size[1]
+        counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
+        self.lasts = max(counts, 1) / self.rate
+        self.warnings: dict[str, None] = {}
+        self._rows = {
+            part: track.symbols[~track.symbols["passing"]] for part, track in score.tracks.items()
+        }
+        self._ends = {
+            part: np.maximum.accumulate(rows["stop"]) for part, rows in self._rows.items()
+        }
+        self._marked = defaultdict[int, list[Symbol]](list)
+        for symbol in marked:
+            first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
+            for page in range(max(first, 0), last + 1):
+                self._marked[page].append(symbol)
+        self._number = -1
+        self._shown: tuple[Image, list[float], list[float]]
+
+    def at(self, seconds: float) -> tuple[Image, float]:
+        """Return the page that shows a moment, and how far down on it the moment lies, pixels."""
+        number = self._page(seconds)
+        if number != self._number:
+            self._shown, self._number = self._drawn(number), number
+        picture, times, downs = self._shown
+        return picture, float(np.interp(seconds, times, downs))
+
+    def _page(self, seconds: float) -> int:
+        return floor((seconds - self.start) / self.lasts + 1e-9)
+
+    def _drawn(self, number: int) -> tuple[Image, list[float], list[float]]:
+        """Return a page, some moments of it, and how far down they are."""
+        from PIL import Image
+
+        start = self.start + number * self.lasts
+        stop = min(start + self.lasts, self.stop)
+        score = self._around(start, stop)
+        picture = draw(
+            score,
+            parts=self.parts,
+            start=start,
+            stop=stop,
+            bars=None,
+            seconds=self.seconds,
+            marked=self._marked.get(number, ()),
+        )
+        self.warnings |= dict.fromkeys(picture.warnings)
+        scale = min(self.scale, PIXEL * self.height / picture.height)
+        with Image.open(BytesIO(rendered(picture, "png", scale))) as image:
+            page = Image.new("RGB", (self.width, self.height), PAPER)
+            page.paste(image.convert("RGB"), (0, self.height - image.height))
+        clock = Clock(score, self.seconds)
+        times = np.linspace(start, stop, _KNOTS).tolist()
+        begin = clock.at(start)
+        ups = [_BELOW + (clock.at(it) - begin) * BEAT for it in times]
+        return page, times, [self.height - up * scale / PIXEL for up in ups]
+
+    def _around(self, start: float, stop: float) -> Score:
+        """Return the score with the rows alone that a page needs: one more on either side."""
+        rate = float(self.score.rate)
+        tracks = {}
+        for part, rows in self._rows.items():
+            first = int(np.searchsorted(self._ends[part], start * rate, "right"))
+            last = int(np.searchsorted(rows["start"], stop * rate, "left"))
+            some = rows[max(first - 1, 0) : max(last, first) + 1]
+            tracks[part] = Track(part, some, self.score.tracks[part].known)
+        return replace(self.score, tracks=tracks)

@@ -1,0 +1,80 @@
+"""What moves in a film: the motion of a capture, of a file, or of a score carried out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+from lanindex import formats
+from lanindex.library.store import Store
+from lanindex.model import Capture, Motion, Reading
+from lanindex.notation import NOTATIONS
+from lanindex.perform import perform
+from lanindex.pipeline import convert
+from lanindex.pipeline.clipping import unchanged
+from lanindex.pipeline.named import Named
+
+
+def stored_motion(library: Store, capture: Capture, rate: Fraction) -> Motion:
+    """Return the motion of a capture of a library, read anew from its file.
+
+    Parameters
+    ----------
+    library : Store
+        Where it is.
+    capture : Capture
+        Any; that of a score is carried out.
+    rate : Fraction
+        Then, frames a second.
+
+    Raises
+    ------
+    ExportError
+        The file has changed since it was ingested, or is gone.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.pipeline.playing import stored_motion
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     stored_motion(library, library.capture("compass.bvh"), 25).positions.shape
+    (840, 20, 3)
+    """
+    if capture.format in NOTATIONS:
+        return perform(library.score(capture.id), rate=rate)
+    encoding = library.encoding(capture.id)
+    file, told = unchanged(capture, encoding), Reading(**encoding.options)
+    return formats.read_file(file, told, formats.Wanted(body_only=True))
+
+
+def motion_of(found: Named, library: Callable[[], Store], told: Reading, rate: Fraction) -> Motion:
+    """Return the motion of what a person names.
+
+    Parameters
+    ----------
+    found : Named
+        In a library or a file.
+    library : callable
+        Opens the library.
+    told : Reading
+        What the file's reader is told.
+    rate : Fraction
+        Frames a second of a score that is carried out.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.model import Reading
+    >>> from lanindex.pipeline.named import named
+    >>> from lanindex.pipeline.playing import motion_of
+    >>> opened = lambda: lanindex.open_library("dance.db")
+    >>> len(motion_of(named("corpus/semaphore.lnd", opened), opened, Reading(), 25))
+    600
+    """
+    if found.format in NOTATIONS:
+        return perform(found.score, rate=rate)
+    if found.capture is None:
+        return convert.motion_of(Path(found.path), told, body_only=True)
+    with library() as opened:
+        return stored_motion(opened, found.capture, rate)

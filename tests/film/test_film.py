@@ -1,0 +1,251 @@
+"""Films: as long as the movement, the figure where the view says, coloured where it matched."""
+
+import sys
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY
+from films import seen
+
+import lanindex
+from lanindex.alphabet import JOINT_CODES
+from lanindex.draw import draw
+from lanindex.errors import ExportError, UsageError
+from lanindex.film.film import SIZE, Film
+from lanindex.film.paint import INK, LEFT, LIT, PAPER
+from lanindex.film.reel import FORMS, RATES, form_of, reel
+from lanindex.film.scene import LEAST, scene
+from lanindex.film.staff import Staff
+from lanindex.film.view import View
+from lanindex.model import Motion, Score
+
+SMALL = (320, 240)
+NEAR = 40  # of 255: how far MP4 may blur a colour
+
+
+@pytest.fixture(scope="module")
+def jacks() -> tuple[Motion, Score]:
+    score = lanindex.read_lnd(REPOSITORY / "corpus" / "jumping_jacks.lnd")
+    return lanindex.animate(score, rate=25), score
+
+
+def is_like(pixels: np.ndarray, color: tuple[int, int, int], near: int = NEAR) -> np.ndarray:
+    return (abs(pixels.astype(int) - color) <= near).all(axis=-1)
+
+
+def moved(motion: Motion, way: np.ndarray) -> Motion:
+    """Return a motion that goes somewhere: (T, 3) mm."""
+    return replace(motion, positions=(motion.positions + way[:, None]).astype(np.float32))
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("rate", [None, "30000/1001"])
+def test_a_film_lasts_as_long_as_the_movement(jacks, form: str, rate: str | None) -> None:
+    speed = Fraction(rate) if rate else RATES.get(form, Fraction(25))
+    film = Film(*jacks, start=1, stop=3.5, rate=speed, size=SMALL)
+    played = seen(film.written(form), form)
+    assert played.size == SMALL
+    assert len(played.frames) == len(film) == round(2.5 * speed)
+    assert played.seconds == pytest.approx(len(film) / float(speed), abs=0.011)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_what_is_played_is_what_was_drawn(jacks, form: str) -> None:
+    film = Film(*jacks, start=2, stop=3, rate=20)
+    played = seen(film.written(form), form).frames
+    for drawn, shown in zip(film.pictures(), played, strict=True):
+        off = abs(np.asarray(drawn).astype(int) - shown)
+        assert (off > NEAR).mean() < {"mp4": 0.02, "webp": 1e-9, "gif": 1e-9}[form]
+        assert is_like(shown[0, 0], PAPER, 1)
+
+
+def test_a_film_shows_the_motion_in_real_time(jacks) -> None:
+    film = Film(*jacks, start=2, stop=4, rate=10)
+    assert film.frames.tolist() == [50 + 5 * number // 2 for number in range(20)]
+
+
+def test_the_figure_is_where_the_view_says(jacks) -> None:
+    film = Film(*jacks, start=2, stop=6, rate=5, view="front")
+    for number, picture in enumerate(film.pictures()):
+        pixels = np.asarray(picture)
+        for joint, color in (("RWrist", INK), ("LWrist", LEFT), ("RKnee", INK), ("LKnee", LEFT)):
+            x, y = film.scene.points[number, JOINT_CODES[joint]].round().astype(int)
+            around = pixels[y - 2 : y + 3, x - 2 : x + 3]
+            assert is_like(around, color).any(), (number, joint)
+    right, left = (film.scene.points[:, JOINT_CODES[side + "Hip"], 0] for side in "RL")
+    assert (right < left).all()  # it faces us
+
+
+def test_a_place_is_drawn_to_scale(jacks) -> None:
+    motion, score = jacks
+    film = Film(motion, score, view="front")
+    places = motion.positions[:, motion.skeleton.body].astype(float)
+    seen = film.scene.view.project(places)[film.frames]
+    ways = film.scene.points - seen * [1, -1] * film.scene.scale
+    assert np.ptp(ways, axis=(0, 1)) == pytest.approx(0, abs=0.02)  # one shift for all
+
+
+def test_what_matched_is_coloured_while_it_lasts(jacks) -> None:
+    motion, score = jacks
+    marked = [it for it in score.symbols("r_arm") if it.words == "right high"]
+    film = Film(motion, score, rate=10, marked=marked)
+    lit = [
+        bool(is_like(np.asarray(picture)[:, : film.scene.size[0]], LIT).any())
+        for picture in film.pictures()
+    ]
+    rate = float(score.rate)
+    told = [any(it.start / rate <= time < it.stop / rate for it in marked) for time in film.times]
+    assert lit == told
+    assert any(lit)
+    assert not all(lit)
+
+
+def test_a_moment_is_coloured_long_enough_to_be_seen(jacks) -> None:
+    motion, score = jacks
+    first = score.symbols("r_arm")[0]
+    assert first.start == first.stop
+    film = Film(motion, score, rate=20, marked=[first])
+    assert film.painter.lit.any(axis=1).sum() == 4
+
+
+def test_the_line_goes_up_with_time(jacks) -> None:
+    staff = Staff(jacks[1], 0, 12, (300, 480), seconds=True)
+    assert staff.lasts == 6
+    pages, downs = zip(*(staff.at(second) for second in range(12)), strict=True)
+    assert [page is pages[0] for page in pages] == [True] * 6 + [False] * 6
+    assert len({id(page) for page in pages}) == 2
+    steps = np.diff(downs)
+    assert np.delete(steps, 5) == pytest.approx(steps[0])
+    assert steps[0] < 0
+    assert downs[6] == pytest.approx(downs[0])
+
+
+def test_pages_show_what_the_whole_staff_shows() -> None:
+    motion = lanindex.read(REPOSITORY / "corpus" / "greetings.bvh")
+    score = lanindex.encode(motion)
+    staff = Staff(score, 0, motion.seconds, (300, 480))
+    start, stop = staff.lasts, 2 * staff.lasts
+    whole, page = (
+        draw(it, parts=staff.parts, start=start, stop=stop, bars=None, seconds=True)
+        for it in (score, staff._around(start, stop))
+    )
+    assert page.marks == whole.marks
+
+
+def test_who_goes_far_is_followed_and_never_lost(jacks) -> None:
+    motion, score = jacks
+    time = np.arange(len(motion)) / 25
+    way = np.stack([6000 * np.sin(time), 0 * time, 9000 * np.cos(time / 2)], axis=1)
+    film = Film(moved(motion, way), score, view="front")
+    assert not film.painter.still
+    size = np.array(film.scene.size)
+    points = film.scene.points
+    assert (points > 0).all()
+    assert (points < size).all()
+    still = Film(motion, score, view="front")
+    assert still.painter.still
+    assert film.scene.scale == pytest.approx(still.scene.scale, rel=0.3)
+
+
+def test_a_gap_is_a_gap(jacks) -> None:
+    motion, score = jacks
+    places = motion.positions.copy()
+    arm = motion.skeleton.body[[JOINT_CODES[it] for it in ("RElbow", "RWrist", "RHand")]]
+    places[50:75, arm] = np.nan
+    places[100:125] = np.nan
+    film = Film(replace(motion, positions=places), score, view="front")
+    ink = [
+        int(is_like(np.asarray(it)[:, : film.scene.size[0]], INK).sum()) for it in film.pictures()
+    ]
+    assert max(ink[100:125]) == 0
+    assert 0 < max(ink[51:74]) < min(ink[40:50])
+
+
+def test_a_body_that_is_never_seen_is_refused(jacks) -> None:
+    motion, score = jacks
+    places = motion.positions.copy()
+    places[:100] = np.nan
+    with pytest.raises(ExportError, match="no joint is known"):
+        Film(replace(motion, positions=places), score, stop=3.9)
+
+
+def test_a_joint_that_flies_away_makes_nobody_small(jacks) -> None:
+    motion, score = jacks
+    places = motion.positions.copy()
+    places[60, motion.skeleton.body[JOINT_CODES["RWrist"]]] = 1e7
+    scales = [
+        Film(replace(motion, positions=it), score, view="front").scene.scale
+        for it in (motion.positions, places)
+    ]
+    assert scales[1] > 0.7 * scales[0]
+
+
+def test_a_floor_needs_feet(jacks) -> None:
+    motion, score = jacks
+    places = motion.positions.copy()
+    feet = [side + joint for side in "RL" for joint in ("Ankle", "Toe")]
+    places[:, motion.skeleton.body[[JOINT_CODES[it] for it in feet]]] = np.nan
+    film = Film(replace(motion, positions=places), score)
+    assert film.scene.floor is None
+    assert film.scene.lines(0) == []
+
+
+def test_tiny_bodies_are_not_blown_up() -> None:
+    from lanindex.film.figure import Figure
+
+    places = np.full((3, 20, 3), np.nan, np.float32)
+    places[:, :2] = [[0, 0, 0], [0, 10, 0]]
+    figure = Figure(places, np.array([[0, 1]]), ("torso",), Fraction(30))
+    assert scene(figure, np.arange(3), View(0), (300, 300), 25).scale <= 300 / LEAST
+
+
+@pytest.mark.parametrize(
+    ("how", "found"),
+    [
+        ({"start": 5, "stop": 5}, "nothing from 5 s to 5 s"),
+        ({"start": 50}, "nothing from 50 s to 12 s"),
+        ({"size": (641, 480)}, "641x480"),
+        ({"size": (64, 48)}, "64x48"),
+        ({"view": "above"}, 'the view "above"'),
+        ({"view": "nan"}, 'the view "nan"'),
+        ({"parts": ["r_foot"]}, 'no part "r_foot"'),
+    ],
+)
+def test_what_makes_no_sense_is_refused(jacks, how: dict, found: str) -> None:
+    with pytest.raises(UsageError, match=found):
+        list(Film(*jacks, **how).pictures())
+
+
+def test_one_frame_is_no_film(jacks) -> None:
+    motion, score = jacks
+    with pytest.raises(ExportError, match="one frame"):
+        Film(replace(motion, positions=motion.positions[:1]), score)
+
+
+def test_endings_tell_forms(tmp_path: Path) -> None:
+    assert [form_of(f"a.{form.upper()}") for form in FORMS] == list(FORMS)
+    for name in ("walk.avi", "walk", "webp"):
+        with pytest.raises(UsageError, match="an ending of mp4"):
+            form_of(name)
+    with pytest.raises(UsageError, match="50 at most"):
+        reel([], "gif", SIZE, Fraction(60))
+
+
+@pytest.mark.parametrize(("form", "lib"), [("mp4", "av"), ("gif", "PIL")])
+def test_what_is_not_installed_is_named(
+    jacks, form: str, lib: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [it for it in sys.modules if it.split(".")[0] == lib]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, lib, None)
+    with pytest.raises(ExportError, match=rf"{lib} is not installed.*|import of {lib}") as caught:
+        Film(*jacks, stop=1).written(form)
+    assert "lanindex[film]" in caught.value.remedy
+
+
+def test_paper_is_white(jacks) -> None:
+    picture = np.asarray(next(Film(*jacks).pictures()))
+    assert is_like(picture, PAPER, 0).mean() > 0.8
