@@ -197,6 +197,7 @@ def of_clip(
     fit: float | None,
     pattern: str,
     symbols: tuple[dict[str, Any], ...],
+    preview: str | None = None,
 ) -> dict[str, Any]:
     """Return a clip: a line of a manifest.
 
@@ -210,6 +211,8 @@ def of_clip(
         Frames of the source that matched, and those in the clip.
     fit, pattern, symbols
         Of the hit, as far as they are known.
+    preview : str, optional
+        The file of its film.
     """
     return {
         "clip": name,
@@ -226,6 +229,7 @@ def of_clip(
         "fit": fit,
         "pattern": pattern,
         "symbols": list(symbols),
+        **({} if preview is None else {"preview": preview}),
     }
 
 

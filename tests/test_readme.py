@@ -114,6 +114,7 @@ ARGUMENTS = {
     "search --why 1": "'r_arm high'",
     "export": "'r_arm high' --in *greetings.bvh -o records",
     "export --dataset DIR": "'r_arm high' --in *greetings.bvh",
+    "export --preview gif": "'torso forward high -> hold 1s+' -o previews",
     "motifs": "--min-count 2 --length 2",
     "show": "1",
     "diff": "corpus/conductor_three.lnd corpus/conductor_four.lnd || test $? = 1",

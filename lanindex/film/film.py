@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from lanindex.errors import ExportError, UsageError, shown
 from lanindex.film import reel as reels
-from lanindex.film.figure import Figure, figure
+from lanindex.film.figure import Figure
 from lanindex.film.paint import LINE, PAPER, Painter
 from lanindex.film.scene import scene
 from lanindex.film.staff import Staff
 from lanindex.film.view import View, front, view
-from lanindex.model import Motion, Score, Symbol
+from lanindex.model import Score, Symbol
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -44,7 +44,7 @@ class Film:
 
     Parameters
     ----------
-    motion : Motion
+    figure : Figure
         What is shown.
     score : Score
         Of the same movement, at any rate.
@@ -67,23 +67,24 @@ class Film:
     Attributes
     ----------
     times : ndarray
-        (N,) float64, seconds of the motion that the frames show.
+        (N,) float64, seconds of the movement that the frames show.
     frames : ndarray
-        (N,) int64, frames of the motion that they show.
+        (N,) int64, frames of the figure that they show.
 
     Raises
     ------
     UsageError
         Where nothing lies between start and stop, or size or view make no sense.
     ExportError
-        Where the motion has a single frame, or no joint is known.
+        Where there is a single frame, or no joint is known.
 
     Examples
     --------
     >>> import lanindex
+    >>> from lanindex.film.figure import figure
     >>> from lanindex.film.film import Film
     >>> motion = lanindex.read("corpus/jumping_jacks.bvh")
-    >>> film = Film(motion, lanindex.encode(motion), start=2, stop=4, rate=20)
+    >>> film = Film(figure(motion), lanindex.encode(motion), start=2, stop=4, rate=20)
     >>> len(film), film.frames[:4].tolist(), film.scene.view.turn
     (40, [60, 61, 63, 64], 0.0)
     >>> next(film.pictures()).size
@@ -94,7 +95,7 @@ class Film:
 
     def __init__(
         self,
-        motion: Motion,
+        figure: Figure,
         score: Score,
         *,
         start: float = 0.0,
@@ -106,10 +107,10 @@ class Film:
         marked: Sequence[Symbol] = (),
         seconds: bool = True,
     ) -> None:
-        if len(motion) < 2:
-            raise ExportError("one frame", place=motion.source.path, wanted="a movement: two")
+        if len(figure) < 2:
+            raise ExportError("a capture of one frame", wanted="a movement")
         _check(size)
-        end = min(motion.seconds, float(score.frames / score.rate))
+        end = min(float(len(figure) / figure.rate), float(score.frames / score.rate))
         stop = end if stop is None else min(stop, end)
         if not 0 <= start < stop:
             wanted = f"a stretch of 0 to {end:g} s"
@@ -117,9 +118,8 @@ class Film:
         self.rate, self.size, self.score = Fraction(rate), size, score
         count = max(round((stop - start) * self.rate), 1)
         self.times = start + np.arange(count) / float(self.rate)
-        found = figure(motion)
-        shown = np.floor(self.times * float(motion.rate) + 1e-6).astype(np.int64)
-        self.frames = np.minimum(shown, len(motion) - 1)
+        shown = np.floor(self.times * float(figure.rate) + 1e-6).astype(np.int64)
+        self.frames = np.minimum(shown, len(figure) - 1)
         self.staff = Staff(
             score,
             start,
@@ -130,10 +130,10 @@ class Film:
             seconds=seconds,
         )
         room = (size[0] - self.staff.width, size[1])
-        eye = self._eye(found, view, parts, marked)
-        self.scene = scene(found, self.frames, eye, room, float(self.rate))
-        lit = self._lit(found, marked)
-        self.painter = Painter(found, self.scene, lit, float(self.rate))
+        eye = self._eye(figure, view, parts, marked)
+        self.scene = scene(figure, self.frames, eye, room, float(self.rate))
+        lit = self._lit(figure, marked)
+        self.painter = Painter(figure, self.scene, lit, float(self.rate))
 
     def __len__(self) -> int:
         """Return the number of film frames."""
@@ -185,8 +185,9 @@ class Film:
             if staff is not page or base is None:
                 page, base = staff, Image.new("RGB", self.size, PAPER)
                 base.paste(staff, (left, 0))
+                base.paste(self.painter.ground())
             frame = base.copy()
-            frame.paste(self.painter.paint(number), (0, 0))
+            self.painter.paint(number, frame)
             line = (left, down - 1, self.size[0], down)
             ImageDraw.Draw(frame).rectangle(line, fill=LINE)
             yield frame

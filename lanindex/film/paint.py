@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,28 +70,38 @@ class Painter:
         size = SMOOTH * scene.scale
         self.bone, self.head, self.spot = max(BONE * size, 3.0), HEAD * size, SPOT * size
         self.still = bool((scene.eye == scene.eye[0]).all())
-        self._ground: tuple[Image, Image] | None = None
+        outer = {joint for _, joint in self.bones}
+        self.joined = [inner in outer for inner, _ in self.bones]
 
-    def paint(self, frame: int) -> Image:
-        """Return a film frame's figure, as large as the scene."""
-        from PIL import ImageDraw
+    def ground(self) -> Image:
+        """Return what a page shows below the figure: the floor, where the eye stands still."""
+        return self._still[0].reduce(SMOOTH)
 
+    def paint(self, frame: int, page: Image) -> None:
+        """Draw a film frame's figure on a page that has the ground in its upper left corner."""
         if not self.still:
             canvas = self._floor(frame)
-            draw = ImageDraw.Draw(canvas)
-            self._way(draw, frame)
-            self._body(draw, frame)
-            return canvas.reduce(SMOOTH)
-        if self._ground is None:
-            floor = self._floor(frame)
-            self._ground = floor, floor.reduce(SMOOTH)
-        canvas, page = (it.copy() for it in self._ground)
-        draw = ImageDraw.Draw(canvas)
-        marks = [*self._way(draw, frame), *self._body(draw, frame)]
-        if marks:
+            self._draw(canvas, frame)
+            page.paste(canvas.reduce(SMOOTH))
+            return
+        floor, canvas = self._still
+        if marks := self._draw(canvas, frame):
             box = self._box(marks)
             page.paste(canvas.reduce(SMOOTH, box), (box[0] // SMOOTH, box[1] // SMOOTH))
-        return page
+            canvas.paste(floor)  # faster than a copy each time
+
+    @cached_property
+    def _still(self) -> tuple[Image, Image]:
+        """The floor that does not move, large, and the same to draw on."""
+        floor = self._floor(0)
+        return floor, floor.copy()
+
+    def _draw(self, canvas: Image, frame: int) -> list[tuple[float, float]]:
+        """Draw all that moves, and return points around which something was drawn."""
+        from PIL import ImageDraw
+
+        draw = ImageDraw.Draw(canvas)
+        return [*self._way(draw, frame), *self._body(draw, frame)]
 
     def _box(self, marks: Iterable[tuple[float, float]]) -> tuple[int, int, int, int]:
         """Return what to take over of a canvas on which something was drawn around points."""
@@ -126,7 +137,7 @@ class Painter:
         for piece in np.split(path, gaps) if len(gaps) else [path]:
             points = [(x, y) for x, y in piece.tolist() if x == x]
             if len(points) > 1:
-                draw.line(points, fill=WAY, width=2 * SMOOTH, joint="curve")
+                draw.line(points, fill=WAY, width=2 * SMOOTH)
             drawn += points
         if not len(gaps) or gaps[-1] != len(path) - 1:
             (x, y), r = path[-1].tolist(), self.spot
@@ -147,7 +158,7 @@ class Painter:
         for _, bone, (x, y), (a, b) in shown:
             color = LIT if lit[bone] else self.colors[bone]
             draw.line((x, y, a, b), fill=color, width=round(self.bone))
-            for at, to in ((x, y), (a, b)):
+            for at, to in ((x, y), (a, b))[self.joined[bone] :]:
                 draw.ellipse((at - half, to - half, at + half, to + half), fill=color)
             if self.bones[bone][1] == _HEAD:
                 r = self.head

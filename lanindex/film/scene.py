@@ -156,7 +156,7 @@ def scene(
     >>> body = figure(lanindex.read("corpus/compass.bvh"))
     >>> found = scene(body, np.arange(0, 840, 2), View(0), (320, 480), 15)
     >>> len(found), found.points.shape, round(found.floor)
-    (420, (420, 20, 2), 0)
+    (420, (420, 20, 2), 30)
     """
     places = figure.places[frames]
     known = ~np.isnan(places[..., 0])

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from io import BytesIO
 from math import floor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.draw import draw
 from lanindex.draw.clock import Clock
@@ -64,7 +66,7 @@ class Staff:
     >>> staff = Staff(score, 0, 12, (300, 480), seconds=False)
     >>> page, line = staff.at(3.0)
     >>> page.size, line, staff.at(9.0)[0] is page
-    ((154, 480), 172.8, False)
+    ((136, 480), 355.4, False)
     """
 
     def __init__(
@@ -92,14 +94,9 @@ class Staff:
         counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
         self.lasts = max(counts, 1) / self.rate
         self.warnings: dict[str, None] = {}
-        self._rows = {
-            part: track.symbols[~track.symbols["passing"]] for part, track in score.tracks.items()
-        }
-        self._ends = {
-            part: np.maximum.accumulate(rows["stop"]) for part, rows in self._rows.items()
-        }
+        self._rows = _shown(score)
         self._marked = defaultdict[int, list[Symbol]](list)
-        for symbol in marked:
+        for symbol in map(self._settled, marked):
             first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
             for page in range(max(first, 0), last + 1):
                 self._marked[page].append(symbol)
@@ -144,13 +141,31 @@ class Staff:
         ups = [_BELOW + (clock.at(it) - begin) * BEAT for it in times]
         return page, times, [self.height - up * scale / PIXEL for up in ups]
 
+    def _settled(self, symbol: Symbol) -> Symbol:
+        """Return a symbol, of one that is passed that on whose way it is."""
+        if not symbol.passing:
+            return symbol
+        rows, ends = self._rows[symbol.part]
+        row = rows[min(int(np.searchsorted(ends, symbol.stop)), len(rows) - 1)]
+        return replace(symbol, start=int(row["start"]), stop=int(row["stop"]), passing=False)
+
     def _around(self, start: float, stop: float) -> Score:
         """Return the score with the rows alone that a page needs: one more on either side."""
         rate = float(self.score.rate)
         tracks = {}
-        for part, rows in self._rows.items():
-            first = int(np.searchsorted(self._ends[part], start * rate, "right"))
+        for part, (rows, ends) in self._rows.items():
+            first = int(np.searchsorted(ends, start * rate, "right"))
             last = int(np.searchsorted(rows["start"], stop * rate, "left"))
             some = rows[max(first - 1, 0) : max(last, first) + 1]
             tracks[part] = Track(part, some, self.score.tracks[part].known)
         return replace(self.score, tracks=tracks)
+
+
+@lru_cache(maxsize=1)  # for many films of one capture
+def _shown(score: Score) -> dict[str, tuple[NDArray[Any], NDArray[np.int32]]]:
+    """Return what is drawn of each track: its rows, and when they and all before them are over."""
+    shown = {}
+    for part, track in score.tracks.items():
+        rows = track.symbols[~track.symbols["passing"]]
+        shown[part] = rows, np.maximum.accumulate(rows["stop"])
+    return shown

@@ -7,13 +7,14 @@ import io
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from fractions import Fraction
+from functools import partial
 from itertools import groupby
 from math import ceil
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lanindex import formats, records
 from lanindex.alphabet import KINDS, kind_of
@@ -23,6 +24,9 @@ from lanindex.model import Capture, Span
 from lanindex.pipeline.clipping import FORMATS, Clipper
 from lanindex.pipeline.files import safe_stem, write_all
 from lanindex.pipeline.requests import Request
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.playing import Previews
 
 MANIFEST = "manifest"
 _FORMULAS = ("=", "+", "-", "@", "\t", "\n")
@@ -89,6 +93,7 @@ def export(
     pad: str = "0",
     format: str = "native",
     origin: bool = False,
+    preview: str | None = None,
     force: bool = False,
 ) -> list[dict[str, Any]]:
     """Write clips, an LND excerpt beside each, and a manifest; all or nothing.
@@ -108,6 +113,8 @@ def export(
         `lanindex.pipeline.clipping.FORMATS`: written anew; ``lnd``: the scores alone.
     origin : bool
         Whether clips begin above the floor's origin and face forward; they are written anew then.
+    preview : str, optional
+        ``webp``, ``gif`` or ``mp4``: a film of each clip is written beside it.
     force : bool
         Whether files that are there may be replaced.
 
@@ -125,7 +132,8 @@ def export(
         Where `format` or `pad` is not understood.
     """
     manifest: list[dict[str, Any]] = []
-    files = clips(library, wanted, pad=pad, format=format, origin=origin, manifest=manifest)
+    how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin, "preview": preview}
+    files = clips(library, wanted, manifest=manifest, **how)
     write_all(
         ((folder / file.name, file.content[:]) for file in files),
         force=force,
@@ -141,13 +149,14 @@ def clips(
     pad: str = "0",
     format: str = "native",
     origin: bool = False,
+    preview: str | None = None,
     manifest: list[dict[str, Any]] | None = None,
 ) -> Iterator[formats.File]:
     """Yield clips as bytes with a name, for a folder, an archive or a network.
 
     Parameters
     ----------
-    library, wanted, pad, format, origin
+    library, wanted, pad, format, origin, preview
         As for `export`.
     manifest : list, optional
         To which a record is added for each clip, as soon as it is cut.
@@ -155,9 +164,9 @@ def clips(
     Yields
     ------
     File
-        Each clip, its score (LND), and in the end, where there was any clip, the manifest as CSV
-        and as JSON lines. A cell of the CSV that a spreadsheet would take for a formula has an
-        apostrophe before it. No name stands twice, or has a folder.
+        Each clip, its score (LND), its film if one is asked for, and in the end, where there was
+        any clip, the manifest as CSV and as JSON lines. A cell of the CSV that a spreadsheet would
+        take for a formula has an apostrophe before it. No name stands twice, or has a folder.
 
     Raises
     ------
@@ -166,14 +175,16 @@ def clips(
     """
     if format not in FORMATS:
         raise UsageError(f'"{shown(format)}"', place="--format", wanted=", ".join(FORMATS))
+    films = _films(preview)
     manifest = [] if manifest is None else manifest
     taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
     for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
         requests = list(group)
         held = held_as(library, requests[0].capture)
         clipper = Clipper(library, held, format, origin)
+        filmed = films(library, held) if films else None
         for request in requests:
-            yield from _clip(clipper, request, pad, taken, manifest)
+            yield from _clip(clipper, filmed, request, pad, taken, manifest)
     if manifest:
         lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in manifest)
         yield formats.File(f"{MANIFEST}.csv", _table(manifest))
@@ -213,8 +224,21 @@ def held_as(library: Store, source: Capture) -> Capture:
     return held
 
 
+def _films(form: str | None) -> Callable[[Store, Capture], Previews] | None:
+    """Return what makes films of a capture's clips, if they are asked for."""
+    if form is None:
+        return None
+    from lanindex.film.reel import FORMS
+    from lanindex.pipeline.playing import Previews
+
+    if form not in FORMS:
+        raise UsageError(f'"{shown(form)}"', place="--preview", wanted=", ".join(FORMS))
+    return partial(Previews, form=form)
+
+
 def _clip(
     clipper: Clipper,
+    filmed: Previews | None,
     request: Request,
     pad: str,
     taken: set[str],
@@ -231,6 +255,10 @@ def _clip(
     name = free(f"{safe_stem(source.path)}_{span.start}-{span.stop}", taken)
     for suffix, content in clipper.files(span):
         yield formats.File(name + suffix, content)
+    film = None
+    if filmed is not None:
+        film = f"{name}.{filmed.form}"
+        yield formats.File(film, filmed.film(span, request))
     manifest.append(
         records.of_clip(
             name + clipper.suffix,
@@ -240,6 +268,7 @@ def _clip(
             fit=request.fit,
             pattern=request.pattern,
             symbols=request.symbols,
+            preview=film,
         )
     )
 

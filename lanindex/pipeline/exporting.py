@@ -30,6 +30,7 @@ class Exporting(store.Store):
         pad: str = "0",
         format: str = "native",
         origin: bool = False,
+        preview: str | None = None,
         force: bool = False,
     ) -> list[dict[str, Any]]:
         """Write hits as clips, in the format they came in or another.
@@ -46,6 +47,8 @@ class Exporting(store.Store):
             ``native``, or what they shall be written in anew: `lanindex.pipeline.clipping.FORMATS`.
         origin : bool
             Let clips begin above the floor's origin, facing forward; they are written anew then.
+        preview : str, optional
+            ``webp``, ``gif`` or ``mp4``: write a film of each clip beside it, too.
         force : bool
             Replace files that are there.
 
@@ -73,8 +76,8 @@ class Exporting(store.Store):
         from lanindex.pipeline.requests import from_hits
 
         wanted = from_hits(hits, getattr(hits, "pattern", ""))
-        how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin, "force": force}
-        return export(self, wanted, Path(folder), **how)
+        how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin}
+        return export(self, wanted, Path(folder), preview=preview, force=force, **how)
 
     def dataset(
         self,

@@ -14,8 +14,7 @@ from lanindex.library.find import is_number
 from lanindex.library.store import Store
 from lanindex.model import Capture, Reading, Score, Span, Symbol
 from lanindex.notation import notation_of
-from lanindex.pipeline.requests import Request, from_lines
-from lanindex.records import of_symbol
+from lanindex.pipeline.requests import from_lines, matched
 
 _RANGE = re.compile(r"(.+):(\d+)-(\d+)", re.DOTALL)
 
@@ -63,13 +62,18 @@ class Named:
     @property
     def counted(self) -> bool:
         """Whether beats were told; else they are seconds."""
-        return self.format == _COUNTS or self.score.meter.speed != 60
+        return counts_beats(self.format, self.score)
 
     @property
     def seconds(self) -> tuple[float, float]:
         """From and to when it is meant."""
         rate = self.score.rate
         return float(self.span.start / rate), float(self.span.stop / rate)
+
+
+def counts_beats(form: str, score: Score) -> bool:
+    """Return whether a score of a format counts beats that somebody told, and not seconds."""
+    return form == _COUNTS or score.meter.speed != 60
 
 
 def named(
@@ -161,7 +165,7 @@ def stored(library: Store, text: str) -> Named:
         return Named(
             *(named, request.capture.path, request.capture, score, request.capture.format),
             within(request.hit, score, named),
-            _matched(score, request),
+            matched(score, request),
         )
     path, span = ranged(text)
     which = int(path) if path.isdecimal() and is_number(int(path)) else path
@@ -198,16 +202,3 @@ def within(span: Span | None, score: Score, named: str) -> Span:
         wanted = f"from less than to, and no more than its {score.frames} frames"
         raise UsageError(found, place=shown(named), wanted=wanted)
     return span
-
-
-def _matched(score: Score, request: Request) -> tuple[Symbol, ...]:
-    """Return the symbols of a score that a hit names."""
-    keys = ("part", "direction", "level", "start_frame", "end_frame")
-    wanted = {tuple(it.get(key) for key in keys) for it in request.symbols}
-    return tuple(
-        symbol
-        for part in dict.fromkeys(it["part"] for it in request.symbols)
-        if part in score.tracks
-        for symbol in score.tracks[part].listed()
-        if tuple(of_symbol(symbol)[key] for key in keys) in wanted
-    )

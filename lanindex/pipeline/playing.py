@@ -7,13 +7,17 @@ from fractions import Fraction
 from pathlib import Path
 
 from lanindex import formats
+from lanindex.film.figure import figure
+from lanindex.film.film import Film
+from lanindex.film.reel import RATE, RATES
 from lanindex.library.store import Store
-from lanindex.model import Capture, Motion, Reading
+from lanindex.model import Capture, Motion, Reading, Span
 from lanindex.notation import NOTATIONS
 from lanindex.perform import perform
 from lanindex.pipeline import convert
 from lanindex.pipeline.clipping import unchanged
-from lanindex.pipeline.named import Named
+from lanindex.pipeline.named import Named, counts_beats
+from lanindex.pipeline.requests import Request, matched
 
 
 def stored_motion(library: Store, capture: Capture, rate: Fraction) -> Motion:
@@ -48,6 +52,46 @@ def stored_motion(library: Store, capture: Capture, rate: Fraction) -> Motion:
     return formats.read_file(file, told, formats.Wanted(body_only=True))
 
 
+class Previews:
+    """Films of the clips of one capture.
+
+    Parameters
+    ----------
+    library : Store
+        Where it is.
+    capture : Capture
+        Whose clips.
+    form : str
+        Of ``film.reel.FORMS``.
+
+    Raises
+    ------
+    ExportError
+        Its file has changed, is gone, or has no body.
+    """
+
+    def __init__(self, library: Store, capture: Capture, form: str) -> None:
+        self.capture, self.form, self.rate = capture, form, RATES.get(form, RATE)
+        self.score = library.score(capture.id)
+        self.figure = figure(stored_motion(library, capture, self.rate))
+
+    def film(self, span: Span, request: Request) -> bytes:
+        """Return the film of a clip, what matched in colour."""
+        start, stop = (float(it / self.capture.rate) for it in (span.start, span.stop))
+        beats = counts_beats(self.capture.format, self.score)
+        marked = matched(self.score, request)
+        film = Film(
+            self.figure,
+            self.score,
+            start=start,
+            stop=stop,
+            rate=self.rate,
+            marked=marked,
+            seconds=not beats,
+        )
+        return film.written(self.form)
+
+
 def motion_of(found: Named, library: Callable[[], Store], told: Reading, rate: Fraction) -> Motion:
     """Return the motion of what a person names.
 
@@ -70,7 +114,7 @@ def motion_of(found: Named, library: Callable[[], Store], told: Reading, rate: F
     >>> from lanindex.pipeline.playing import motion_of
     >>> opened = lambda: lanindex.open_library("dance.db")
     >>> len(motion_of(named("corpus/semaphore.lnd", opened), opened, Reading(), 25))
-    600
+    1350
     """
     if found.format in NOTATIONS:
         return perform(found.score, rate=rate)

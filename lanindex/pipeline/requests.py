@@ -7,10 +7,14 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from lanindex import records
 from lanindex.errors import LibraryError, UsageError, quoted, shown
 from lanindex.library.store import Store
-from lanindex.model import Capture, Hit, Span
+from lanindex.model import Capture, Hit, Score, Span, Symbol
+from lanindex.model.symbol import listed
+from lanindex.records import of_symbol
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +108,24 @@ def from_lines(library: Store, lines: Iterable[str | bytes]) -> list[Request]:
         )
         for capture, hit in found
     ]
+
+
+def matched(score: Score, request: Request) -> tuple[Symbol, ...]:
+    """Return the symbols of a score that a hit names."""
+    keys = ("part", "direction", "level", "start_frame", "end_frame")
+    found = []
+    for wanted in request.symbols:
+        part = wanted["part"]
+        if part in score.tracks:
+            rows = score.tracks[part].symbols
+            first, last = np.searchsorted(rows["start"], np.array([0, 1]) + wanted["start_frame"])
+            some = (
+                replace(it, ordinal=it.ordinal + int(first))
+                for it in listed(part, rows[first:last])
+            )
+            same = {key: wanted.get(key) for key in keys}
+            found += [it for it in some if {key: of_symbol(it)[key] for key in keys} == same]
+    return tuple(dict.fromkeys(found))
 
 
 @dataclass(frozen=True, slots=True)

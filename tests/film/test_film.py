@@ -14,6 +14,7 @@ import lanindex
 from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw
 from lanindex.errors import ExportError, UsageError
+from lanindex.film.figure import Figure, figure
 from lanindex.film.film import SIZE, Film
 from lanindex.film.paint import INK, LEFT, LIT, PAPER
 from lanindex.film.reel import FORMS, RATES, form_of, reel
@@ -32,6 +33,10 @@ def jacks() -> tuple[Motion, Score]:
     return lanindex.animate(score, rate=25), score
 
 
+def film_of(motion: Motion, score: Score, **how) -> Film:
+    return Film(figure(motion), score, **how)
+
+
 def is_like(pixels: np.ndarray, color: tuple[int, int, int], near: int = NEAR) -> np.ndarray:
     return (abs(pixels.astype(int) - color) <= near).all(axis=-1)
 
@@ -45,7 +50,7 @@ def moved(motion: Motion, way: np.ndarray) -> Motion:
 @pytest.mark.parametrize("rate", [None, "30000/1001"])
 def test_a_film_lasts_as_long_as_the_movement(jacks, form: str, rate: str | None) -> None:
     speed = Fraction(rate) if rate else RATES.get(form, Fraction(25))
-    film = Film(*jacks, start=1, stop=3.5, rate=speed, size=SMALL)
+    film = film_of(*jacks, start=1, stop=3.5, rate=speed, size=SMALL)
     played = seen(film.written(form), form)
     assert played.size == SMALL
     assert len(played.frames) == len(film) == round(2.5 * speed)
@@ -54,7 +59,7 @@ def test_a_film_lasts_as_long_as_the_movement(jacks, form: str, rate: str | None
 
 @pytest.mark.parametrize("form", FORMS)
 def test_what_is_played_is_what_was_drawn(jacks, form: str) -> None:
-    film = Film(*jacks, start=2, stop=3, rate=20)
+    film = film_of(*jacks, start=2, stop=3, rate=20)
     played = seen(film.written(form), form).frames
     for drawn, shown in zip(film.pictures(), played, strict=True):
         off = abs(np.asarray(drawn).astype(int) - shown)
@@ -63,12 +68,12 @@ def test_what_is_played_is_what_was_drawn(jacks, form: str) -> None:
 
 
 def test_a_film_shows_the_motion_in_real_time(jacks) -> None:
-    film = Film(*jacks, start=2, stop=4, rate=10)
+    film = film_of(*jacks, start=2, stop=4, rate=10)
     assert film.frames.tolist() == [50 + 5 * number // 2 for number in range(20)]
 
 
 def test_the_figure_is_where_the_view_says(jacks) -> None:
-    film = Film(*jacks, start=2, stop=6, rate=5, view="front")
+    film = film_of(*jacks, start=2, stop=6, rate=5, view="front")
     for number, picture in enumerate(film.pictures()):
         pixels = np.asarray(picture)
         for joint, color in (("RWrist", INK), ("LWrist", LEFT), ("RKnee", INK), ("LKnee", LEFT)):
@@ -81,7 +86,7 @@ def test_the_figure_is_where_the_view_says(jacks) -> None:
 
 def test_a_place_is_drawn_to_scale(jacks) -> None:
     motion, score = jacks
-    film = Film(motion, score, view="front")
+    film = film_of(motion, score, view="front")
     places = motion.positions[:, motion.skeleton.body].astype(float)
     seen = film.scene.view.project(places)[film.frames]
     ways = film.scene.points - seen * [1, -1] * film.scene.scale
@@ -91,7 +96,7 @@ def test_a_place_is_drawn_to_scale(jacks) -> None:
 def test_what_matched_is_coloured_while_it_lasts(jacks) -> None:
     motion, score = jacks
     marked = [it for it in score.symbols("r_arm") if it.words == "right high"]
-    film = Film(motion, score, rate=10, marked=marked)
+    film = film_of(motion, score, rate=10, marked=marked)
     lit = [
         bool(is_like(np.asarray(picture)[:, : film.scene.size[0]], LIT).any())
         for picture in film.pictures()
@@ -107,7 +112,7 @@ def test_a_moment_is_coloured_long_enough_to_be_seen(jacks) -> None:
     motion, score = jacks
     first = score.symbols("r_arm")[0]
     assert first.start == first.stop
-    film = Film(motion, score, rate=20, marked=[first])
+    film = film_of(motion, score, rate=20, marked=[first])
     assert film.painter.lit.any(axis=1).sum() == 4
 
 
@@ -139,13 +144,13 @@ def test_who_goes_far_is_followed_and_never_lost(jacks) -> None:
     motion, score = jacks
     time = np.arange(len(motion)) / 25
     way = np.stack([6000 * np.sin(time), 0 * time, 9000 * np.cos(time / 2)], axis=1)
-    film = Film(moved(motion, way), score, view="front")
+    film = film_of(moved(motion, way), score, view="front")
     assert not film.painter.still
     size = np.array(film.scene.size)
     points = film.scene.points
     assert (points > 0).all()
     assert (points < size).all()
-    still = Film(motion, score, view="front")
+    still = film_of(motion, score, view="front")
     assert still.painter.still
     assert film.scene.scale == pytest.approx(still.scene.scale, rel=0.3)
 
@@ -156,7 +161,7 @@ def test_a_gap_is_a_gap(jacks) -> None:
     arm = motion.skeleton.body[[JOINT_CODES[it] for it in ("RElbow", "RWrist", "RHand")]]
     places[50:75, arm] = np.nan
     places[100:125] = np.nan
-    film = Film(replace(motion, positions=places), score, view="front")
+    film = film_of(replace(motion, positions=places), score, view="front")
     ink = [
         int(is_like(np.asarray(it)[:, : film.scene.size[0]], INK).sum()) for it in film.pictures()
     ]
@@ -169,7 +174,7 @@ def test_a_body_that_is_never_seen_is_refused(jacks) -> None:
     places = motion.positions.copy()
     places[:100] = np.nan
     with pytest.raises(ExportError, match="no joint is known"):
-        Film(replace(motion, positions=places), score, stop=3.9)
+        film_of(replace(motion, positions=places), score, stop=3.9)
 
 
 def test_a_joint_that_flies_away_makes_nobody_small(jacks) -> None:
@@ -177,7 +182,7 @@ def test_a_joint_that_flies_away_makes_nobody_small(jacks) -> None:
     places = motion.positions.copy()
     places[60, motion.skeleton.body[JOINT_CODES["RWrist"]]] = 1e7
     scales = [
-        Film(replace(motion, positions=it), score, view="front").scene.scale
+        film_of(replace(motion, positions=it), score, view="front").scene.scale
         for it in (motion.positions, places)
     ]
     assert scales[1] > 0.7 * scales[0]
@@ -188,18 +193,16 @@ def test_a_floor_needs_feet(jacks) -> None:
     places = motion.positions.copy()
     feet = [side + joint for side in "RL" for joint in ("Ankle", "Toe")]
     places[:, motion.skeleton.body[[JOINT_CODES[it] for it in feet]]] = np.nan
-    film = Film(replace(motion, positions=places), score)
+    film = film_of(replace(motion, positions=places), score)
     assert film.scene.floor is None
     assert film.scene.lines(0) == []
 
 
 def test_tiny_bodies_are_not_blown_up() -> None:
-    from lanindex.film.figure import Figure
-
     places = np.full((3, 20, 3), np.nan, np.float32)
     places[:, :2] = [[0, 0, 0], [0, 10, 0]]
-    figure = Figure(places, np.array([[0, 1]]), ("torso",), Fraction(30))
-    assert scene(figure, np.arange(3), View(0), (300, 300), 25).scale <= 300 / LEAST
+    tiny = Figure(places, np.array([[0, 1]]), ("torso",), Fraction(30))
+    assert scene(tiny, np.arange(3), View(0), (300, 300), 25).scale <= 300 / LEAST
 
 
 @pytest.mark.parametrize(
@@ -216,13 +219,13 @@ def test_tiny_bodies_are_not_blown_up() -> None:
 )
 def test_what_makes_no_sense_is_refused(jacks, how: dict, found: str) -> None:
     with pytest.raises(UsageError, match=found):
-        list(Film(*jacks, **how).pictures())
+        list(film_of(*jacks, **how).pictures())
 
 
 def test_one_frame_is_no_film(jacks) -> None:
     motion, score = jacks
     with pytest.raises(ExportError, match="one frame"):
-        Film(replace(motion, positions=motion.positions[:1]), score)
+        film_of(replace(motion, positions=motion.positions[:1]), score)
 
 
 def test_endings_tell_forms(tmp_path: Path) -> None:
@@ -242,10 +245,10 @@ def test_what_is_not_installed_is_named(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, lib, None)
     with pytest.raises(ExportError, match=rf"{lib} is not installed.*|import of {lib}") as caught:
-        Film(*jacks, stop=1).written(form)
+        film_of(*jacks, stop=1).written(form)
     assert "lanindex[film]" in caught.value.remedy
 
 
 def test_paper_is_white(jacks) -> None:
-    picture = np.asarray(next(Film(*jacks).pictures()))
+    picture = np.asarray(next(film_of(*jacks).pictures()))
     assert is_like(picture, PAPER, 0).mean() > 0.8

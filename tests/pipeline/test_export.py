@@ -7,17 +7,20 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
+from films import seen
 
 from lanindex.errors import ExportError, UsageError
+from lanindex.film.paint import LIT
 from lanindex.formats import read
 from lanindex.formats.bvh.layout import scan
 from lanindex.model import Span
 from lanindex.notation import lnd
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.export import clips, export, pad_frames
-from lanindex.pipeline.requests import Request, from_hits, from_lines, from_range
+from lanindex.pipeline.requests import Request, from_hits, from_lines, from_range, matched
 
 
 @pytest.fixture
@@ -390,3 +393,44 @@ def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None
     assert (row["fit"], row["clip"]) == ("0.5", "bow_3-9.bvh")
     assert json.loads(content["manifest.jsonl"]) == manifest[0]
     assert manifest[0]["pattern"] == first + "> r_arm"
+
+
+@pytest.mark.parametrize("form", ["webp", "gif", "mp4"])
+def test_films_stand_beside_clips(tmp_path: Path, library: Library, form: str) -> None:
+    hits = library.search("r_arm -> r_arm", within="*raise.bvh")
+    folder = tmp_path / "films"
+    rows = library.export(hits, folder, pad="0.2s", preview=form)
+    assert rows
+    for row in rows:
+        assert row["preview"] == Path(row["clip"]).with_suffix(f".{form}").name
+        film = seen((folder / row["preview"]).read_bytes(), form)
+        assert film.seconds == pytest.approx(row["end"] - row["start"], abs=0.05)
+        orange = (abs(np.stack(film.frames).astype(int) - LIT) < 60).all(axis=-1)
+        assert orange.any()
+    written = [json.loads(it) for it in (folder / "manifest.jsonl").read_text().splitlines()]
+    assert written == rows
+    assert library.export(hits, tmp_path / "clips")[0].keys() == rows[0].keys() - {"preview"}
+
+
+def test_scores_have_films_too(tmp_path: Path, library: Library) -> None:
+    hits = library.search("r_arm", within="*score.lnd")[:1]
+    (row,) = library.export(hits, tmp_path / "films", preview="gif")
+    assert row["clip"].endswith(".lnd")
+    assert seen((tmp_path / "films" / row["preview"]).read_bytes(), "gif").frames
+
+
+def test_an_unknown_kind_of_film_is_refused(tmp_path: Path, library: Library) -> None:
+    hits = library.search("r_arm")
+    with pytest.raises(UsageError, match="avi") as caught:
+        library.export(hits, tmp_path / "films", preview="avi")
+    assert "webp" in caught.value.wanted
+    assert not (tmp_path / "films").exists()
+
+
+def test_the_symbols_of_a_hit_are_those_of_its_score(library: Library) -> None:
+    hits = library.search("arms -> arms", overlaps="all")
+    for hit, request in zip(hits, from_hits(hits, ""), strict=True):
+        score = library.score(hit.capture.id)
+        found = matched(score, request)
+        assert {str(it) for it in found} == {str(it) for it in hit.symbols}
+        assert all(score.tracks[it.part].listed()[it.ordinal] == it for it in found)

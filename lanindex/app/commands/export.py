@@ -52,6 +52,10 @@ def run(
     origin: Annotated[
         bool, typer.Option("--origin", help="Begin at the floor's origin, facing forward.")
     ] = False,
+    preview: Annotated[
+        str | None,
+        typer.Option("--preview", metavar="webp|gif|mp4", help="Write a film beside each clip."),
+    ] = None,
     pad: Annotated[
         str, typer.Option(metavar="TIME", help="Time around each hit: 0.5s, 200ms, 10f.")
     ] = "0",
@@ -95,7 +99,7 @@ def run(
 
     A clip in its source's format is cut out of it, byte for byte where the format allows that; in
     another (--format), or at the origin (--origin), it is written anew. Beside each stands its
-    score (.lnd), and a manifest lists them all. With --dataset they become arrays of joints,
+    score (.lnd), a film of it with --preview, and a manifest lists them all. With --dataset they become arrays of joints,
     symbols and words, in splits, with a card; without a pattern, whole captures do.
     """
     out = Output(json, quiet, verbose, color)
@@ -105,7 +109,8 @@ def run(
     span = (capture, begin, end)
     if dataset is not None:
         others = {"--output": output is not None, "--format": format != "native"}
-        _refused(others | {"--origin": origin}, "nothing of the kind beside --dataset")
+        others |= {"--origin": origin, "--preview": preview is not None}
+        _refused(others, "nothing of the kind beside --dataset")
         from lanindex.app import dataset as job
 
         wished |= {"pad": pad, "force": force}
@@ -130,9 +135,8 @@ def run(
     with open_library(db, readonly=True) as library:
         library.tell, library.watch, library.words = out.note, out.watch, words
         wanted = _wanted(out, library, what, span, how)
-        manifest = export(
-            library, wanted, output, pad=pad, format=format, origin=origin, force=force
-        )
+        forms: dict[str, Any] = {"format": format, "origin": origin, "preview": preview}
+        manifest = export(library, wanted, output, pad=pad, force=force, **forms)
     _tell(out, manifest, output)
     if not manifest:
         raise typer.Exit(1)

@@ -88,6 +88,7 @@ def run(
     without a motion is carried out. Options of reading (--unit, --profile and so on) are for files.
     """
     out = Output(False, quiet, verbose, color)
+    from lanindex.film.figure import figure
     from lanindex.film.film import Film
     from lanindex.film.reel import RATE, RATES, form_of
     from lanindex.pipeline import open_library
@@ -110,7 +111,7 @@ def run(
     for warning in said:
         out.note(f"{found.path}: {_ours(warning)}")
     film = Film(
-        motion,
+        figure(motion),
         found.score,
         start=found.seconds[0] if start is None else start,
         stop=found.seconds[1] if stop is None else stop,
