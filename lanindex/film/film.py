@@ -185,7 +185,8 @@ class Film:
             if staff is not page or base is None:
                 page, base = staff, Image.new("RGB", self.size, PAPER)
                 base.paste(staff, (left, 0))
-                base.paste(self.painter.ground())
+                if self.painter.still:
+                    self.painter.ground(base)
             frame = base.copy()
             self.painter.paint(number, frame)
             line = (left, down - 1, self.size[0], down)

@@ -73,35 +73,36 @@ class Painter:
         outer = {joint for _, joint in self.bones}
         self.joined = [inner in outer for inner, _ in self.bones]
 
-    def ground(self) -> Image:
-        """Return what a page shows below the figure: the floor, where the eye stands still."""
-        return self._still[0].reduce(SMOOTH)
-
-    def paint(self, frame: int, page: Image) -> None:
-        """Draw a film frame's figure on a page that has the ground in its upper left corner."""
-        if not self.still:
-            canvas = self._floor(frame)
-            self._draw(canvas, frame)
-            page.paste(canvas.reduce(SMOOTH))
-            return
-        floor, canvas = self._still
-        if marks := self._draw(canvas, frame):
-            box = self._box(marks)
-            page.paste(canvas.reduce(SMOOTH, box), (box[0] // SMOOTH, box[1] // SMOOTH))
-            canvas.paste(floor)  # faster than a copy each time
-
-    @cached_property
-    def _still(self) -> tuple[Image, Image]:
-        """The floor that does not move, large, and the same to draw on."""
-        floor = self._floor(0)
-        return floor, floor.copy()
-
-    def _draw(self, canvas: Image, frame: int) -> list[tuple[float, float]]:
-        """Draw all that moves, and return points around which something was drawn."""
+    def ground(self, page: Image, frame: int = 0) -> None:
+        """Draw the floor on a page: its lines are level or upright, and need no smoothing."""
         from PIL import ImageDraw
 
+        draw = ImageDraw.Draw(page)
+        width, height = self.scene.size
+        for x, y, a, b in self.scene.lines(frame):
+            draw.line((x, y, min(a, width - 1), min(b, height - 1)), fill=FLOOR)
+
+    def paint(self, frame: int, page: Image) -> None:
+        """Draw a film frame in the left of a page, which has the floor already if it is still."""
+        from PIL import ImageChops, ImageDraw
+
+        if not self.still:
+            self.ground(page, frame)
+        canvas = self._canvas
         draw = ImageDraw.Draw(canvas)
-        return [*self._way(draw, frame), *self._body(draw, frame)]
+        if marks := [*self._way(draw, frame), *self._body(draw, frame)]:
+            box = self._box(marks)
+            left, top, right, bottom = (it // SMOOTH for it in box)
+            below = page.crop((left, top, right, bottom))
+            page.paste(ImageChops.darker(below, canvas.reduce(SMOOTH, box)), (left, top))
+            canvas.paste(PAPER, box)
+
+    @cached_property
+    def _canvas(self) -> Image:
+        """What a figure is drawn on, larger than it is shown; empty before and after each."""
+        from PIL import Image
+
+        return Image.new("RGB", self.size, PAPER)
 
     def _box(self, marks: Iterable[tuple[float, float]]) -> tuple[int, int, int, int]:
         """Return what to take over of a canvas on which something was drawn around points."""
@@ -115,16 +116,6 @@ class Painter:
             for it, most in ((xs, self.size[0]), (ys, self.size[1]))
         )
         return left, top, right, bottom
-
-    def _floor(self, frame: int) -> Image:
-        """Return the floor alone, large."""
-        from PIL import Image, ImageDraw
-
-        canvas = Image.new("RGB", self.size, PAPER)
-        draw = ImageDraw.Draw(canvas)
-        for line in self.scene.lines(frame):
-            draw.line([it * SMOOTH for it in line], fill=FLOOR, width=SMOOTH)
-        return canvas
 
     def _way(self, draw: ImageDraw, frame: int) -> list[tuple[float, float]]:
         """Draw where the pelvis has gone, and where it is, on the floor."""

@@ -43,7 +43,7 @@ are by WebP, which is also faster than to blur them."""
 FORMS = (*_AV, "gif")
 """What a film can be written as."""
 
-RATE, RATES = Fraction(25), {"gif": Fraction(20)}
+RATE, RATES = Fraction(25), {"webp": Fraction(20), "gif": Fraction(20)}
 """Film frames a second where nobody asks for some: of most forms, and of some."""
 
 FASTEST = {"gif": 50}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,25 +86,19 @@ class Scene:
         wide = self.size[0] / self.scale / 2
         if self.floor is None or wide > _FAR * SQUARE:
             return []
-        right, up, near = self.eye[frame]
-        deep = DEEPEST / 2
-        rows = _marks(near - deep, near + deep)
+        right, up, near = self.eye[frame].tolist()
+        rows = _marks(near - DEEPEST / 2, near + DEEPEST / 2)
         columns = _marks(right - wide - SQUARE, right + wide + SQUARE)
-        ends = [
-            *(((columns[0], row), (columns[-1], row)) for row in rows),
-            *(((column, rows[0]), (column, rows[-1])) for column in columns),
-        ]
-        flat = np.array(ends, np.float64)
-        high = _laid(flat[..., 1], self.floor, self.view)
-        at = _placed(flat[..., 0] - right, high - up, self.size, self.scale)
-        return [(x, y, a, b) for (x, y), (a, b) in at.tolist()]
+        left, top, scale = self.size[0] / 2, self.size[1] / 2, self.scale
+        xs = [left + (it - right) * scale for it in columns]
+        ys = [top + (up - _laid(it, self.floor, self.view)) * scale for it in rows]
+        return [*((xs[0], y, xs[-1], y) for y in ys), *((x, ys[0], x, ys[-1]) for x in xs)]
 
 
-def _laid(near: NDArray[np.floating], floor: float, view: View) -> NDArray[np.floating]:
-    """Return how high on the picture a place on the floor is that is so near, mm."""
+def _laid(near: Any, floor: float, view: View) -> Any:
+    """Return how high on the picture places on the floor are that are so near, mm."""
     tilt = math.radians(view.tilt)
-    height: NDArray[np.floating] = math.cos(tilt) * floor - math.sin(tilt) * near
-    return height
+    return math.cos(tilt) * floor - math.sin(tilt) * near
 
 
 def _placed(

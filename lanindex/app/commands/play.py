@@ -59,7 +59,7 @@ def run(
     ] = None,
     fps: Annotated[
         str | None,
-        typer.Option(metavar="RATE", help="Frames a second of the film: 25, of a GIF 20."),
+        typer.Option(metavar="RATE", help="Frames a second of the film: MP4 25, WebP and GIF 20."),
     ] = None,
     size: Annotated[
         str, typer.Option(metavar="WIDTHxHEIGHT", help="Of the film, pixels.")
