@@ -99,8 +99,9 @@ def run(
 
     A clip in its source's format is cut out of it, byte for byte where the format allows that; in
     another (--format), or at the origin (--origin), it is written anew. Beside each stands its
-    score (.lnd), a film of it with --preview, and a manifest lists them all. With --dataset they become arrays of joints,
-    symbols and words, in splits, with a card; without a pattern, whole captures do.
+    score (.lnd), with --preview a film, and a manifest lists them all. With --dataset they become
+    arrays of joints, symbols and words, in splits, with a card; without a pattern, whole captures
+    do.
     """
     out = Output(json, quiet, verbose, color)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}

@@ -15,7 +15,7 @@ from lanindex.app.output import Output
 from lanindex.errors import LanindexError, UsageError
 
 if TYPE_CHECKING:
-    from lanindex.model import Symbol
+    from lanindex.model import Motion, Symbol
     from lanindex.pipeline.named import Named
 
 
@@ -107,9 +107,8 @@ def run(
     with _file_fps():
         found = named(options.one_line(capture), opened, told, profile=profile, tempo=tempo)
         motion = motion_of(found, opened, told, rate)
-    said = () if found.capture else dict.fromkeys((*found.score.warnings, *motion.warnings))
-    for warning in said:
-        out.note(f"{found.path}: {_ours(warning)}")
+    if not found.capture:
+        _doubts(out, found, motion)
     film = Film(
         figure(motion),
         found.score,
@@ -126,8 +125,14 @@ def run(
     write_all([(target, film.written(form, shown))], force=force, sources=[found.path])
     for warning in film.staff.warnings:
         out.note(f"{found.title}: {warning}")
-    lasts = len(film) / film.rate
-    out.note(f"{target}: {len(film)} frames at {float(rate):g} Hz, {float(lasts):.2f} s")
+    lasts = float(len(film) / film.rate)
+    out.note(f"{target}: {len(film)} frames at {float(rate):g} Hz, {lasts:.2f} s")
+
+
+def _doubts(out: Output, found: Named, motion: Motion) -> None:
+    """Say what was doubtful in a file, or could not be carried out."""
+    for warning in dict.fromkeys((*found.score.warnings, *motion.warnings)):
+        out.note(f"{found.path}: {_ours(warning)}")
 
 
 def _marked(out: Output, found: Named, pattern: str | None, words: Path | None) -> list[Symbol]:
