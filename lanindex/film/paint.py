@@ -78,9 +78,8 @@ class Painter:
         from PIL import ImageDraw
 
         draw = ImageDraw.Draw(page)
-        width, height = self.scene.size
-        for x, y, a, b in self.scene.lines(frame):
-            draw.line((x, y, min(a, width - 1), min(b, height - 1)), fill=FLOOR)
+        for line in self.scene.lines(frame):
+            draw.line(line, fill=FLOOR)
 
     def paint(self, frame: int, page: Image) -> None:
         """Draw a film frame in the left of a page, which has the floor already if it is still."""

@@ -16,9 +16,11 @@ from lanindex.film.view import View
 
 Floats = NDArray[np.float32]
 
-HIGHEST, DEEPEST = 2600.0, 4000.0
-"""Millimetres up, and towards the eye, that are shown at once, at most, and to the right as many
-as there is room for, unless the body itself is larger: whoever goes further is followed."""
+ROOM = 1.3
+"""How many times as high as the body the picture is at most: whoever goes further is followed."""
+
+DEEPEST = 4000.0
+"""Millimetres towards the eye in which the floor is drawn."""
 
 LEAST = 600.0
 """Millimetres that are shown, at least."""
@@ -82,17 +84,18 @@ class Scene:
         return float(right), float(-up)
 
     def lines(self, frame: int) -> list[tuple[float, float, float, float]]:
-        """Return the lines of the floor: from x, y to x, y, pixels."""
-        wide = self.size[0] / self.scale / 2
+        """Return the lines of the floor, as far as they are seen: from x, y to x, y, pixels."""
+        (width, height), scale = self.size, self.scale
+        wide = width / scale / 2
         if self.floor is None or wide > _FAR * SQUARE:
             return []
         right, up, near = self.eye[frame].tolist()
         rows = _marks(near - DEEPEST / 2, near + DEEPEST / 2)
-        columns = _marks(right - wide - SQUARE, right + wide + SQUARE)
-        left, top, scale = self.size[0] / 2, self.size[1] / 2, self.scale
-        xs = [left + (it - right) * scale for it in columns]
-        ys = [top + (up - _laid(it, self.floor, self.view)) * scale for it in rows]
-        return [*((xs[0], y, xs[-1], y) for y in ys), *((x, ys[0], x, ys[-1]) for x in xs)]
+        ys = [height / 2 + (up - _laid(it, self.floor, self.view)) * scale for it in rows]
+        xs = [width / 2 + (it - right) * scale for it in _marks(right - wide, right + wide)]
+        top, bottom = max(min(ys), 0), min(max(ys), height - 1)
+        level = [(0, y, width - 1, y) for y in ys if top <= y <= bottom]
+        return [*level, *((x, top, x, bottom) for x in xs if x < width and top < bottom)]
 
 
 def _laid(near: Any, floor: float, view: View) -> Any:
@@ -163,8 +166,8 @@ def scene(
     lows, highs = _ends(seen, known)
     low, high = lows.min(axis=0), highs.max(axis=0)
     body = np.quantile(highs - lows, _USUAL, axis=0, method="higher")[:2]
-    most = np.maximum(body, [HIGHEST * size[0] / size[1], HIGHEST])
-    shown = np.clip((high - low)[:2], LEAST, most)
+    most = np.maximum(body, ROOM * body[1] * np.array([size[0] / size[1], 1]))
+    shown = np.maximum(np.minimum((high - low)[:2], most), LEAST)
     scale = float((np.array(size) / shown).min())
     room = np.array([size[0] / scale, size[1] / scale, DEEPEST])
     eye = np.repeat((low + high)[None] / 2, len(frames), axis=0)

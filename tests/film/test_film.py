@@ -198,6 +198,27 @@ def test_a_floor_needs_feet(jacks) -> None:
     assert film.scene.lines(0) == []
 
 
+def test_the_floor_stays_on_its_side(jacks) -> None:
+    motion, score = jacks
+    time = np.arange(len(motion)) / 25
+    way = np.stack([900 * time, 0 * time, 4000 * np.sin(time)], axis=1)
+    film = film_of(moved(motion, way), score, rate=2)
+    width, height = film.scene.size
+    for number in range(len(film)):
+        lines = film.scene.lines(number)
+        assert len(lines) > 4
+        for x, y, a, b in lines:
+            assert x == a or y == b
+            assert 0 <= x <= a < width
+            assert 0 <= y <= b < height
+    for time, picture in zip(film.times.tolist(), film.pictures(), strict=True):
+        page, line = film.staff.at(time)
+        beside = np.asarray(picture)[:, width:]
+        rows = np.ones(height, bool)
+        rows[int(line) - 2 : int(line) + 2] = False
+        assert (beside == np.asarray(page))[rows].all()
+
+
 def test_tiny_bodies_are_not_blown_up() -> None:
     places = np.full((3, 20, 3), np.nan, np.float32)
     places[:, :2] = [[0, 0, 0], [0, 10, 0]]
