@@ -13,7 +13,7 @@ from lanindex.draw.columns import Columns
 from lanindex.draw.picture import C
 
 BEAT = round(3.5 * C)
-"""Height of a beat, or of a second."""
+"""Height of a beat, or of a second, where nothing else is asked for."""
 
 LEAST = round(0.35 * C)
 """Height of a symbol, at least, where there is room."""
@@ -68,6 +68,8 @@ class Layout:
         Height of the tallest staff.
     score, scores : int
         Which of how many scores that share the paper, staff beside staff.
+    beat : int
+        Height of a count.
     """
 
     start: float
@@ -77,6 +79,7 @@ class Layout:
     tallest: int
     score: int = 0
     scores: int = 1
+    beat: int = BEAT
 
     @property
     def pitch(self) -> int:
@@ -111,7 +114,7 @@ class Layout:
 
     def up(self, count: float) -> int:
         """Return how high above the beginning a count lies, all staves on top of each other."""
-        return round((min(max(count, self.start), self.stop) - self.start) * BEAT)
+        return round((min(max(count, self.start), self.stop) - self.start) * self.beat)
 
     def pieces(self, low: int, high: int) -> Iterator[Piece]:
         """Yield what each staff shows of what lies between two heights above the beginning."""
@@ -125,18 +128,20 @@ class Layout:
                 yield Piece(self.centre(staff), y, start - low, stop - low)
 
 
-def laid_out(clock: Clock, start: float, stop: float, bars: int | None, own: Columns) -> Layout:
-    """Return staves of so many bars each, or one long strip."""
+def laid_out(
+    clock: Clock, start: float, stop: float, bars: int | None, own: Columns, beat: int = BEAT
+) -> Layout:
+    """Return staves of so many bars each, or one long strip; `beat` is the height of a count."""
     edges = [0]
     if bars:
         step = bars * clock.bar
         at = (floor(start / step + 1e-9) + 1) * step
         while at < stop - 1e-9:
-            edges.append(round((at - start) * BEAT))
+            edges.append(round((at - start) * beat))
             at += step
-    edges.append(max(round((stop - start) * BEAT), BEAT))
+    edges.append(max(round((stop - start) * beat), beat))
     tallest = max(high - low for low, high in pairwise(edges))
-    return Layout(start, start + max(stop - start, 1.0), tuple(edges), own, tallest)
+    return Layout(start, start + max(stop - start, 1.0), tuple(edges), own, tallest, beat=beat)
 
 
 def apart(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:

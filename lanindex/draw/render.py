@@ -7,7 +7,8 @@ font that comes with reportlab is used for PNG, too, so that a machine without a
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -47,24 +48,49 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
     """
     if form == "svg":
         return svg.write(picture, scale=scale).encode()
-    try:
-        if form == "png":
-            return _png(picture, svg.write(picture, scale=scale, ink=INK), scale)
+    if form == "png":
+        pixels = picture.width * picture.height * (scale / PIXEL) ** 2
+        if pixels > MOST:
+            remedy = "Take --from and --to, or a smaller --scale; SVG has no such limit."
+            found = f"a picture of {pixels / 1e6:,.0f} million pixels"
+            raise ExportError(found, wanted=f"{MOST / 1e6:,.0f} at most", remedy=remedy)
+        return image(svg.write(picture, scale=scale, ink=INK))
+    with _installed(form):
         return _pdf(svg.write(page, scale=scale, ink=INK) for page in pages(picture))
+
+
+def image(text: str) -> bytes:
+    """Return SVG as PNG.
+
+    Raises
+    ------
+    ExportError
+        Where what makes it is not installed.
+
+    Examples
+    --------
+    >>> from lanindex.draw.render import image
+    >>> image('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>')[1:4]
+    b'PNG'
+    """
+    with _installed("png"):
+        return _png(text)
+
+
+@contextmanager
+def _installed(form: str) -> Iterator[None]:
+    """Say what is missing, and how to come by it."""
+    try:
+        yield
     except ImportError as error:
         remedy = "It comes with: pip install 'lanindex[pictures]'."
         raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error
 
 
-def _png(picture: Picture, text: str, scale: float) -> bytes:
+def _png(text: str) -> bytes:
     import reportlab
     import resvg_py
 
-    pixels = picture.width * picture.height * (scale / PIXEL) ** 2
-    if pixels > MOST:
-        remedy = "Take --from and --to, or a smaller --scale; SVG has no such limit."
-        found = f"a picture of {pixels / 1e6:,.0f} million pixels"
-        raise ExportError(found, wanted=f"{MOST / 1e6:,.0f} at most", remedy=remedy)
     font = Path(reportlab.__file__).parent / "fonts" / "Vera.ttf"
     return bytes(
         resvg_py.svg_to_bytes(

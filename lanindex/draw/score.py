@@ -9,7 +9,7 @@ from lanindex.draw import columns as places
 from lanindex.draw import legend as meanings
 from lanindex.draw import staff
 from lanindex.draw.clock import Clock
-from lanindex.draw.layout import MARGIN, laid_out
+from lanindex.draw.layout import BEAT, MARGIN, laid_out
 from lanindex.draw.page import Page, keys_of, short
 from lanindex.draw.picture import Picture
 from lanindex.errors import UsageError
@@ -31,6 +31,7 @@ def draw(
     seconds: bool = False,
     marked: Iterable[Symbol] = (),
     legend: bool = False,
+    beat: int = BEAT,
 ) -> Picture:
     """Draw a score.
 
@@ -52,6 +53,8 @@ def draw(
         Symbols of the score over which a band lies.
     legend : bool
         Whether what the signs mean stands at the right.
+    beat : int
+        Height of a beat or second, in units of the picture.
 
     Raises
     ------
@@ -74,7 +77,8 @@ def draw(
         )
     drawn, missing = chosen(score, parts)
     clock = Clock(score, seconds)
-    layout = laid_out(clock, clock.at(start), clock.at(last), bars, places.columns(drawn))
+    edges = clock.at(start), clock.at(last)
+    layout = laid_out(clock, *edges, bars, places.columns(drawn), beat)
     marked = list(marked)
     hidden = sorted({it.part for it in marked} - {*drawn, STEP})
     missing += tuple(

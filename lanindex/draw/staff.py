@@ -5,12 +5,14 @@ from __future__ import annotations
 from math import ceil, floor
 
 from lanindex.draw.clock import Clock
-from lanindex.draw.layout import BEAT, GAP, MARGIN, START, Layout
+from lanindex.draw.layout import GAP, MARGIN, START, Layout
 from lanindex.draw.picture import C, Mark, Text, line
 
 _DOUBLE = C // 5
 _NAME = round(0.45 * C)
 _EPS = 1e-6
+_TICKS = C // 4
+"""Height of a count from which on each has its tick."""
 
 
 def staves(layout: Layout, clock: Clock) -> list[Mark]:
@@ -38,13 +40,16 @@ def _counts(layout: Layout, clock: Clock, staff: int) -> list[Mark]:
     marks: list[Mark] = []
     x, inner = layout.centre(staff), layout.columns.inner
     bottom, top = layout.edges[staff : staff + 2]
-    first = ceil(layout.start + bottom / BEAT - _EPS)
-    for count in range(first, floor(layout.start + top / BEAT + _EPS) + 1):
-        y = layout.base - (round((count - layout.start) * BEAT) - bottom)
+    first = ceil(layout.start + bottom / layout.beat - _EPS)
+    bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
+    for count in range(first, floor(layout.start + top / layout.beat + _EPS) + 1):
+        y = layout.base - (round((count - layout.start) * layout.beat) - bottom)
         begins, ends = y >= layout.base, y <= layout.base - (top - bottom)
         if count % clock.bar:
-            if not (begins or ends):
+            if not (begins or ends) and layout.beat >= _TICKS:
                 marks.append(line(x - C // 4, y, x + C // 4, y, "staff"))
+            continue
+        if count // clock.bar % bars:
             continue
         if not (begins or ends):
             marks.append(line(x - inner, y, x + inner, y, "light" if clock.seconds else "staff"))

@@ -11,6 +11,8 @@ from lanindex.draw.picture import PIXEL, Circle, Group, Mark, Path, Picture, Poi
 INK = "currentColor"
 """The colour of ink: that of the text around, so that dark pages work."""
 
+_BONE = ' stroke-width="28" stroke-linecap="round" fill="none"'
+
 STYLES = {
     "": "",
     "solid": "",
@@ -20,8 +22,17 @@ STYLES = {
     "begin": ' text-anchor="start"',
     "end": ' text-anchor="end"',
     "under": ' text-anchor="end" fill-opacity=".7"',
+    "bone": _BONE,
+    "far": f'{_BONE} stroke-opacity=".45"',
+    "litbone": f'{_BONE} stroke="#e07000"',
+    "litfar": f'{_BONE} stroke="#e07000" stroke-opacity=".6"',
 }
 """Attributes by style; all else comes from the picture's root."""
+
+_ROOT = (
+    ' fill="{ink}" stroke="{ink}" stroke-width="7" stroke-linejoin="miter"'
+    ' font-family="sans-serif" text-anchor="middle"'
+)
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -47,17 +58,34 @@ def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
     ('<svg xmlns="http://www.w3.org/2000/svg" ', 61)
     """
     width, height = (f"{it / PIXEL * scale:g}" for it in (picture.width, picture.height))
-    parts = [
+    head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
         f' viewBox="{picture.left} 0 {picture.width} {picture.height}" role="img"'
-        f' fill="{ink}" stroke="{ink}" stroke-width="7" stroke-linejoin="miter"'
-        ' font-family="sans-serif" text-anchor="middle">\n'
+        f"{_ROOT.format(ink=ink)}>\n"
         f"<title>{text_of(picture.title)}</title>\n<desc>{text_of(picture.summary)}</desc>\n"
-    ]
+    )
+    return f"{head}{_body(picture)}</svg>\n"
+
+
+def placed(picture: Picture, x: float, y: float, *, scale: float = 1.0, ink: str = INK) -> str:
+    """Return a picture as a group of a larger one in SVG, its upper left corner at a point.
+
+    Examples
+    --------
+    >>> from lanindex.draw import svg
+    >>> from lanindex.draw.picture import Picture, line
+    >>> svg.placed(Picture(20, 10, "", "", (line(0, 0, 20, 10),)), 5, 5)[:32]
+    '<g transform="translate(5 5) sca'
+    """
+    where = f'transform="translate({x:g} {y:g}) scale({scale / PIXEL:g})"'
+    return f"<g {where}{_ROOT.format(ink=ink)}>\n{_body(picture)}</g>\n"
+
+
+def _body(picture: Picture) -> str:
+    parts: list[str] = []
     for mark in picture.marks:
         _put(mark, parts)
         parts.append("\n")
-    parts.append("</svg>\n")
     return "".join(parts)
 
 
@@ -75,7 +103,7 @@ def _put(mark: Mark, parts: list[str]) -> None:
                 f'<path d="M{_point(mark.x + x, mark.y + y)}{drawn}"{hollow}{STYLES[mark.style]}/>'
             )
         case Circle(x, y, radius):
-            hollow = "" if mark.style else ' fill="none"'
+            hollow = STYLES[mark.style] if mark.style else ' fill="none"'
             parts.append(f'<circle cx="{x}" cy="{y}" r="{radius}"{hollow}/>')
         case Text():
             turned = f' transform="rotate(-90 {mark.x} {mark.y})"' if mark.turned else ""
