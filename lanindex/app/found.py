@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.app.output import Output
@@ -12,6 +14,9 @@ if TYPE_CHECKING:
     from lanindex.pipeline import Library
     from lanindex.search.hits import Hits
     from lanindex.search.stages import Counts
+
+FEW = 10
+"""Troubles that are told one by one."""
 
 ON_A_TERMINAL = 20
 """Hits that a terminal shows where no limit is set."""
@@ -29,12 +34,18 @@ class Telling:
         Hits to show.
     context : str or None
         The time around each of which a staff is drawn.
+    preview : Path or None
+        The file that shows them.
+    force : bool
+        Whether that may be replaced.
     """
 
     count: bool
     by_fit: bool
     limit: int | None
     context: str | None
+    preview: Path | None
+    force: bool
 
     def check(self, others: dict[str, Any]) -> None:
         """Refuse what cannot stand beside each other.
@@ -44,14 +55,21 @@ class Telling:
         UsageError
             With both names, or where the context is no time.
         """
-        if self.context is None:
-            return
-        for name, there in {"--count": self.count, **others}.items():
-            if there:
-                raise UsageError(f"--context and {name}", wanted="one of them")
-        from lanindex.app import staves
+        others = {**others, "--count": self.count, "--context": self.context}
+        for name, given in (("--context", self.context), ("--preview", self.preview)):
+            for other, there in others.items():
+                if given and there and name != other:
+                    raise UsageError(f"{name} and {other}", wanted="one of them")
+        if self.context is not None:
+            from lanindex.app import staves
 
-        staves.check(self.context)
+            staves.check(self.context)
+        if self.preview is not None:
+            from lanindex.pipeline.files import refuse
+            from lanindex.pipeline.preview import form_of
+
+            form_of(self.preview)
+            refuse(self.preview, force=self.force)
 
     def tell(self, out: Output, library: Library, found: Hits | Counts, best: int | None) -> None:
         """Print what was found; `best` is how many were looked for, where not all were."""
@@ -63,18 +81,60 @@ class Telling:
         elif self.count:
             _count(out, library, found)
         else:
-            most = self.limit or (ON_A_TERMINAL if out.terminal else None)
+            most = self._most(out)
             hits = (found.by_fit(most) if self.by_fit else found)[:most]
-            self._show(out, library, hits)
+            if hits or self.preview is None:
+                self._show(out, library, hits)
             _summary(out, found, len(hits), len(found) == best)
 
-    def _show(self, out: Output, library: Library, found: Hits) -> None:
-        from lanindex.app import formatting, staves
+    def _most(self, out: Output) -> int | None:
+        """Return how many hits are shown; None: all."""
+        if self.limit is None and self.preview is not None:
+            from lanindex.pipeline.preview import FORMS, form_of
 
-        if self.context is None:
-            formatting.hits(out, found, found.pattern)
+            return FORMS[form_of(self.preview)]
+        return self.limit or (ON_A_TERMINAL if out.terminal else None)
+
+    def _show(self, out: Output, library: Library, hits: Hits) -> None:
+        if self.preview is not None:
+            _draw(out, library, hits, self.preview, self.force)
+        elif self.context is not None:
+            from lanindex.app import staves
+
+            staves.around(out, library, hits, self.context)
         else:
-            staves.around(out, library, found, self.context)
+            from lanindex.app import formatting
+
+            formatting.hits(out, hits, hits.pattern)
+
+
+def _draw(out: Output, library: Library, hits: Hits, path: Path, force: bool) -> None:
+    """Write the file that shows hits, or several, and say what they cannot show."""
+    from functools import partial
+
+    from lanindex.app.output import end_progress
+    from lanindex.pipeline.export import suspects
+    from lanindex.pipeline.files import write_all
+    from lanindex.pipeline.preview import preview
+
+    sizes: list[tuple[Path, int]] = []
+    troubles: list[str] = []
+
+    def files() -> Iterator[tuple[Path, bytes]]:
+        for file, content, told in preview(library, hits, path, out.watch):
+            sizes.append((file, len(content)))
+            troubles.extend(told)
+            yield file, content
+
+    write_all(files(), force=force, suspects=partial(suspects, library))
+    end_progress()
+    for line in troubles[:FEW]:
+        out.note(f"not drawn: {line}")
+    if len(troubles) > FEW:
+        out.note(f"and {len(troubles) - FEW} more, each with its reason in the picture")
+    for file, size in sizes:
+        out.line(str(file))
+        out.note(f"{file}: {size / 1000:,.0f} kB")
 
 
 def _count(out: Output, library: Library, found: Hits) -> None:

@@ -44,9 +44,10 @@ class Tier:
             With both names.
         """
         if self.into is None:
-            for option, there in {"--tier": self.name, "--force": self.force}.items():
-                if there:
-                    raise UsageError(option, wanted="--into beside it")
+            if self.name:
+                raise UsageError("--tier", wanted="--into beside it")
+            if self.force:
+                raise UsageError("--force", wanted="--into or --preview beside it")
             return
         for option, there in others.items():
             if there:

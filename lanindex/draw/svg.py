@@ -77,7 +77,8 @@ def placed(picture: Picture, x: float, y: float, *, scale: float = 1.0, ink: str
     >>> svg.placed(Picture(20, 10, "", "", (line(0, 0, 20, 10),)), 5, 5)[:32]
     '<g transform="translate(5 5) sca'
     """
-    where = f'transform="translate({x:g} {y:g}) scale({scale / PIXEL:g})"'
+    left = x - picture.left * scale / PIXEL
+    where = f'transform="translate({left:g} {y:g}) scale({scale / PIXEL:g})"'
     return f"<g {where}{_ROOT.format(ink=ink)}>\n{_body(picture)}</g>\n"
 
 

@@ -439,7 +439,7 @@ class TestOthers:
         refused(filled("search", "arm low", "--into", "r.eaf"), "captures, wanted one. Choose")
         refused(filled(*ask, "--into", "r.eaf", "--json"), "--into and --json, wanted one of them")
         refused(filled(*ask, "--tier", "a"), "--tier, wanted --into beside it")
-        refused(filled(*ask, "--force"), "--force, wanted --into beside it")
+        refused(filled(*ask, "--force"), "--force, wanted --into or --preview beside it")
         refused(filled(*ask, "--into", "none.eaf"), "no such file")
         refused(filled("search", "r_arm | count", "--into", "r.eaf"), "--into and | count")
         nothing = filled("search", "r_arm back high", "--in", "*raise.bvh", "--into", "r.eaf")

@@ -79,7 +79,17 @@ def run(
     tier: Annotated[
         str | None, typer.Option("--tier", metavar="NAME", help="As a tier of this name: hits.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a tier of that name.")] = False,
+    preview: Annotated[
+        Path | None,
+        typer.Option(
+            "--preview",
+            metavar="FILE.png|svg|html",
+            help="Show the hits: poses and staves on a sheet, or a page on which they play.",
+        ),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace a tier or file that is there.")
+    ] = False,
     db: options.Db = options.DB,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -96,10 +106,10 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
-    telling = Telling(count, sort == "fit", limit, context)
+    telling = Telling(count, sort == "fit", limit, context, preview, force)
     others = {"--like": like, "--explain": explain, "--why": why, "--json": json}
-    telling.check(others)
-    written = Tier(into, tier, force)
+    telling.check({**others, "--into": into})
+    written = Tier(into, tier, force and preview is None)
     written.check({**others, "--count": count, "--context": context, "--rerank": rerank})
     among: dict[str, Any] = {"within": within, "where": options.where(where)}
     if pattern is None or like is not None or rerank:

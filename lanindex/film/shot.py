@@ -1,0 +1,316 @@
+"""A hit to look at: five poses, its staff, and the places of its joints to play.
+
+``Shots(score)`` holds what all hits of a capture share; ``shots.shot(hit, body)`` makes one.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, TRACKS
+from lanindex.draw import Picture, draw
+from lanindex.draw.layout import BEAT, MARGIN, NAMES, START
+from lanindex.draw.page import keys_of
+from lanindex.draw.picture import Circle, Mark, Path, Text, line
+from lanindex.errors import UsageError
+from lanindex.film.figure import Figure
+from lanindex.film.view import View, view
+from lanindex.model import Hit, Score, Track
+from lanindex.model.hit import in_words
+
+POSES = 5
+"""Poses of a hit, from its first frame to its last."""
+
+WIDTH, HEIGHT = 800, 1420
+"""Of a pose, units."""
+
+STAFF = 1000
+"""Height of a hit's staff, units, its starting position apart."""
+
+LEAST = 1.0
+"""Seconds that are played and written of a hit, at least."""
+
+RATE, FRAMES = 30, 300
+"""Frames a second that can be played, at most, and frames of a hit: of a longer one fewer a
+second."""
+
+KINDS = ("far", "bone", "litfar", "litbone")
+"""How bones are drawn: those on the left are paler, those of what matched in colour."""
+
+UNKNOWN = -32768
+"""Stands for a place that is not known, among whole millimetres."""
+
+_TOP = JOINT_CODES["Head"]
+_BELOW = 2 * MARGIN + START
+_FLOOR = 60  # units below the feet
+_HEAD = 95.0  # mm, radius
+_WIDEST = 200.0  # mm that are shown, at least
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Played:
+    """The movement of a hit, to be played.
+
+    Attributes
+    ----------
+    places : ndarray
+        (F, K, 3) int16, mm from where the pelvis stands first, on the floor; `UNKNOWN` as it says.
+    bones : tuple of (int, int, str)
+        The two joints of each bone, and how it is drawn: one of `KINDS`.
+    head : int
+        Which joint is the head; -1: none.
+    start, seconds : float
+        Of the capture, at which it begins; how long it lasts.
+    hit : (float, float)
+        From and to which of these seconds the hit itself lasts.
+    turn : float
+        Degrees, from where it is seen.
+    """
+
+    places: NDArray[np.int16]
+    bones: tuple[tuple[int, int, str], ...]
+    head: int
+    start: float
+    seconds: float
+    hit: tuple[float, float]
+    turn: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """A hit to look at.
+
+    Attributes
+    ----------
+    path, label, when, words : str
+        Of which capture it is, from and to when, and what matched.
+    staff : Picture or None
+        What matched, over time.
+    base, beat : int
+        Where on the staff it begins, units from above; how far up a second is.
+    poses : Picture or None
+        Five of them.
+    played : Played or None
+        What moves.
+    trouble : str
+        Why nothing does.
+    """
+
+    path: str
+    label: str
+    when: str
+    words: str
+    staff: Picture | None = None
+    base: int = 0
+    beat: int = BEAT
+    poses: Picture | None = None
+    played: Played | None = None
+    trouble: str = ""
+
+
+class Shots:
+    """What the hits of a capture share.
+
+    Parameters
+    ----------
+    score : Score
+        Of the capture.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.film.figure import figure
+    >>> from lanindex.film.shot import Shots
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     hit = library.search("torso forward high -> hold 1s+")[0]
+    ...     shots = Shots(library.score(hit.capture.id))
+    >>> shot = shots.shot(hit, figure(lanindex.read("corpus/greetings.bvh")))
+    >>> shot.words, shot.when, shot.played.places.shape  # (frames, joints, 3)
+    ('torso forward high', '16.07-20.07 s', (120, 20, 3))
+    """
+
+    def __init__(self, score: Score) -> None:
+        self._score = score
+        self._rows = {
+            part: track.symbols[~track.symbols["passing"]] for part, track in score.tracks.items()
+        }
+        self._times = {
+            part: (np.ascontiguousarray(rows["start"]), np.ascontiguousarray(rows["stop"]))
+            for part, rows in self._rows.items()
+        }
+
+    def shot(self, hit: Hit, body: Figure | None, trouble: str = "") -> Shot:
+        """Return a hit to look at.
+
+        Parameters
+        ----------
+        hit : Hit
+            Of the score.
+        body : Figure, optional
+            The whole capture's, at any rate.
+        trouble : str
+            Why there is none.
+        """
+        rate, span = hit.capture.rate, hit.span
+        edges = (float(it / rate) for it in (span.start, span.stop, hit.capture.frames))
+        begin, end = _lasting(*edges)
+        beat = max(round(STAFF / max(end - begin, LEAST)), 1)
+        staff = self._staff(hit, begin, end, beat)
+        shot = Shot(
+            hit.path,
+            hit.capture.label,
+            f"{float(span.start / rate):.2f}-{float(span.stop / rate):.2f} s",
+            ", ".join(in_words(hit.symbols)),
+            staff,
+            staff.height - _BELOW if staff else 0,
+            beat,
+            trouble=trouble,
+        )
+        return shot if body is None else self._seen(shot, hit, body, (begin, end))
+
+    def _seen(self, shot: Shot, hit: Hit, body: Figure, lasts: tuple[float, float]) -> Shot:
+        """Return a shot with what moves."""
+        begin, end = (float(frame / hit.capture.rate) for frame in (hit.start, hit.stop))
+        frames = _frames(body, begin, end)
+        parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
+        if np.isnan(body.places[frames]).all():
+            return replace(shot, trouble="no joint is known meanwhile")
+        kinds = [
+            ("lit" if lit else "") + ("far" if part.startswith("l_") else "bone")
+            for lit, part in zip(body.shown(parts).tolist(), body.parts, strict=True)
+        ]
+        eye = view(body, parts or None, int(frames[0]), int(frames[-1]) + 1)
+        places = body.places[_frames(body, *lasts)]
+        within = begin - lasts[0], end - lasts[0]
+        return replace(
+            shot,
+            poses=_poses(body, body.places[frames], kinds, eye, hit.path),
+            played=Played(
+                *_played(body, places, kinds), lasts[0], lasts[1] - lasts[0], within, eye.turn
+            ),
+        )
+
+    def _staff(self, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
+        """Return the staff of what matched; None where it has no column."""
+        keys = keys_of(self._score, hit.symbols)
+        score = self._around(begin, end, {part for part, *_ in keys})
+        marked = [it for it in score.symbols() if (it.part, it.start, it.stop) in keys]
+        try:
+            picture = draw(
+                score,
+                title=hit.path,
+                parts=list(score.tracks),
+                start=begin,
+                stop=end,
+                bars=None,
+                seconds=True,
+                marked=marked,
+                beat=beat,
+            )
+        except UsageError:
+            return None
+        # what each column is for is said beside it
+        marks = tuple(it for it in picture.marks if not isinstance(it, Text) or not it.turned)
+        return replace(picture, height=picture.height - NAMES, marks=marks)
+
+    def _around(self, begin: float, end: float, parts: Collection[str]) -> Score:
+        """Return some tracks, of a stretch the rows alone: one more on either side."""
+        tracks, rate = {}, float(self._score.rate)
+        for part in (it for it in self._rows if it in parts):
+            begins, ends = self._times[part]
+            first = max(int(np.searchsorted(ends, begin * rate, "right")) - 1, 0)
+            last = int(np.searchsorted(begins, end * rate)) + 1
+            rows = self._rows[part][first:last]
+            tracks[part] = Track(part, rows, self._score.tracks[part].known)
+        return replace(self._score, tracks=tracks)
+
+
+def _lasting(begin: float, end: float, whole: float) -> tuple[float, float]:
+    """Return a stretch of a whole that lasts a second, if that does, around another one."""
+    begin = max(min(begin - (LEAST - (end - begin)) / 2, begin, whole - LEAST), 0.0)
+    return begin, max(end, min(begin + LEAST, whole))
+
+
+def _frames(body: Figure, begin: float, end: float) -> NDArray[np.int64]:
+    """Return the frames of a figure that can be played of a stretch."""
+    end = max(min(end, len(body) / float(body.rate)), begin)
+    most = min(RATE, float(body.rate), FRAMES / max(end - begin, 1e-9))
+    count = max(round((end - begin) * most), 1)
+    times = begin + np.arange(count) * (end - begin) / count
+    found = np.floor(times * float(body.rate) + 1e-6).astype(np.int64)
+    return np.minimum(found, len(body) - 1)
+
+
+def _upon(places: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return where the body stands in each frame, (F, 3): below its pelvis, or its middle."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a frame of which nothing is known
+        middle = np.nanmean(places, axis=1)
+    pelvis = places[:, JOINT_CODES["Pelvis"]]
+    upon = np.where(np.isnan(pelvis), middle, pelvis)
+    upon[:, 1] = 0
+    return upon
+
+
+def _poses(
+    body: Figure, places: NDArray[np.float32], kinds: Sequence[str], eye: View, path: str
+) -> Picture:
+    """Return some poses beside each other, all on one floor and of one size."""
+    seen = eye.project(places - _upon(places)[:, None])
+    low, high = (float(edge(seen[..., 1])) for edge in (np.nanmin, np.nanmax))
+    left, right = (float(edge(seen[..., 0])) for edge in (np.nanmin, np.nanmax))
+    wide = max((right - left) / 2, _WIDEST)
+    tall = max(high - low + 2 * _HEAD, _WIDEST)
+    scale = min(WIDTH / 2 / (wide + _HEAD), (HEIGHT - 2 * _FLOOR) / tall)
+    marks: list[Mark] = [line(0, HEIGHT - _FLOOR, POSES * WIDTH, HEIGHT - _FLOOR, "light")]
+    chosen = np.linspace(0, len(seen) - 1, POSES).round().astype(np.int64)
+    for number, frame in enumerate(chosen.tolist()):
+        at = (seen[frame] - ((left + right) / 2, low)) * (scale, -scale)
+        marks += _pose(at, body, kinds, WIDTH * number + WIDTH // 2, scale)
+    said = f"{POSES} poses of {path}"
+    return Picture(POSES * WIDTH, HEIGHT, said, said, tuple(marks))
+
+
+def _pose(
+    at: NDArray[np.float64], body: Figure, kinds: Sequence[str], x: int, scale: float
+) -> list[Mark]:
+    """Return a pose: what is not known is left out."""
+    marks: list[Mark] = []
+    known: NDArray[np.bool_] = np.isfinite(at.sum(axis=1))
+    points = np.where(known[:, None], at, 0).round().astype(np.int64).tolist()
+    for kind in KINDS:
+        bones = [
+            (tuple(points[inner]), tuple(points[outer]))
+            for (inner, outer), own in zip(body.bones.tolist(), kinds, strict=True)
+            if own == kind and known[inner] and known[outer]
+        ]
+        if bones:
+            marks.append(Path(x, HEIGHT - _FLOOR, tuple(bones), style=kind))
+    if known[_TOP]:
+        style = dict(zip(body.bones[:, 1].tolist(), kinds, strict=True)).get(_TOP, "bone")
+        across, up = points[_TOP]
+        marks.append(Circle(x + across, HEIGHT - _FLOOR + up, round(_HEAD * scale), style))
+    return marks
+
+
+def _played(
+    body: Figure, places: NDArray[np.float32], kinds: Sequence[str]
+) -> tuple[NDArray[np.int16], tuple[tuple[int, int, str], ...], int]:
+    """Return places from where the body stands first, on the floor; the bones, and the head."""
+    own = np.unique(body.bones)
+    upon = _upon(places)
+    origin = upon[np.flatnonzero(~np.isnan(upon[:, 0]))[0]].copy()
+    origin[1] = np.nanmin(places[..., 1])
+    moved = (places[:, own] - origin).clip(UNKNOWN + 1, -UNKNOWN - 1)
+    numbers = {joint: number for number, joint in enumerate(own.tolist())}
+    bones = tuple(
+        (numbers[inner], numbers[outer], kind)
+        for (inner, outer), kind in zip(body.bones.tolist(), kinds, strict=True)
+    )
+    whole = np.where(np.isnan(moved), UNKNOWN, moved.round()).astype(np.int16)
+    return whole, bones, numbers.get(_TOP, -1)
