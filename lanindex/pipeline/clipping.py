@@ -75,7 +75,7 @@ class Clipper:
         target = convert.nearest(source.format) if form == "native" else form
         motion = formats.read_file(file, told, formats.Wanted())
         self.suffix = f".{target}"
-        self._clip = _anew(convert.from_origin(motion) if origin else motion, target)
+        self._clip = _anew(motion, target, origin)
 
     def files(self, span: Span) -> Iterator[tuple[str, bytes]]:
         """Yield the ending and the bytes of each file of a clip, the clip itself first."""
@@ -95,9 +95,11 @@ def _cut(cut: formats.Cutter, suffix: str, beside: tuple[tuple[str, bytes], ...]
     return clip
 
 
-def _anew(motion: Motion, target: str) -> _Clip:
+def _anew(motion: Motion, target: str, origin: bool) -> _Clip:
     def clip(span: Span) -> Iterator[tuple[str, bytes]]:
-        yield f".{target}", convert.written(convert.stretch(motion, span), target)[0]
+        part = convert.stretch(motion, span)
+        part = convert.from_origin(part) if origin else part
+        yield f".{target}", convert.written(part, target)[0]
 
     return clip
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from made import captures
 
-MADE = ((10, 5), (100, 5), (1000, 5), (10, 60), (10, 600))
+MADE = ((10, 5), (100, 5), (1000, 5), (2, 60), (2, 600))
 """How many captures, and how many seconds each lasts."""
 
 

@@ -128,5 +128,5 @@ def test_clips_in_another_format(tmp_path: Path, form: str) -> None:
     assert row["clip"] == f"compass_{span.start}-{span.stop}.{form}"
     assert_same(clip, lanindex.read(tmp_path / "out" / row["clip"]))
     assert_same(
-        stretch(from_origin(source), span), lanindex.read(tmp_path / "moved" / moved["clip"])
+        from_origin(stretch(source, span)), lanindex.read(tmp_path / "moved" / moved["clip"])
     )
