@@ -40,6 +40,12 @@ def test_one_command_rebuilds_it(tmp_path: Path) -> None:
         assert np.abs(motions[0].positions - motions[1].positions).max() < 0.01
 
 
+def test_all_signs_are_drawn_anew_as_they_are_shown() -> None:
+    """As large as the picture at hand: another version of what draws it may smooth otherwise."""
+    drawn, shown = runpy.run_path(str(CORPUS / "build.py"))["signs"](), CORPUS / "signs.png"
+    assert drawn[:24] == shown.read_bytes()[:24]  # the signature, width and height
+
+
 @each
 def test_scores_are_written_as_we_write(path: Path) -> None:
     assert lnd.write(lnd.read(path)).encode() == path.read_bytes()
