@@ -17,7 +17,7 @@ from dances import RAISE, dance
 import lanindex
 from lanindex.app import notebook
 from lanindex.errors import LanindexError
-from lanindex.model import Meter, Score, Span, Track
+from lanindex.model import Meter, Reading, Score, Span, Track
 from lanindex.model.symbol import blank
 
 
@@ -96,6 +96,16 @@ def test_gaps_are_left_open(library) -> None:
     assert "nothing" not in shown
     empty = replace(motion, positions=np.full_like(places, np.nan))
     assert "no bone of a body is known" in notebook.of_motion(empty)
+
+
+def test_a_file_is_read_as_it_was_ingested(library, tmp_path: Path) -> None:
+    library.ingest(tmp_path / "raise.bvh", reading=Reading(unit="cm", rate=15))
+    hit = library.search("r_arm high", within="*.bvh")[0]
+    assert hit.capture.told == {"unit": "cm", "rate": "15"}
+    body = notebook._figure(hit)
+    wanted = lanindex.read(tmp_path / "raise.bvh", rate=15, unit="cm")
+    assert body.rate == wanted.rate
+    assert len(body) == len(wanted)
 
 
 def test_what_cannot_be_shown_is_said(library) -> None:

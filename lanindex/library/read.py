@@ -106,13 +106,14 @@ def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
     if said(number, label, metadata) != stored:
         raise checksums.damaged(number, location, "its label or metadata (say them again, too)")
     try:
+        encoding = Encoding.stored(facts[-2] or "", facts[-1] or "", json.loads(options))
         capture = Capture(
             *(number, path, form, sha256, label, _fraction(rate), frames, _meter(*meter)),
             metadata=metadata,
             location=location,
             warnings=_listed(warnings),
+            told=encoding.options,
         )
-        encoding = Encoding.stored(facts[-2] or "", facts[-1] or "", json.loads(options))
     except _NONSENSE as error:
         raise checksums.damaged(number, location, f"{what} ({error})") from error
     return Stored(capture, encoding, tracks, content)

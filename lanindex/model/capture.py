@@ -29,6 +29,8 @@ class Capture:
         The path made absolute, where its file can be found from any folder.
     warnings : tuple of str
         What the reader found doubtful.
+    told : Mapping of str to str
+        What the reader was told in place of what it would have found, as in `Reading`.
     """
 
     id: int
@@ -42,3 +44,4 @@ class Capture:
     metadata: Mapping[str, str] = field(default_factory=dict, hash=False)
     location: str = ""
     warnings: tuple[str, ...] = ()
+    told: Mapping[str, str] = field(default_factory=dict, hash=False)
