@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +19,9 @@ from lanindex.draw.page import keys_of
 from lanindex.draw.picture import Circle, Mark, Path, Text, line
 from lanindex.errors import UsageError
 from lanindex.film.figure import Figure
+from lanindex.film.rows import Rows
 from lanindex.film.view import View, view
-from lanindex.model import Hit, Score, Track
+from lanindex.model import Hit, Score
 from lanindex.model.hit import in_words
 
 POSES = 5
@@ -136,13 +137,7 @@ class Shots:
 
     def __init__(self, score: Score) -> None:
         self._score = score
-        self._rows = {
-            part: track.symbols[~track.symbols["passing"]] for part, track in score.tracks.items()
-        }
-        self._times = {
-            part: (np.ascontiguousarray(rows["start"]), np.ascontiguousarray(rows["stop"]))
-            for part, rows in self._rows.items()
-        }
+        self._rows = Rows(score)
 
     def shot(self, hit: Hit, body: Figure | None, trouble: str = "") -> Shot:
         """Return a hit to look at.
@@ -198,7 +193,7 @@ class Shots:
     def _staff(self, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
         """Return the staff of what matched; None where it has no column."""
         keys = keys_of(self._score, hit.symbols)
-        score = self._around(begin, end, {part for part, *_ in keys})
+        score = self._rows.around(begin, end, {part for part, *_ in keys})
         marked = [it for it in score.symbols() if (it.part, it.start, it.stop) in keys]
         try:
             picture = draw(
@@ -217,17 +212,6 @@ class Shots:
         # what each column is for is said beside it
         marks = tuple(it for it in picture.marks if not isinstance(it, Text) or not it.turned)
         return replace(picture, height=picture.height - NAMES, marks=marks)
-
-    def _around(self, begin: float, end: float, parts: Collection[str]) -> Score:
-        """Return some tracks, of a stretch the rows alone: one more on either side."""
-        tracks, rate = {}, float(self._score.rate)
-        for part in (it for it in self._rows if it in parts):
-            begins, ends = self._times[part]
-            first = max(int(np.searchsorted(ends, begin * rate, "right")) - 1, 0)
-            last = int(np.searchsorted(begins, end * rate)) + 1
-            rows = self._rows[part][first:last]
-            tracks[part] = Track(part, rows, self._score.tracks[part].known)
-        return replace(self._score, tracks=tracks)
 
 
 def _lasting(begin: float, end: float, whole: float) -> tuple[float, float]:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 from io import BytesIO
 from math import floor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lanindex.draw import draw
 from lanindex.draw.clock import Clock
@@ -20,7 +18,8 @@ from lanindex.draw.layout import BEAT, MARGIN, NAMES, NUMBERS, START
 from lanindex.draw.picture import PIXEL
 from lanindex.draw.render import rendered
 from lanindex.film.paint import PAPER
-from lanindex.model import Score, Symbol, Track
+from lanindex.film.rows import Rows
+from lanindex.model import Score, Symbol
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -94,9 +93,9 @@ class Staff:
         counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
         self.lasts = max(counts, 1) / self.rate
         self.warnings: dict[str, None] = {}
-        self._rows = _shown(score)
+        self._rows = _rows(score)
         self._marked = defaultdict[int, list[Symbol]](list)
-        for symbol in map(self._settled, marked):
+        for symbol in map(self._rows.settled, marked):
             first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
             for page in range(max(first, 0), last + 1):
                 self._marked[page].append(symbol)
@@ -120,7 +119,7 @@ class Staff:
 
         start = self.start + number * self.lasts
         stop = min(start + self.lasts, self.stop)
-        score = self._around(start, stop)
+        score = self._rows.around(start, stop)
         picture = draw(
             score,
             parts=self.parts,
@@ -141,31 +140,7 @@ class Staff:
         ups = [_BELOW + (clock.at(it) - begin) * BEAT for it in times]
         return page, times, [self.height - up * scale / PIXEL for up in ups]
 
-    def _settled(self, symbol: Symbol) -> Symbol:
-        """Return a symbol, of one that is passed that on whose way it is."""
-        if not symbol.passing:
-            return symbol
-        rows, ends = self._rows[symbol.part]
-        row = rows[min(int(np.searchsorted(ends, symbol.stop)), len(rows) - 1)]
-        return replace(symbol, start=int(row["start"]), stop=int(row["stop"]), passing=False)
-
-    def _around(self, start: float, stop: float) -> Score:
-        """Return the score with the rows alone that a page needs: one more on either side."""
-        rate = float(self.score.rate)
-        tracks = {}
-        for part, (rows, ends) in self._rows.items():
-            first = int(np.searchsorted(ends, start * rate, "right"))
-            last = int(np.searchsorted(rows["start"], stop * rate, "left"))
-            some = rows[max(first - 1, 0) : max(last, first) + 1]
-            tracks[part] = Track(part, some, self.score.tracks[part].known)
-        return replace(self.score, tracks=tracks)
-
 
 @lru_cache(maxsize=1)  # for many films of one capture
-def _shown(score: Score) -> dict[str, tuple[NDArray[Any], NDArray[np.int32]]]:
-    """Return what is drawn of each track: its rows, and when they and all before them are over."""
-    shown = {}
-    for part, track in score.tracks.items():
-        rows = track.symbols[~track.symbols["passing"]]
-        shown[part] = rows, np.maximum.accumulate(rows["stop"])
-    return shown
+def _rows(score: Score) -> Rows:
+    return Rows(score)

@@ -135,7 +135,7 @@ def test_pages_show_what_the_whole_staff_shows() -> None:
     start, stop = staff.lasts, 2 * staff.lasts
     whole, page = (
         draw(it, parts=staff.parts, start=start, stop=stop, bars=None, seconds=True)
-        for it in (score, staff._around(start, stop))
+        for it in (score, staff._rows.around(start, stop))
     )
     assert page.marks == whole.marks
 
