@@ -19,12 +19,12 @@ PATTERN = "arm high"
 RUNS = (("png", 20), ("png", 200), ("svg", 200), ("html", 200), ("html", 1000), ("png", 1000))
 
 
-def called(words: list[str], folder: str) -> tuple[float, float]:
+def called(words: list[str], folder: str, fine: tuple[int, ...] = (0,)) -> tuple[float, float]:
     """Run a command; return the seconds of the processor, and the megabytes it took at most."""
     process = subprocess.Popen([sys.executable, "-c", MAIN, *words], cwd=folder)
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
-    assert process.returncode == 0, words
+    assert process.returncode in fine, words
     return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
@@ -33,7 +33,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         library = Path(sys.argv[1]).resolve() if sys.argv[1:] else Path(folder) / "real.db"
         if not library.exists():
-            called(["ingest", os.environ["LANINDEX_CAPTURES"], "-q", "--db", str(library)], folder)
+            words = ["ingest", os.environ["LANINDEX_CAPTURES"], "-q", "--db", str(library)]
+            called(words, folder, (0, 2))  # some files there are no captures: the rest is in
         print("form  hits  seconds  peak MB  kB  files")
         for form, hits in RUNS:
             name = f"{form}{hits}.{form}"
