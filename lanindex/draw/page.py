@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.draw import columns as places
@@ -28,18 +29,26 @@ def _key(symbol: Symbol) -> Key:
     return symbol.part, symbol.start, symbol.stop
 
 
+def settled(score: Score, symbols: Iterable[Symbol]) -> Iterator[Symbol]:
+    """Yield symbols of a score; of what is passed that on whose way it is."""
+    shown: dict[str, NDArray[np.intp]] = {}
+    for symbol in symbols:
+        if symbol.passing:
+            part, rows = symbol.part, score.tracks[symbol.part].symbols
+            if part not in shown:
+                shown[part] = np.flatnonzero(~rows["passing"])
+            after = rows[shown[part][np.searchsorted(shown[part], symbol.ordinal)]]
+            start, stop = int(after["start"]), int(after["stop"])
+            symbol = replace(symbol, start=start, stop=stop, passing=False)
+        yield symbol
+
+
 def keys_of(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
     """Return what is marked: of a step that of the foot, of what is passed that on whose way."""
     found: set[Key] = set()
-    for symbol in symbols:
-        _, start, stop = _key(symbol)
-        if symbol.passing:
-            rows = score.tracks[symbol.part].symbols
-            after = rows[symbol.ordinal :]
-            after = after[np.flatnonzero(~after["passing"])[:1]]
-            start, stop = (int(after[name][0]) for name in ("start", "stop"))
+    for symbol in settled(score, symbols):
         parts = ("r_support", "l_support") if symbol.part == STEP else (symbol.part,)
-        found |= {(part, start, stop) for part in parts}
+        found |= {(part, symbol.start, symbol.stop) for part in parts}
     return frozenset(found)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lanindex.model import Score, Symbol, Track
+from lanindex.model import Score, Track
 
 
 class Rows:
@@ -44,11 +44,3 @@ class Rows:
                 some = rows[max(first - 1, 0) : max(last, first) + 1]
                 tracks[part] = Track(part, some, self.score.tracks[part].known)
         return replace(self.score, tracks=tracks)
-
-    def settled(self, symbol: Symbol) -> Symbol:
-        """Return a symbol; of one that is passed that on whose way it is."""
-        if not symbol.passing:
-            return symbol
-        rows, _, ends = self._held[symbol.part]
-        row = rows[min(int(np.searchsorted(ends, symbol.stop)), len(rows) - 1)]
-        return replace(symbol, start=int(row["start"]), stop=int(row["stop"]), passing=False)

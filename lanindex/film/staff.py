@@ -15,6 +15,7 @@ from lanindex.draw import draw
 from lanindex.draw.clock import Clock
 from lanindex.draw.columns import columns, known, usual
 from lanindex.draw.layout import BEAT, MARGIN, NAMES, NUMBERS, START
+from lanindex.draw.page import settled
 from lanindex.draw.picture import PIXEL
 from lanindex.draw.render import rendered
 from lanindex.film.paint import PAPER
@@ -95,7 +96,7 @@ class Staff:
         self.warnings: dict[str, None] = {}
         self._rows = _rows(score)
         self._marked = defaultdict[int, list[Symbol]](list)
-        for symbol in map(self._rows.settled, marked):
+        for symbol in settled(score, marked):
             first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
             for page in range(max(first, 0), last + 1):
                 self._marked[page].append(symbol)
