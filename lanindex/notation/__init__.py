@@ -3,7 +3,7 @@
 A notation is a module with
 
 - ``read(content, place) -> Score``, and
-- ``write(score) -> str or bytes``,
+- ``write(score) -> str or bytes``, or of a table ``save(rows, file) -> int``,
 
 and a line in `NOTATIONS`. Nothing else knows one from another. Beside them stand borders (LPD) and
 rules (LDD), which are read.
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -149,7 +150,14 @@ def write(score: Score, name: str) -> bytes:
     name : str
         Of `WRITTEN`.
     """
-    text: str | bytes = NOTATIONS[name].does.write(score)
+    form = NOTATIONS[name]
+    if form in TABLES.values():
+        from lanindex.notation.table import rows_of
+
+        file = BytesIO()
+        form.does.save(rows_of(score), file)
+        return file.getvalue()
+    text: str | bytes = form.does.write(score)
     return text.encode() if isinstance(text, str) else text
 
 

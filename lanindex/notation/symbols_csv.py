@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Iterator, Mapping
-from io import BytesIO, StringIO, TextIOWrapper
+from io import StringIO, TextIOWrapper
 from typing import IO, Any
 
 from lanindex.errors import NotationError, shown
@@ -56,26 +56,14 @@ def _rows(lines: Any, place: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
         raise NotationError(str(error), place=f"{place}:{lines.line_num}") from error
 
 
-def write(score: Score) -> bytes:
-    """Write a score as a table.
-
-    Parameters
-    ----------
-    score : Score
-        Any.
-    """
-    file = BytesIO()
-    save(table.rows_of(score), file)
-    return file.getvalue()
-
-
 def save(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
     """Write rows into a file, one by one; return how many there are."""
     count = 0
     text = TextIOWrapper(file, "utf-8", newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table.COLUMNS)
-    for count, row in enumerate(rows, 1):  # noqa: B007
+    for row in rows:
         writer.writerow([str(it).lower() if isinstance(it, bool) else it for it in row.values()])
+        count += 1
     text.detach()
     return count

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from io import BytesIO
 from typing import IO, Any
 
 from lanindex.errors import NotationError, shown
@@ -50,22 +49,10 @@ def _rows(lines: Iterable[str], place: str) -> Iterator[tuple[str, Mapping[str, 
         yield where, table.typed(row, where)
 
 
-def write(score: Score) -> bytes:
-    """Write a score as lines.
-
-    Parameters
-    ----------
-    score : Score
-        Any.
-    """
-    file = BytesIO()
-    save(table.rows_of(score), file)
-    return file.getvalue()
-
-
 def save(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
     """Write rows into a file, one by one; return how many there are."""
     count = 0
-    for count, row in enumerate(rows, 1):  # noqa: B007
+    for row in rows:
         file.write(json.dumps(row, ensure_ascii=False).encode() + b"\n")
+        count += 1
     return count

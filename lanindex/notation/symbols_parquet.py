@@ -6,7 +6,6 @@ Source: ``NOTATIONS.md``, "Tables".
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from io import BytesIO
 from itertools import islice
 from typing import IO, Any
 
@@ -58,19 +57,6 @@ def read(content: bytes, place: str) -> Score:
     except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
         found = f"damaged Parquet ({shown(str(error), 100)})"
         raise NotationError(found, place=place, wanted="a whole file") from error
-
-
-def write(score: Score) -> bytes:
-    """Write a score as a table.
-
-    Parameters
-    ----------
-    score : Score
-        Any.
-    """
-    file = BytesIO()
-    save(table.rows_of(score), file)
-    return file.getvalue()
 
 
 def save(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
