@@ -87,6 +87,7 @@ def test_a_score_and_its_motion_and_a_stretch_of_the_library(place: Path) -> Non
         (("one.lnd", "other.lnd", "--parts", "wing"), 'there is no part "wing"'),
         (("one.lnd", "other.lnd", "--tolerance", "-1"), "a tolerance of -1 s"),
         (("one.lnd", "other.lnd", "-o", "a.gif"), "wanted an ending of svg, png or pdf"),
+        (("one.lnd", "other.lnd", "--bars", "2"), "wanted --output beside them"),
         (("one.lnd:7-7", "other.lnd"), "frames 7 to 7"),
     ],
 )

@@ -121,6 +121,7 @@ def test_hits_are_highlighted(run) -> None:
     [
         (("none.bvh",), "there is no"),
         (("raise.lnd:5-5",), "frames 5 to 5"),
+        (("raise.lnd", "-o", "-", "--strip", "--bars", "2"), "--strip and --bars"),
         (("raise.lnd", "-o", "a.gif"), "wanted an ending of svg, png or pdf"),
         (("raise.lnd", "-o", "-", "--parts", "wing"), 'there is no part "wing"'),
         (("raise.lnd", "-o", "-", "--from", "900"), "nothing from 900 s"),

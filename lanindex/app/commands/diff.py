@@ -43,11 +43,12 @@ def run(
     ] = None,
     tolerance: options.Tolerance = 0.1,
     bars: Annotated[
-        int, typer.Option("--bars", metavar="N", min=1, help="Bars, or five seconds, a staff.")
-    ] = 4,
+        int | None,
+        typer.Option("--bars", metavar="N", min=1, help="Bars, or five seconds, a staff: 4."),
+    ] = None,
     scale: Annotated[
-        float, typer.Option("--scale", metavar="N", min=0.1, max=20.0, help="How large.")
-    ] = 1.0,
+        float | None, typer.Option("--scale", metavar="N", min=0.1, max=20.0, help="How large: 1.")
+    ] = None,
     profile: options.OwnProfile = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
     db: options.Db = options.DB,
@@ -63,6 +64,8 @@ def run(
     one of the two has are named, and not compared. Exits with 0 where nothing differs, else 1.
     """
     out = Output(json, quiet, verbose, color)
+    if output is None and not (bars is None and scale is None):
+        raise UsageError("--bars and --scale", wanted="--output beside them")
     from lanindex.compare import compare
     from lanindex.pipeline.files import write_all
 
@@ -72,7 +75,7 @@ def run(
     wanted = None if parts is None else [part.strip() for part in parts.split(",")]
     compared = compare(*scores, parts=wanted, tolerance=tolerance)
     if output is not None:
-        content = _drawn(out, output, found, scores, compared, wanted, bars, scale)
+        content = _drawn(out, output, found, scores, compared, wanted, bars, scale or 1.0)
         write_all([(output, content)], force=force, sources=[it.path for it in found])
     if json:
         from lanindex import records
@@ -120,12 +123,13 @@ def _drawn(
     scores: Sequence[Score],
     compared: Comparison,
     parts: list[str] | None,
-    bars: int,
+    bars: int | None,
     scale: float,
 ) -> bytes:
     """Return both staves, with bands over what differs."""
     from lanindex.draw.both import both
     from lanindex.draw.render import FORMS, rendered
+    from lanindex.draw.score import BARS
 
     form = target.suffix.lower().removeprefix(".")
     if form not in FORMS:
@@ -136,8 +140,14 @@ def _drawn(
         [it.other.symbol for it in differ if it.other],
     ]
     same = found[0].counted and found[1].counted and scores[0].meter == scores[1].meter
-    picture = both(scores, marked, titles=[it.title for it in found], parts=parts, bars=bars,
-                   seconds=not same)  # fmt: skip
+    picture = both(
+        scores,
+        marked,
+        titles=[it.title for it in found],
+        parts=parts,
+        bars=bars or BARS,
+        seconds=not same,
+    )
     for warning in picture.warnings:
         out.note(warning)
     return rendered(picture, form, scale)

@@ -40,8 +40,9 @@ def run(
         float | None, typer.Option("--to", metavar="SECONDS", min=0.0, help="End there.")
     ] = None,
     bars: Annotated[
-        int, typer.Option("--bars", metavar="N", min=1, help="Bars, or five seconds, a staff.")
-    ] = 4,
+        int | None,
+        typer.Option("--bars", metavar="N", min=1, help="Bars, or five seconds, a staff: 4."),
+    ] = None,
     strip: Annotated[bool, typer.Option("--strip", help="One long staff.")] = False,
     scale: Annotated[
         float, typer.Option("--scale", metavar="N", min=0.1, max=20.0, help="How large.")
@@ -75,8 +76,10 @@ def run(
     an option of reading (--unit, --profile and so on) a file is meant, and read.
     """
     out = Output(False, quiet, verbose, color)
-    from lanindex.draw import draw
+    if strip and bars is not None:
+        raise UsageError("--strip and --bars", wanted="one of them")
     from lanindex.draw.render import FORMS, rendered
+    from lanindex.draw.score import BARS, draw
     from lanindex.pipeline.files import safe_stem, write_all
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
@@ -99,7 +102,7 @@ def run(
         parts=None if parts is None else [part.strip() for part in parts.split(",")],
         start=found.seconds[0] if start is None else start,
         stop=found.seconds[1] if stop is None else stop,
-        bars=None if strip else bars,
+        bars=None if strip else bars or BARS,
         seconds=not found.counted,
         marked=[symbol for hit in hits for symbol in hit],
         legend=legend,
