@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lanindex.alphabet import KINDS, TRACKS, kind_of
 from lanindex.errors import UsageError
@@ -50,15 +50,24 @@ class Difference:
         Its track.
     one, other : Timed or None
         What either score has; None: nothing stands there.
+    seen : bool
+        Whether the other score knows the part throughout, where it has nothing.
     """
 
     part: str
     one: Timed | None
     other: Timed | None
+    seen: bool = True
 
     @property
     def kind(self) -> str:
-        """``left out``, ``added``, ``replaced`` (by something else), or ``moved`` in time."""
+        """What is the matter.
+
+        ``left out``, ``added``, ``replaced`` (by something else), ``moved`` in time, or ``not
+        seen``: nothing stands where the part was not known.
+        """
+        if not self.seen:
+            return "not seen"
         if self.one is None or self.other is None:
             return "added" if self.one is None else "left out"
         return "moved" if _same(self.one.symbol, self.other.symbol) else "replaced"
@@ -148,7 +157,7 @@ def compare(
     for part in both:
         for pair in _beside(_timed(one, part), _timed(other, part)):
             if _differs(pair, tolerance):
-                found.append(pair)
+                found.append(_looked_at(pair, one, other))
             else:
                 same += 1
     only = [tuple(part for part in asked if part in own and part not in both) for own in held]
@@ -160,6 +169,16 @@ def _timed(score: Score, part: str) -> list[Timed]:
     rate = float(score.rate)
     symbols = (symbol for symbol in score.tracks[part].listed() if not symbol.passing)
     return [Timed(symbol, symbol.start / rate, symbol.stop / rate) for symbol in symbols]
+
+
+def _looked_at(pair: Difference, one: Score, other: Score) -> Difference:
+    """Return a difference that says so where a score could not have what the other has."""
+    it, score = (pair.one, other) if pair.other is None else (pair.other, one)
+    if it is None or (pair.one is not None and pair.other is not None):
+        return pair
+    known, rate = score.tracks[pair.part].known, float(score.rate)
+    at = bisect_right(known, it.start * rate + 1, key=lambda span: span.start) - 1
+    return replace(pair, seen=at >= 0 and it.stop * rate - 1 <= known[at].stop)
 
 
 def _differs(pair: Difference, tolerance: float) -> bool:

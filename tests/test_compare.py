@@ -12,7 +12,7 @@ from scores import scores
 import lanindex
 from lanindex.compare import DEGREES, Comparison, compare
 from lanindex.errors import UsageError
-from lanindex.model import Score
+from lanindex.model import Score, Span
 from lanindex.model.steps import STEP
 from lanindex.model.symbol import SYMBOL
 
@@ -63,6 +63,20 @@ def test_what_comes_later_or_lasts_longer_is_moved(jacks: Score) -> None:
     assert (it.kind, it.later, it.longer) == ("moved", 0.25, -0.25)
     near = compare(jacks, changed(jacks, "r_arm", other), parts=["r_arm"], tolerance=0.25)
     assert near.differences == ()
+
+
+def test_what_could_not_be_seen_is_said_to_be(jacks: Score) -> None:
+    track = jacks.tracks["r_arm"]
+    own = track.symbols[:5]
+    end = int(own["stop"][-1])
+    for stop, kind in ((jacks.frames, "left out"), (end, "not seen")):
+        known = (Span(0, stop),)
+        lost = replace(jacks, tracks={"r_arm": replace(track, symbols=own, known=known)})
+        whole = replace(jacks, tracks={"r_arm": track})
+        there, back = compare(whole, lost), compare(lost, whole)
+        assert {it.kind for it in there.differences} == {kind}
+        assert {it.kind for it in back.differences} == {kind.replace("left out", "added")}
+        assert len(there.differences) == len(track) - 5
 
 
 def test_degrees_may_differ_a_little(jacks: Score) -> None:

@@ -60,8 +60,9 @@ def run(
     """Say what two captures or scores differ in, symbol by symbol.
 
     Symbols of a track are laid beside each other in their order, so that as few as can be are left
-    out, added or replaced; those that are the same but at another time are moved. Tracks that only
-    one of the two has are named, and not compared. Exits with 0 where nothing differs, else 1.
+    out, added or replaced; those that are the same but at another time are moved; not seen is what
+    stands where the other lost the part. Tracks that only one of the two has are named, and not
+    compared. Exits with 0 where nothing differs, else 1.
     """
     out = Output(json, quiet, verbose, color)
     if output is None and not (bars is None and scale is None):
