@@ -59,10 +59,14 @@ def _files(begun: str) -> list[str]:
 
 
 def _words(ctx: Context, only_parts: bool) -> list[str]:
-    from lanindex.search.language.words import DEFAULT_PARTS, LANGUAGE, VALUES, Vocabulary
+    from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 
-    parts = _held(ctx, lambda library: library.parts(checked=False)) or DEFAULT_PARTS
-    movers = {mover.name for mover in Vocabulary(parts).movers.values()}
+    parts = _held(ctx, lambda library: library.parts(checked=False))
+    movers = {
+        mover.name
+        for mover in Vocabulary(parts).movers.values()
+        if not parts or not {*parts}.isdisjoint(mover.members)
+    }
     own = {name for _, name in VALUES.values() if " " not in name}
     return sorted(movers if only_parts else {*movers, *own, *LANGUAGE})
 

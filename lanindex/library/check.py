@@ -14,6 +14,7 @@ from lanindex.library.link import Link, ask, faults, first_values
 from lanindex.library.segments import Distrust
 from lanindex.library.texts import printable
 from lanindex.model import Capture, Score
+from lanindex.model.columns import same_columns
 
 _MOST = 5
 """Rows named for each thing that is wrong."""
@@ -127,9 +128,10 @@ def _columns(connection: Link) -> Iterator[str]:
             same = found.same_as(own)
             now = called.of_rows(connection, own.number.tolist())
             same = same and called.together([names], called.NAMES, some) == now
-            for part, one in held.items():
-                same = same and one.taken(some).same_as(wanted.get(part))
-            if not same or not held.keys() >= wanted.keys():
+            for part in held.keys() | wanted.keys():
+                mine = held[part].taken(some) if part in held else None
+                same = same and same_columns(mine, wanted.get(part))
+            if not same:
                 yield (
                     f"the columns of captures {own.number[0]} to {own.number[-1]} in segment "
                     f"{segment.id} are not those of their rows, wanted the same. Have them made "

@@ -143,8 +143,7 @@ def _moved(
     for part in parts:
         found = stored(connection, old, nothing, part, EXTRA)
         segments.drop_part(connection, old, part)
-        if len(found := found if order is None else found.taken(order)) or len(found.gaps):
-            yield found
+        yield found if order is None else found.taken(order)
 
 
 def _first_to_join(spine: Spine) -> int:

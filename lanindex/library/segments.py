@@ -72,7 +72,7 @@ class Segment(NamedTuple):
 
     @property
     def parts(self) -> list[str]:
-        """The parts that any of its captures has."""
+        """The parts of which any of its captures has symbols, or that one does not always see."""
         return list(dict.fromkeys(part for part, _ in self.entries if part))
 
     @property
@@ -206,7 +206,7 @@ def count_pending(connection: Link) -> int:
 
 
 def part_names(connection: Link) -> list[str]:
-    """Return the names of all parts that any capture has; and had, as long as segments tell."""
+    """Return the parts whose columns any capture fills; and filled, as long as segments tell."""
     asked, found = _PARTS, list[str]()
     try:
         spine = read_spine(connection)
@@ -272,14 +272,16 @@ def put(
         What they are called, as `lanindex.library.called.spelled` gives it.
     columns : iterable of Columns
         Of all parts that any of them has; each is written before the next is asked for.
+        One without symbols that all captures always see is left out: its columns say nothing.
     """
     ((number,),) = ask(connection, _BEGIN, {"captures": len(roster)}).fetchall()
     symbols = 0
     own = [(name, getattr(roster, name)) for name in CAPTURES]
     entries = _put(connection, number, "", [*own, *texts])
     for one in columns:
-        entries += _put(connection, number, one.part, _arrays(one))
-        symbols += len(one)
+        if not one.blank:
+            entries += _put(connection, number, one.part, _arrays(one))
+            symbols += len(one)
     listing = json.dumps(entries)
     checksum = checksums.of_values(len(roster), symbols, listing)
     told = {"symbols": symbols, "listing": listing, "checksum": checksum}

@@ -208,10 +208,13 @@ class Columns:
         """Return how many symbols there are."""
         return len(self.cell)
 
-    def same_as(self, other: Columns | None) -> bool:
-        """Return whether other columns say the same; None: all captures lack the part."""
-        if other is None:
-            return not len(self) and not len(self.gaps)
+    @property
+    def blank(self) -> bool:
+        """Whether they are those of a part that no capture has: no symbols, nowhere unseen."""
+        return not len(self) and not len(self.gaps)
+
+    def same_as(self, other: Columns) -> bool:
+        """Return whether other columns say the same."""
         names = ("bounds", *(name for name in self.rows if name in other.rows), "gaps")
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
 
@@ -231,6 +234,13 @@ class Columns:
         gaps[:, 0] -= first
         own = {name: getattr(self, name)[begin:end] for name in self.rows}
         return Columns(self.part, self.bounds[first : last + 1] - begin, **own, gaps=gaps)
+
+
+def same_columns(one: Columns | None, other: Columns | None) -> bool:
+    """Return whether two columns of a part say the same; None: no capture has it."""
+    if one is not None and other is not None:
+        return one.same_as(other)
+    return all(columns is None or columns.blank for columns in (one, other))
 
 
 def enrolled(rosters: Sequence[Roster]) -> Roster:

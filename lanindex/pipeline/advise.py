@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from lanindex.alphabet import ALWAYS
 from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
@@ -96,7 +95,7 @@ def reader(library: Store) -> Callable[[str], Query | None]:
 
     def read(text: str) -> Query | None:
         try:
-            return parse(text, parts, known=ALWAYS)
+            return parse(text, parts)
         except PatternError:
             return None
 

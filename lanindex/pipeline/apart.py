@@ -75,11 +75,10 @@ def matched(
     >>> [str(hit[0]) for hit in matched(score, "r_arm high")][:2]
     ['r_arm right high [32, 40)', 'r_arm right high [48, 56)']
     """
-    from lanindex.alphabet import PARTS
     from lanindex.pipeline.words import named, said
 
     text = said(pattern, words)
-    query = parse(text, list(score.tracks), known=PARTS, names=named(text, words))
+    query = parse(text, list(score.tracks), names=named(text, words))
     if query.stages:
         raise UsageError(f'"| {query.stages[0]}"', wanted="a pattern without a pipe")
     capture = Capture(1, "score", "lnd", "", "", Fraction(score.rate), score.frames, score.meter)

@@ -6,7 +6,6 @@ import os
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from lanindex.alphabet import ALWAYS
 from lanindex.errors import PatternError
 from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
@@ -255,10 +254,9 @@ class Library(Asking, Exploring, Exporting):
         # the text of a file knows its place
         text = said(pattern if isinstance(pattern, str) else str(pattern), self.words)
         names = named(text, self.words)
-        # a part that is encoded, though in none of these captures, is no mistake: it never moves
         try:
             held = self.parts(checked=False)
-            query = parse(text, held, known=ALWAYS, names=names, strict=strict)
+            query = parse(text, held, names=names, strict=strict)
         except PatternError:
             self.parts()  # is a part unknown because the library is damaged? That would be said
             raise

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import FACING, TRACKS, mirrored_part
 from lanindex.errors import LibraryError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Track
@@ -57,6 +58,10 @@ def search(
     stamp = library.stamp
     measures = measures_in(query)
     roster, columns = library.columns(query.parts, numbers, more=measures)
+    if len(roster) and (absent := _absent(columns)):
+        library.tell(
+            f"no capture that was searched has symbols of {', '.join(absent)}{_why(absent)}"
+        )
     if count := _unmeasured(columns, measures) if measures else 0:
         library.tell(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
@@ -64,6 +69,19 @@ def search(
         )
     recordings = _recordings(library, stamp, roster, columns)
     return how.find(query, roster, columns, recordings, watch, best)
+
+
+def _absent(columns: Mapping[str, Columns]) -> list[str]:
+    """Return the parts without symbols in any capture; of a pair, only if both sides have none."""
+    blank = {part for part, one in columns.items() if not len(one)}
+    moving = columns.keys() - blank
+    return [part for part in TRACKS if part in blank and mirrored_part(part) not in moving]
+
+
+def _why(absent: Sequence[str]) -> str:
+    """Return where a user learns why palms are absent: few captures tell where they face."""
+    palms = any(part in FACING for part in absent)
+    return ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
 
 
 def _unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> int:

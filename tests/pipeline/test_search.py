@@ -18,15 +18,30 @@ def library(tmp_path: Path):
         yield opened
 
 
-@pytest.mark.parametrize("part", ["tail", "r_support", "support"])
+@pytest.mark.parametrize("part", ["tail", "r_tail", "tails"])
 def test_a_part_that_is_not_there_is_told_with_those_that_are(library: Library, part: str) -> None:
     with pytest.raises(PatternError, match=f'no part "{part}". It has: r_arm$'):
         library.search(f"{part} high")
 
 
-def test_a_part_that_is_only_not_seen_never_moves(library: Library) -> None:
-    assert len(library.search("head high")) == 0
-    assert len(library.search("r_arm forward without head")) == 1
+def test_a_part_that_no_capture_has_never_moves_and_that_is_said(library: Library) -> None:
+    for pattern, hits, absent in (
+        ("head high", 0, "head"),
+        ("r_arm forward without head", 1, "head"),
+        ("arm forward never turn", 1, "body_turn"),
+        ("r_arm forward without hands touch", 1, "hands_touch"),
+        ("body turn left with legs high", 0, "r_leg, l_leg, body_turn"),
+        ("r_arm forward", 1, ""),
+    ):
+        library.notes.clear()
+        assert len(library.search(pattern)) == hits
+        said = f"no capture that was searched has symbols of {absent}"
+        assert library.notes == ([said] if absent else [])
+
+
+def test_where_palms_face_is_rarely_told(library: Library) -> None:
+    assert len(library.search("r_palm high")) == 0
+    assert "lanindex inspect FILE" in library.notes[-1]
 
 
 def test_hits_are_of_the_library_that_was_searched(library: Library) -> None:

@@ -5,10 +5,10 @@ from importlib.resources import files
 
 import pytest
 
-from lanindex.alphabet import DEGREES_BENT, LINES
+from lanindex.alphabet import DEGREES_BENT, LINES, TRACKS
 from lanindex.errors import PatternError
 from lanindex.search.language import bending, parse
-from lanindex.search.language.words import DEFAULT_PARTS, LANGUAGE, VALUES
+from lanindex.search.language.words import LANGUAGE, VALUES
 
 PAGE = (files("lanindex.search") / "LANGUAGE.md").read_text(encoding="utf-8")
 SECTIONS = dict(
@@ -56,7 +56,7 @@ def test_all_that_it_quotes_in_the_text_is_a_pattern_or_a_piece_of_one():
 
 def test_it_names_every_word():
     (parts,) = blocks("The words")
-    assert set(parts.split()) == set(DEFAULT_PARTS)
+    assert set(parts.split()) == set(TRACKS)
     words = set(re.findall(r"\w+", PAGE))
     spellings = {"side_backward", "across_backward"} | {
         word for word in VALUES if re.fullmatch(r"\w+_(right|left|forward|back|backward)", word)

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from lanindex.alphabet import TRACKS
 from lanindex.errors import PatternError
 from lanindex.search.language import Query, parse
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
@@ -372,17 +373,24 @@ def test_an_error_draws_a_caret():
     )
 
 
-def test_a_part_that_the_library_lacks():
+def test_a_part_that_neither_library_nor_alphabet_has():
     parts = ("l_arm", "head", "r_arm", "torso")
-    for text in ("tail high", "r_leg high", "legs high", "head -> leg low"):
+    for text in ("tail high", "head -> tail low", "l_tail high", "head with tails high"):
         with pytest.raises(PatternError) as caught:
             parse(text, parts)
         word = caught.value.text[caught.value.start : caught.value.stop]
         assert caught.value.found == (
             f'This library has no part "{word}". It has: head torso l_arm r_arm'
         )
-    assert parse("arms high", parts).parts == {"r_arm", "l_arm"}
     assert parse("tails low -> l_tail high", ("r_tail", "l_tail")).parts == {"r_tail", "l_tail"}
+
+
+@pytest.mark.parametrize("held", [(), ("l_arm",), ("r_tail",)])
+def test_a_part_of_the_alphabet_is_never_unknown(held):
+    for part in TRACKS:
+        assert parse(f"{part} any", held) == parse(f"{part} any")
+    for text in ("arm high never turn", "arm high without hands touch", "r_palm high with leg low"):
+        assert parse(text, held) == parse(text)
 
 
 def test_every_part_of_the_alphabet_can_be_named():

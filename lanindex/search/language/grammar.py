@@ -46,7 +46,6 @@ _MOST_STEPS = 1000
 def parse(
     text: str,
     parts: Collection[str] | None = None,
-    known: Collection[str] = (),
     *,
     names: Mapping[str, str] | None = None,
     strict: bool = False,
@@ -58,9 +57,7 @@ def parse(
     text : str
         In the pattern language; one from `saved.pattern_in` names its file in errors.
     parts : collection of str, optional
-        The parts that the library holds; by default those of the alphabet and the supports.
-    known : collection of str
-        Parts that may be named though the library lacks them.
+        The parts that the library has; a pattern may name those of the alphabet, too.
     names : Mapping of str to str, optional
         Names in small letters that the pattern may use besides those that it gives itself, and
         the pattern that each stands for: ``@raise``.
@@ -91,7 +88,7 @@ def parse(
           ^^^^^
     I don't know "rihgt". Did you mean "right"?
     """
-    vocabulary = Vocabulary(parts, known)
+    vocabulary = Vocabulary(parts)
 
     def read(text: str) -> Query:
         return _Parser(Cursor(text, vocabulary), Names(names or {}), strict).query()

@@ -16,7 +16,7 @@ from typing import Any
 from lanindex.errors import PatternError
 from lanindex.model.measures import GRADES
 from lanindex.search.language.phrases import SINGLE, Meaning, UnclearError, meanings
-from lanindex.search.language.words import DEFAULT_PARTS, VALUES, Vocabulary
+from lanindex.search.language.words import VALUES, Vocabulary
 
 _LONGEST = 200
 _GUESS = re.compile(
@@ -149,7 +149,7 @@ class _Clause:
 
 @lru_cache(maxsize=1)
 def _movers() -> frozenset[str]:
-    return frozenset(Vocabulary(DEFAULT_PARTS).movers)
+    return frozenset(Vocabulary().movers)
 
 
 def _clauses(meanings: Iterator[Meaning]) -> Iterator[_Clause]:

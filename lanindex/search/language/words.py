@@ -15,7 +15,6 @@ from lanindex.alphabet import (
     CARRIERS,
     DIRECTION_CODES,
     DIRECTIONS,
-    FACING,
     FEET,
     LEVEL_CODES,
     LEVELS,
@@ -180,9 +179,6 @@ LANGUAGE = (
 )
 """The words that hold a pattern together; none of them can be a name."""
 
-DEFAULT_PARTS = TRACKS
-"""The parts that a pattern may name where no library says otherwise."""
-
 APART = (
     *("right", "left", "either", "both", "body", "other", "torso", "head"),
     *("hand", "hands", "r_hand", "l_hand"),
@@ -194,8 +190,6 @@ _SHORT = {
     **{"twist": "torso_twist", "incline": "torso_incline"},
 }
 """What parts are called for short."""
-
-_UNTOLD = " No capture in it tells where palms face: lanindex inspect FILE says why."
 
 _PLURALS = {"foot": "feet", "hand_touch": "hand_touches"}
 
@@ -298,16 +292,14 @@ class Vocabulary:
     Parameters
     ----------
     parts : collection of str, optional
-        What the library holds; by default `DEFAULT_PARTS`.
-    known : collection of str
-        Parts that may be named though the library lacks them: they never move.
+        The parts that the library has; none by default. A pattern may also name each part of the
+        alphabet: one that no capture has never moves.
     """
 
-    def __init__(self, parts: Collection[str] | None = None, known: Collection[str] = ()) -> None:
+    def __init__(self, parts: Collection[str] | None = None) -> None:
         self._owner = "There is" if parts is None else "This library has"
-        held = DEFAULT_PARTS if parts is None else parts
-        self.parts = tuple(sorted(held, key=_place))
-        self.movers = _movers({*self.parts, *known})
+        self.parts = tuple(sorted(TRACKS if parts is None else parts, key=_place))
+        self.movers = _movers({*TRACKS, *self.parts})
 
     def mover(self, word: str) -> Mover | None:
         """Return who a word names, or None."""
@@ -337,14 +329,11 @@ class Vocabulary:
 
     def stranger(self, word: str, part_expected: bool) -> str:
         """Return the sentence about a word that is not in the vocabulary."""
-        elsewhere = word.lower() in _movers(DEFAULT_PARTS)
-        guess = None if elsewhere else self._guess(word.lower(), part_expected)
-        if guess:
+        if guess := self._guess(word.lower(), part_expected):
             return f'I don\'t know "{word}". Did you mean "{guess}"?'
-        if part_expected or elsewhere:
+        if part_expected:
             has = "The parts are" if self._owner == "There is" else "It has"
-            why = _UNTOLD if word.lower() in _movers(FACING) else ""
-            return f'{self._owner} no part "{word}".{why} {has}: {" ".join(self.parts) or "none"}'
+            return f'{self._owner} no part "{word}". {has}: {" ".join(self.parts) or "none"}'
         return (
             f'I don\'t know "{word}". A movement has a direction ({", ".join(DIRECTIONS[:4])} …) '
             f"and a level (high, mid, low)."
