@@ -97,6 +97,10 @@ class ExportError(LanindexError):
     """A clip cannot be written."""
 
 
+class OutOfMemoryError(LanindexError):
+    """A job needs more memory than there is."""
+
+
 class UsageError(LanindexError):
     """The arguments do not make sense together."""
 

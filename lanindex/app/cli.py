@@ -108,7 +108,7 @@ def _told(ctx: Any) -> Iterator[None]:
         lines = (error.message or "").split("\n")  # where nothing was asked, the help is in it
         error.message = "\n".join(map(escaped, lines))
         raise
-    except (LanindexError, OSError, KeyboardInterrupt) as error:
+    except (LanindexError, MemoryError, OSError, KeyboardInterrupt) as error:
         far = how_far()
         end_progress()
         raise typer.Exit(_reported(error, ctx.invoked_subcommand, far)) from error
@@ -119,6 +119,9 @@ def _reported(error: BaseException, verb: str | None, far: str) -> int:
     match error:
         case LanindexError():
             say_error(error)
+            return 2
+        case MemoryError():
+            say_error(f"out of memory{far}. Do it in parts: --in, --where or fewer files.")
             return 2
         case BrokenPipeError():
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from lanindex.search.stages import Counts
 
 
-_BOUND = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
-
-
 class Library(Asking, Exploring, Exporting):
     """Captures written down, to search and to cut clips from. Made by `open_library`.
 
@@ -189,10 +186,11 @@ class Library(Asking, Exploring, Exporting):
         """
         from lanindex.pipeline.how import How
         from lanindex.pipeline.search import search
+        from lanindex.search.fast.find import NARROWER
 
         how = How.read(tolerance, overlaps, near, fuzzy)
         query, numbers = self._asked(pattern, within, where, strict)
-        patience = Patience(self.watch, timeout, remedy=_BOUND)
+        patience = Patience(self.watch, timeout, remedy=NARROWER)
         sooner = None if query.stages else best
         found = Hits(
             search(self, query, numbers, how, patience.of("captures"), sooner), str(pattern)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from lanindex import formats
-from lanindex.errors import LanindexError
+from lanindex.errors import LanindexError, OutOfMemoryError
 from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
 from lanindex.model.reading import Reading
@@ -143,6 +143,8 @@ def prepare(task: Task) -> tuple[Outcome, ...]:
             ]
     except LanindexError as error:
         return (Outcome(task.path, "failed", error=str(error)),)
+    except MemoryError:
+        return (Outcome(task.path, "failed", error=_too_large(task.path)),)
     paths = tuple(one.name for one in beside)
     return tuple(replace(outcome, beside=paths) for outcome in found)
 
@@ -164,6 +166,14 @@ def prepare_one(task: Task) -> Outcome:
         return _prepared(task, file, file.sha256(), encoding_of(task, companions(task, file)))
     except LanindexError as error:
         return Outcome(task.path, "failed", error=str(error))
+    except MemoryError:
+        return Outcome(task.path, "failed", error=_too_large(task.path))
+
+
+def _too_large(path: str) -> str:
+    """Return the error of a file for which there is not enough memory."""
+    remedy = "Ingest it by itself (--jobs 1), or cut it into shorter files."
+    return str(OutOfMemoryError("not enough memory to read it", place=path, remedy=remedy))
 
 
 def _is_notated(task: Task) -> bool:

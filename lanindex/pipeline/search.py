@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
-from lanindex.errors import LibraryError
+from lanindex.errors import LibraryError, OutOfMemoryError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Track
 from lanindex.pipeline.how import How
-from lanindex.search.fast import Watch
+from lanindex.search.fast.find import NARROWER, Watch
 from lanindex.search.fields import measures_in
 from lanindex.search.language.query import Query
 
@@ -52,6 +52,8 @@ def search(
     ------
     LibraryError
         Where the library cannot be read.
+    OutOfMemoryError
+        Where the search needs more memory than there is; names the capture if one alone does.
     UsageError
         Where the pattern says what has no edits, and some are allowed.
     """
@@ -68,7 +70,11 @@ def search(
             "as scores, or from an earlier version, and want to be ingested anew"
         )
     recordings = _recordings(library, stamp, roster, columns)
-    return how.find(query, roster, columns, recordings, watch, best)
+    try:
+        return how.find(query, roster, columns, recordings, watch, best)
+    except MemoryError:
+        place = library.place
+    raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)
 
 
 def _absent(columns: Mapping[str, Columns]) -> list[str]:

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from lanindex.alphabet import is_limb
-from lanindex.errors import LanindexError
+from lanindex.errors import LanindexError, OutOfMemoryError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
 from lanindex.model.symbol import listed
@@ -47,6 +47,9 @@ MANY = 1000
 
 MOST_ROWS = 1 << 16
 """How many rows of a part, or captures, are gone through at once."""
+
+NARROWER = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
+"""What to do where a search takes too much time or memory."""
 
 Watch = Callable[[int, int], None]
 """Is told, now and then, how many captures are done, of how many; it may raise."""
@@ -194,6 +197,8 @@ class Finder:
             told = self._tellers[place].told(*first, (span.start, span.stop))
         except TooMuch:
             raise self._too_many(place) from None
+        except MemoryError:
+            raise self._too_large(place) from None
         capture, tracks = self._fetched[place]
         if told is None:
             raise LanindexError(
@@ -242,11 +247,17 @@ class Finder:
         """Return all answers in some captures."""
         if watch:
             watch(int(places[0]), len(self._roster))
+        answers: Answers | None = None
+        refused = self._too_many
         try:
             answers = self._in_block(self._block(places), places, watch)
-        except TooMuch:  # at once: fewer captures are tried
+        except TooMuch:
+            pass
+        except MemoryError:
+            refused = self._too_large
+        if answers is None:  # too much at once; the error is gone by now, and so is what it held
             if len(places) == 1:
-                raise self._too_many(int(places[0])) from None
+                raise refused(int(places[0]))
             halves = np.array_split(places, 2)
             return [it for half in halves for it in self._among(half, watch)]
         answers.capture = places[answers.capture]
@@ -270,6 +281,13 @@ class Finder:
             place=capture.path,
             remedy='Put fewer "..." into repeats, name the part after "without", or ask less of '
             'labels in "where"',
+        )
+
+    def _too_large(self, place: int) -> LanindexError:
+        """Return the error where one capture alone needs more memory than there is."""
+        (capture,) = self.captures([place])
+        return OutOfMemoryError(
+            "the search ran out of memory in this capture", place=capture.path, remedy=NARROWER
         )
 
     def _in_those_asked_for(self, answers: Answers) -> Answers:
