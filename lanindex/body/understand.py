@@ -11,7 +11,7 @@ Source: ``encode/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -323,19 +323,29 @@ def find_body(
         if not _in_part(named) or _guess(rig, named, missing):
             raise _no_human(rig, body, path)
         body, warnings = named, (f"a part of a body: it has no {', '.join(missing)}",)
+    under = _under_ankles(rig, body)
+    if len(under) == 1 and ("RToe" in body or "LToe" in body):
+        body |= under  # a rig's feet are alike: one alone is a foot that is pointed throughout
+        under = {}
     result = np.full(len(JOINTS), -1, np.int16)
     for joint, index in body.items():
         result[JOINT_CODES[joint]] = index
-    return result, (*warnings, *_toeless(rig, body))
+    told = (
+        f'no {joint}: "{rig.names[index]}" lies straight under the ankle'
+        for joint, index in under.items()
+    )
+    return result, (*warnings, *told)
 
 
-def _toeless(rig: Rig, body: Mapping[str, int]) -> Iterator[str]:
-    """Say of each foot without a toe what might have been one."""
+def _under_ankles(rig: Rig, body: Mapping[str, int]) -> dict[str, int]:
+    """Return for each foot without a toe the joint that might have been one."""
+    found: dict[str, int] = {}
     for side in "RL":
         if side + "Ankle" in body and side + "Toe" not in body:
             tip = rig.tip(body[side + "Ankle"], candidates(rig.names)["tips", side, "Toe"])
             if tip is not None:
-                yield f'no {side}Toe: "{rig.names[tip]}" lies straight under the ankle'
+                found[side + "Toe"] = tip
+    return found
 
 
 def is_human(body: dict[str, int]) -> bool:

@@ -85,6 +85,17 @@ def test_a_foot_that_has_nothing_else_has_no_toe_and_says_so():
     )
 
 
+def test_a_foot_that_is_pointed_throughout_keeps_its_toe():
+    pointed = "OFFSET 0 -15 0"
+    text = hierarchy(SIMPLE).replace("OFFSET 0.000000 -6.000000 13.000000", pointed, 1)
+    assert pointed in text
+    text = text.replace("OFFSET 0.000000 0.000000 6.000000", "OFFSET 0 0 0")
+    motion = formats.read("x.bvh", data=still(text).encode())
+    found = motion.skeleton.played()
+    assert (found["LToe"], found["RToe"]) == (SIMPLE["LToe"], SIMPLE["RToe"])
+    assert motion.warnings == ()
+
+
 def test_by_shape_too_a_toe_lies_before_the_ankle():
     names = {role: f"J{number}" for number, role in enumerate(SIMPLE)}
     text = hierarchy(names).replace("OFFSET 0.000000 -6.000000 13.000000", "OFFSET 0 -8 0")

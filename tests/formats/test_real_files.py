@@ -25,12 +25,12 @@ TIPS = {"RHand", "LHand"}
 DEPTH_CAMERA = {"Pelvis", "RHand", "LHand", "RToe", "LToe"}
 # family: unit, up, missing joints, how many files
 FAMILIES = {
-    "bandai1": ("cm", "y", TIPS, 16),
+    "bandai1": ("cm", "y", TIPS, 93),
     "bandai2": ("cm", "y", TIPS, 80),
     "cmu_cgspeed": ("inch/0.45", "y", set(), 2),
     "cmu_daz": ("cm", "y", set(), 2),
     "cmu_retargeted": ("inch/0.45", "y", set(), 1),
-    "mae_openni": ("mm", "y", DEPTH_CAMERA, 84),
+    "mae_openni": ("mm", "y", DEPTH_CAMERA, 126),
     "mixamo": ("cm", "y", set(), 1),
     "mocapbank": ("cm", "y", set(), 1),
     "optical_meta": ("inch", "z", set(), 2),
@@ -46,13 +46,24 @@ RATES = {
     "xia_style": 120, "xsens": 40,
 }  # fmt: skip
 BEHIND_A_CALIBRATION_POSE = {"cmu_cgspeed", "cmu_daz", "xsens"}
-BADLY_SEEN = {"ah_cut_02", "bk_cut_01", "ya_rotation1", "ya_scrolldown1", "ya_wave1"}
-"""Forearms of which a depth camera makes one half as long again as the other."""
+BADLY_SEEN = {
+    *("ah_cut_02", "an_rotation1", "an_swipe1", "bk_cut_01"),
+    *("ya_dontcare3", "ya_rotation1", "ya_scrolldown1", "ya_wave1"),
+}
+"""A depth camera makes one forearm, or one shank, half as long again as the other."""
+
+LEGS_UNSEEN = {"an_rotation1"}
+"""A depth camera makes legs so short that no unit fits them surely."""
 
 HANDS_MADE_UP = {"jesse_dance"}
 """Hands that were put on arms: they never turn by themselves."""
 
-STEP = {"bandai2": 8, "mae_openni": 8}  # one of so many files is enough where it takes time
+# One of so many files is enough where a test takes time.
+STEP = {
+    "bandai1": 8,
+    "bandai2": 8,
+    "mae_openni": 8,
+}
 
 
 @pytest.fixture(params=FAMILIES)
@@ -83,7 +94,8 @@ def test_what_is_seen(captures, family):
     assert len(files(captures, family)) == count
     for path in files(captures, family):
         motion = formats.read(path)
-        how = "guessed" if family == "optical_meta" else "detected"
+        sure = family != "optical_meta" and path.stem not in LEGS_UNSEEN
+        how = "detected" if sure else "guessed"
         assert motion.source.unit == f"{unit} ({how})", path
         assert motion.source.up == up, path
         absent = set(JOINTS) - motion.skeleton.played().keys()
