@@ -15,6 +15,11 @@ _PROGRAMS = re.compile(
     rb"[ \t]*[,;\t\r\n]",
     re.IGNORECASE,
 )
+_NEXUS_BLOCK = re.compile(
+    rb"^\"?(trajectories|model outputs|devices|joints|segments)\"?[ \t,;]*\r?\n"
+    rb"\"?[0-9][0-9.]*\"?[ \t,;]*\r?$",
+    re.IGNORECASE | re.MULTILINE,
+)
 _GLTF = (b'"asset"', b'"accessors"', b'"scenes"', b'"nodes"', b'"buffers"')
 
 
@@ -65,7 +70,7 @@ def mvnx(head: bytes) -> bool:
 def table(head: bytes) -> bool:
     """Tell a table of points: a known program's, or one whose header names triples x, y, z."""
     begun = text(head)
-    if _PROGRAMS.match(begun):
+    if _PROGRAMS.match(begun) or nexus(begun):
         return True
     lines = begun.splitlines()[:_LINES]
     cells = (lines or [b""])[0].replace(b"\t", b",").replace(b";", b",").rstrip(b",").split(b",")
@@ -77,6 +82,15 @@ def table(head: bytes) -> bool:
 
     named = (line.decode("latin-1").split(separator_of(line).decode()) for line in lines)
     return any(len(triples([cell.strip(" \"'") for cell in row])[0]) >= _POINTS for row in named)
+
+
+def nexus(head: bytes) -> bool:
+    """Tell a table of Vicon Nexus, whatever lines stand before its first block.
+
+    A block begins with its title, alone in a line; in the next stands its rate.
+    """
+    begun = b"\n".join(head.splitlines()[:_LINES])
+    return _NEXUS_BLOCK.search(begun) is not None
 
 
 def npy(head: bytes) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from lanindex.body import Stated
 from lanindex.errors import CaptureError, quoted, shown
-from lanindex.formats import numbers
+from lanindex.formats import numbers, sniff
 from lanindex.formats.file import Content, File
 from lanindex.formats.table import segments
 from lanindex.formats.table.layout import (
@@ -69,6 +69,8 @@ def layout_of(file: File) -> Layout:
     for starts, kind in _KINDS.items():
         if begun.startswith(starts):
             return kind(file, head)
+    if sniff.nexus(b"".join(line.text for line in head)):
+        return _nexus(file, head)
     return _kinect(file, first) or _named(file, head)
 
 

@@ -169,7 +169,17 @@ DEVICES = (
 OUTPUTS = "\r\nModel Outputs\r\n100\r\n,,Bob:LKnee\r\nFrame,Sub Frame,X\r\n,,deg\r\n695,0,1\r\n"
 
 
-@pytest.mark.parametrize("around", [("", ""), (DEVICES, ""), ("", OUTPUTS), (DEVICES, OUTPUTS)])
+UNTITLED = "Title\r\nDate:\r\n\r\n"
+TITLED = "Title,,,A walk\r\nDate:,2020-02-03\r\nComment:,Trajectories of a walk\r\n"
+
+
+@pytest.mark.parametrize(
+    "around",
+    [
+        *(("", ""), (DEVICES, ""), ("", OUTPUTS), (DEVICES, OUTPUTS)),
+        *((UNTITLED, ""), (TITLED, OUTPUTS), (UNTITLED + DEVICES, OUTPUTS)),
+    ],
+)
 def test_nexus(around):
     source = nexus(before=around[0], after=around[1])
     motion = read(source)
