@@ -23,8 +23,10 @@ _UNSEEN = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A
 ESCAPED = {code: f"\\x{code:02x}" for code in _CONTROLS} | {
     code: f"\\u{code:04x}" for code in _UNSEEN
 }
+ESCAPED |= {0xDC00 + byte: f"\\x{byte:02x}" for byte in range(0x80, 0x100)}
 """Characters that would steer a terminal (C0, DEL, C1) or turn and break its lines without being
-seen (bidirectional marks, line and paragraph separators), and how they are shown instead."""
+seen (bidirectional marks, line and paragraph separators), bytes of a file's name that are no UTF-8,
+and how they are shown instead."""
 
 _IN_JSON = {code: f"\\u{code:04x}" for code in ESCAPED if code >= 0x7F}
 

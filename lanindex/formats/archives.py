@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import os
+import re
 import tarfile
 import zipfile
 import zlib
@@ -37,6 +38,8 @@ MANY = 1_000_000
 LONGEST = 1000
 """Letters of a member's name."""
 
+_BYTE = re.compile(r"\\x([89a-f][0-9a-f])")
+
 Info = TypeVar("Info")
 
 _DAMAGED = (zipfile.BadZipFile, tarfile.TarError, zlib.error, LZMAError, EOFError, OSError,
@@ -48,6 +51,21 @@ def is_archive(path: str) -> bool:
     return path.lower().endswith(ZIPPED + TARRED)
 
 
+def native(path: str) -> str:
+    r"""Return a path as the system spells it.
+
+    Names that are no UTF-8 are shown, and kept in libraries, with ``\xff`` for such a byte.
+
+    Parameters
+    ----------
+    path : str
+        As `lanindex.library.texts.printable` gives it, or native already.
+    """
+    if "\\x" not in path or os.path.lexists(path):
+        return path
+    return _BYTE.sub(lambda found: chr(0xDC00 + int(found[1], 16)), path)
+
+
 def split(path: str) -> tuple[str, str]:
     """Return the archive and the member that a path names; ``("", "")`` where it names none.
 
@@ -57,6 +75,7 @@ def split(path: str) -> tuple[str, str]:
     >>> split("corpus/compass.bvh!/walk.bvh"), split("walk.bvh")
     (('', ''), ('', ''))
     """
+    path = native(path) if MARK in path else path
     start = path.find(MARK)
     while start >= 0:
         if is_archive(path[:start]) and os.path.isfile(path[:start]):

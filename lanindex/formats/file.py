@@ -176,6 +176,7 @@ def on_disk(path: str) -> str:
 
 def _of_subject(path: str) -> tuple[str, str]:
     """Return a file of the disk, and whom of several people in it is meant."""
+    path = archives.native(path)
     file, _, subject = path.rpartition(SUBJECT)
     named = bool(file and subject) and os.path.isfile(file) and not os.path.lexists(path)
     return (file, subject) if named else (path, "")

@@ -11,6 +11,7 @@ from typing import Any, TypeGuard
 from unicodedata import normalize
 
 from lanindex.errors import AbsentError, LibraryError, UsageError
+from lanindex.library.texts import absolute
 from lanindex.model import Capture
 
 Where = Mapping[str, str] | Iterable[tuple[str, str]]
@@ -156,12 +157,12 @@ def find_capture(numbers: Sequence[int], called: Texts, named: str, place: str) 
     AbsentError, LibraryError
         If no capture is meant, or several are.
     """
-    absolute, tail = os.path.abspath(named), os.sep + named
+    location, tail = absolute(named), os.sep + named
     paths, locations = called["path"], called["location"]
     every = range(len(numbers))
     tests: tuple[Callable[[int], bool], ...] = (
         lambda at: paths[at] == named,
-        lambda at: locations[at] == absolute,
+        lambda at: locations[at] == location,
         lambda at: locations[at].endswith(tail),
         lambda at: str(numbers[at]) == named,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -16,6 +15,7 @@ from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import checksums, codes, packed, rows, state
 from lanindex.library.encoding import ENCODED, Encoding
 from lanindex.library.link import Link, among, ask, first_values
+from lanindex.library.texts import absolute
 from lanindex.model import Capture, Meter, Score, Span, Track
 
 _FACTS = len(ENCODED) + 2
@@ -50,7 +50,7 @@ class Stored(NamedTuple):
 def numbers_at(connection: Link, path: str) -> list[int]:
     """Return the numbers of the captures of exactly this path."""
     asked = "SELECT id FROM capture WHERE location = :location OR path = :path"
-    return first_values(ask(connection, asked, {"location": os.path.abspath(path), "path": path}))
+    return first_values(ask(connection, asked, {"location": absolute(path), "path": path}))
 
 
 def locations(connection: Link, places: Sequence[str], digests: Sequence[str]) -> list[str]:

@@ -19,7 +19,7 @@ from lanindex.library.encoding import Encoding
 from lanindex.library.find import Where, find_capture, fitting, globs, is_number, missing
 from lanindex.library.link import Link
 from lanindex.library.stats import Stats, count, parts_of
-from lanindex.library.texts import check_said, check_text, printable
+from lanindex.library.texts import absolute, check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
 from lanindex.model.columns import Columns, Roster
 
@@ -70,9 +70,9 @@ class Store(Choosing):
         LibraryError
             If the library cannot be written. Either way nothing of it is stored.
         """
-        shown, encoding = os.fspath(path), encoding or Encoding()
-        location = os.path.abspath(shown)
-        check_text(shown, [shown, location, format, sha256, encoding.profile, *score.tracks])
+        shown, encoding = printable(os.fspath(path)), encoding or Encoding()
+        location = absolute(path)
+        check_text(shown, [format, sha256, encoding.profile, *score.tracks])
         check_said(shown, label, metadata)
         rows.check(score, shown)
         values = {
@@ -140,13 +140,12 @@ class Store(Choosing):
         ...     library.capture("compass.bvh").path
         'archive/compass.bvh'
         """
-        shown = os.fspath(path)
-        check_text(shown, [shown])
+        shown = printable(os.fspath(path))
         from lanindex.library import write
 
         with self._changing() as connection:
             number = self._stored(connection, which).capture.id
-            write.move_capture(connection, number, shown, os.path.abspath(shown))
+            write.move_capture(connection, number, shown, absolute(path))
 
     def remove(self, *which: int | str) -> None:
         """Take captures out of the library; none where one of them is not there.

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterable, Mapping
 
 from lanindex.errors import UsageError
+
+_BYTES = re.compile("[\udc80-\udcff]")
+"""How Python reads the bytes of a file's name that are no UTF-8."""
 
 
 def check_text(place: str, texts: Iterable[str]) -> None:
@@ -38,5 +43,20 @@ def check_said(place: str, label: str | None, metadata: Mapping[str, str] | None
 
 
 def printable(text: str) -> str:
-    """Return a text with a backslash's notation for what has no place in UTF-8."""
-    return text.encode("utf-8", "backslashreplace").decode()
+    r"""Return a text that UTF-8 can spell: of a byte of a file's name that is no UTF-8, ``\xff``.
+
+    `lanindex.formats.archives.native` finds the file again.
+
+    Examples
+    --------
+    >>> from lanindex.library.texts import printable
+    >>> print(printable("walk.bvh"), printable("w\udcfflk.bvh"))
+    walk.bvh w\xfflk.bvh
+    """
+    escaped = _BYTES.sub(lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", text)
+    return escaped.encode("utf-8", "backslashreplace").decode()
+
+
+def absolute(path: str | os.PathLike[str]) -> str:
+    """Return a path made absolute, as a library keeps it."""
+    return printable(os.path.abspath(path))

@@ -12,6 +12,7 @@ from lanindex.errors import LanindexError
 from lanindex.formats import archives
 from lanindex.formats.not_read import COMPANIONS, unread
 from lanindex.formats.not_read import WITHOUT_PLACES as ANGLES
+from lanindex.library.texts import printable
 from lanindex.notation import NOTATIONS
 
 SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suffixes} | {
@@ -58,7 +59,7 @@ def discover(
             place = os.path.abspath(found)
             if place not in seen:
                 seen.add(place)
-                yield from _held(found, others, apart)
+                yield from map(printable, _held(found, others, apart))
 
 
 def _walk(folder: str, others: list[str] | None) -> Iterator[str]:

@@ -39,7 +39,7 @@ def safe_stem(path: str) -> str:
     >>> safe_stem("captures/a walk: 1.bvh")
     'a walk_ 1'
     """
-    name = re.split(r"[/\\]", path)[-1]
+    name = re.split(r"/|\\(?!x[89a-f][0-9a-f])", path)[-1]
     stem = name.rsplit(".", 1)[0] if "." in name[1:] else name
     kept = "".join(map(_kept, unicodedata.normalize("NFC", stem))).strip(". ").lstrip("-=+@. ")
     cut = kept.encode()[:_STEM].decode(errors="ignore").rstrip(". ")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ from lanindex.formats import parted
 from lanindex.formats.file import on_disk
 from lanindex.library.find import gone
 from lanindex.library.store import Store
+from lanindex.library.texts import absolute
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
 from lanindex.pipeline.moved import Moved
@@ -72,7 +72,7 @@ def ingest(
     first = {(sha, how.beside, parted(place)[1]): place for place, (sha, how) in held.items()}
     tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs)):
-        place = os.path.abspath(outcome.path)
+        place = absolute(outcome.path)
         before = moved.found.get(place, "")
         outcome = replace(outcome, held=place in held or bool(before), moved=before)
         outcome = _noticed(outcome, place, first)
@@ -100,7 +100,7 @@ def _store(
 ) -> Outcome:
     if library is None or outcome.status == "failed":
         return outcome
-    place = os.path.abspath(outcome.path)
+    place = absolute(outcome.path)
     if outcome.moved:
         library.move(outcome.moved, outcome.path)
     label, metadata = labels.get(key_of(place), (None, {}))

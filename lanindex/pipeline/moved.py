@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -11,6 +10,7 @@ from lanindex.errors import LanindexError
 from lanindex.formats.file import SUBJECT
 from lanindex.library.encoding import Encoding
 from lanindex.library.find import gone
+from lanindex.library.texts import absolute
 from lanindex.pipeline.prepare import Held, Task, companions, encoding_of
 
 
@@ -44,7 +44,7 @@ class Moved:
 
     def held(self, task: Task) -> Held:
         """Return what the library holds of a file, be it from here or from where it was before."""
-        file, meant = formats.parted(os.path.abspath(task.path))
+        file, meant = formats.parted(absolute(task.path))
         people: Held = self._people.get(file, {})
         if meant:
             people = {"": people[meant]} if meant in people else {}

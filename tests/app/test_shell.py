@@ -131,13 +131,26 @@ class TestLocale:
         done = called(tmp_path, "inspect", "in/歩く é.bvh".encode(), **ASCII)
         assert done.returncode == 0, done.stderr
 
-    def test_bytes_that_are_no_text_are_refused_by_name(self, tmp_path: Path) -> None:
+    @pytest.mark.parametrize("env", [{}, ASCII])
+    def test_a_name_that_is_no_utf_8_is_shown_escaped(self, tmp_path: Path, env: dict) -> None:
         dance(tmp_path / "plain.bvh")
-        os.rename(tmp_path / "plain.bvh", os.fsencode(tmp_path) + b"/\xff.bvh")
-        for env in ({}, ASCII):
-            done = called(tmp_path, "ingest", ".", **env)
-            assert done.returncode == 2
-            assert rb"\udcff.bvh has bytes that are no UTF-8" in done.stderr
+        name = b"w\xff\xe4lk.bvh"
+        os.rename(tmp_path / "plain.bvh", os.path.join(os.fsencode(tmp_path), name))
+        (tmp_path / "labels.csv").write_text("file,label\nw\\xff\\xe4lk.bvh,walk\n")
+        shown = rb"w\xff\xe4lk.bvh"
+        for said in (b"1 file: 1 added", b"nothing new: 1 file unchanged"):
+            done = called(tmp_path, "ingest", ".", "--labels", "labels.csv", **env)
+            assert (done.returncode, said in done.stderr) == (0, True), done.stderr
+        listed = called(tmp_path, "list", **env).stdout.split(b"\n")[1].split(b"\t")
+        assert listed[1:3] == [b"./" + shown, b"walk"]
+        for named in (name, shown):
+            assert called(tmp_path, "show", named, **env).returncode == 0
+            done = called(tmp_path, "inspect", named, **env)
+            assert (done.returncode, shown in done.stdout) == (0, True), done.stderr
+        done = called(tmp_path, "export", "r_arm right", "-o", "clips", **env)
+        assert done.returncode == 0, done.stderr
+        assert sorted(path.suffix for path in (tmp_path / "clips").glob("w_xff_xe4lk_*"))
+        assert called(tmp_path, "remove", "--missing", **env).returncode == 1
 
 
 def test_python_runs_it_by_name(tmp_path: Path) -> None:

@@ -257,7 +257,6 @@ def test_a_score_that_says_nonsense_is_refused(library, said, tracks):
 @pytest.mark.parametrize(
     ("path", "extra"),
     [
-        ("\udcff.bvh", {}),
         ("a.bvh", {"label": "\udcff"}),
         ("a.bvh", {"metadata": {"k": "\udcff"}}),
         ("a.bvh", {"metadata": {"\udcff": "v"}}),
@@ -377,8 +376,9 @@ def test_a_capture_that_moved_keeps_what_is_known_of_it(library, tmp_path):
     add(library, "c.bvh")
     with pytest.raises(LibraryError, match="UNIQUE"):
         library.move(number, "c.bvh")
-    with pytest.raises(UsageError, match="no UTF-8"):
-        library.move(number, "\udcff")
+    library.move(number, "\udcff.bvh")
+    assert library.capture("\udcff.bvh") == library.capture(r"\xff.bvh")
+    assert library.capture(number).location == os.path.abspath(r"\xff.bvh")
 
 
 @pytest.mark.parametrize(
