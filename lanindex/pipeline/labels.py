@@ -10,6 +10,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from lanindex.errors import UsageError, shown
+from lanindex.formats.file import on_disk
+from lanindex.library.find import gone
+from lanindex.library.texts import absolute
 from lanindex.notation.text import read_text
 
 Said = tuple[str | None, dict[str, str]]
@@ -18,7 +21,7 @@ Said = tuple[str | None, dict[str, str]]
 Labels = dict[str, Said]
 """By `key_of` a capture's path."""
 
-_FROM = "a relative path counts from the table's folder"
+_FROM = "a relative path counts from the table's folder, else from the working directory"
 _DELIMITERS = (",", ";", "\t")
 
 
@@ -28,7 +31,7 @@ def key_of(path: str | os.PathLike[str]) -> str:
     One system writes é as one character, another as two; a table made on the one fits files that
     lie on the other.
     """
-    return unicodedata.normalize("NFC", os.path.abspath(path))
+    return unicodedata.normalize("NFC", absolute(path))
 
 
 def read_labels(path: str | os.PathLike[str]) -> Labels:
@@ -39,7 +42,8 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
     path : path-like
         A table as spreadsheets save it: cells between commas, semicolons or tabs, as its first
         line shows; UTF-8, or UTF-16 that begins with a byte order mark. Columns ``file``
-        (relative to the table's folder, or absolute), ``label``, and any other.
+        (absolute, or relative to the table's folder; to the working directory where the folder has
+        no such file), ``label``, and any other.
 
     Returns
     -------
@@ -71,7 +75,7 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
         row += [""] * (len(head) - len(row))
         _check_row(row, head, f"{place}:{line}")
         cells = dict(zip(head, row, strict=True))
-        named = key_of(place.parent / cells.pop("file"))
+        named = key_of(_meant(place.parent, cells.pop("file")))
         label = cells.pop("label", "") or None
         entry = label, {name: cell for name, cell in cells.items() if cell}
         if labels.setdefault(named, entry) != entry:
@@ -79,6 +83,36 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
                 f"{named} stands twice", place=f"{place}:{line}", wanted="one line a file"
             )
     return labels
+
+
+def _meant(folder: Path, named: str) -> str:
+    """Return the path that a row names: from the table's folder, else from where we are."""
+    beside = os.path.join(folder, named)
+    return named if gone(beside) and not gone(named) else beside
+
+
+def check_fit(
+    labels: Labels, files: Iterable[str | os.PathLike[str]], table: str | os.PathLike[str]
+) -> None:
+    """Refuse a table that speaks of none of the files.
+
+    Parameters
+    ----------
+    labels : Labels
+        As from `read_labels`.
+    files : iterable of path-like
+        What is going to be read, the people in a file not told apart.
+    table : path-like
+        Where the labels come from.
+
+    Raises
+    ------
+    UsageError
+        Where no row names one of the files, or somebody in one.
+    """
+    held = {key_of(on_disk(os.fspath(file))) for file in files}
+    if labels and not any(key_of(on_disk(key)) in held for key in labels):
+        raise UsageError(unfitting(labels, held), place=os.fspath(table))
 
 
 def unfitting(labels: Labels, files: Iterable[str | os.PathLike[str]]) -> str:

@@ -94,7 +94,7 @@ class Library(Asking, Exploring, Exporting):
         LibraryError
             Where the library cannot be written.
         NotationError, UsageError
-            Where profile or labels cannot be read.
+            Where profile or labels cannot be read, or no row of the labels names one of the files.
 
         Examples
         --------
@@ -108,11 +108,14 @@ class Library(Asking, Exploring, Exporting):
         from lanindex.encode.profile import load
         from lanindex.pipeline.discover import discover
         from lanindex.pipeline.ingest import ingest
-        from lanindex.pipeline.labels import read_labels
+        from lanindex.pipeline.labels import check_fit, read_labels
 
-        named = read_labels(labels) if labels is not None else {}
         lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
-        found = discover(chain.from_iterable(lists), apart=False)
+        found = list(discover(chain.from_iterable(lists), apart=False))
+        named = {}
+        if labels is not None:
+            named = read_labels(labels)
+            check_fit(named, found, labels)
         chosen = load(os.fspath(profile))
         return list(
             ingest(self, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)

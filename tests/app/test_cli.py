@@ -139,9 +139,10 @@ class TestIngest:
 
     def test_a_table_of_other_files_is_told(self, run, place: Path) -> None:
         (place / "other.csv").write_text("file,label\nin/raise.bvh,raise\n")
-        done = run("ingest", ".", "--labels", "other.csv")
-        assert done.returncode == 0
+        done = run("ingest", ".", "--labels", "other.csv", "--db", "new.db")
+        assert done.returncode == 2
         assert "other.csv: no row names a file that is read" in done.stderr
+        assert not (place / "new.db").exists()
         assert "no row" not in run("ingest", ".", "--labels", "labels.csv").stderr
 
     def test_what_is_only_labelled_is_told(self, filled, place: Path) -> None:

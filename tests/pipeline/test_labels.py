@@ -3,7 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from lanindex.errors import LanindexError
+from lanindex.errors import LanindexError, UsageError
+from lanindex.pipeline import open_library
 from lanindex.pipeline.labels import read_labels, unfitting
 
 
@@ -55,6 +56,34 @@ def test_letters_of_two_characters_are_those_of_one(tmp_path: Path) -> None:
     assert names[0] != names[1]
     assert tables[0] == tables[1]
     assert all(unfitting(tables[0], [tmp_path / name]) == "" for name in names)
+
+
+def test_a_file_is_looked_for_beside_the_table_then_in_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, tables = tmp_path / "here", tmp_path / "tables"
+    for folder, names in ((here, ("a", "b")), (tables, ("b", "c"))):
+        folder.mkdir()
+        for name in names:
+            (folder / f"{name}.bvh").write_text("")
+    (tables / "l.csv").write_text("file,label\na.bvh,1\nb.bvh,2\nc.bvh,3\nd.bvh,4\n")
+    monkeypatch.chdir(here)
+    labels = read_labels(tables / "l.csv")
+    assert {key: label for key, (label, _) in labels.items()} == {
+        str(here / "a.bvh"): "1",
+        str(tables / "b.bvh"): "2",
+        str(tables / "c.bvh"): "3",
+        str(tables / "d.bvh"): "4",
+    }
+
+
+def test_a_table_of_no_file_is_refused_before_anything_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a.bvh").write_text("")
+    (tmp_path / "l.csv").write_text("file,label\nb.bvh,walk\n")
+    with open_library(tmp_path / "l.db", create=True) as library:
+        with pytest.raises(UsageError, match=r"l\.csv: no row names a file that is read"):
+            library.ingest(tmp_path / "a.bvh", labels=tmp_path / "l.csv")
+        assert library.captures() == []
 
 
 def test_what_fits_no_file_is_told() -> None:

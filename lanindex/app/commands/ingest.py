@@ -76,7 +76,7 @@ def run(
     if not files:
         _nothing(out, paths, _left_out(others, labels, db))
     how: dict[str, Any] = {"force": force, "dry_run": dry_run}
-    words = _labels(labels)
+    words = _labels(labels, files)
     how |= {"labels": words, "jobs": _processes(out, files, jobs)}
     tally, read, beside, begun = Counter[str](), list[str](), set[str](), time.monotonic()
     unmade = dry_run and not os.path.exists(db)
@@ -111,10 +111,15 @@ def _processes(out: Output, files: list[str], told: int | None) -> int:
     return found
 
 
-def _labels(table: str | None) -> Labels:
-    from lanindex.pipeline.labels import read_labels
+def _labels(table: str | None, files: list[str]) -> Labels:
+    """Read the table of labels; refuse one that speaks of none of the files."""
+    from lanindex.pipeline.labels import check_fit, read_labels
 
-    return {} if table is None else read_labels(table)
+    if table is None:
+        return {}
+    labels = read_labels(table)
+    check_fit(labels, files, table)
+    return labels
 
 
 def _left_out(others: list[str], *own: str | None) -> str:
