@@ -39,12 +39,7 @@ def patterns(ctx: Context, incomplete: str) -> list[str]:
 
 def captures(ctx: Context, incomplete: str) -> list[str]:
     """Return the paths of captures that begin with what was typed, or whose file's name does."""
-    fitting = [
-        path
-        for path in _held(ctx, lambda library: list(library.called("path").values()))
-        if path.startswith(incomplete) or Path(path).name.startswith(incomplete)
-    ]
-    return fitting[:_MOST]
+    return _held(ctx, lambda library: library.begun(incomplete, _MOST))
 
 
 def _files(begun: str) -> list[str]:

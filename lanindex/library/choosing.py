@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import Any, NoReturn
 
 from lanindex.errors import LibraryError
@@ -76,6 +77,19 @@ class Choosing(Keeper):
             return found
         return {one: found[one] if one in found else _none(one, self.place) for one in numbers}
 
+    def begun(self, text: str, most: int) -> list[str]:
+        """Return so many paths that begin with a text, or whose file's name does, in order.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.begun("conductor_t", 5)
+        ['corpus/conductor_three.bvh']
+        """
+        with self._reading() as connection:
+            return list(islice(read.paths_begun(connection, text), most))
+
     def some(self, numbers: Sequence[int]) -> list[Capture]:
         """Return those captures that exist of some, in the order of their numbers.
 
@@ -103,14 +117,14 @@ class Choosing(Keeper):
         with self._reading() as connection:
             return self._texts.find(connection, names, trusted=False)
 
-    def _places(self, connection: Link) -> tuple[list[int], dict[str, Sequence[Any]]]:
-        """Return the same of where captures are, inside a transaction."""
+    def _places(self, connection: Link) -> dict[str, Sequence[Any]]:
+        """Return where all captures are, inside a transaction."""
         names = ("path", "location")
         try:
-            return self._texts.find(connection, names)
+            return self._texts.find(connection, names)[1]
         except Distrust as fault:
             self._doubt = fault.found
-            return self._texts.find(connection, names, trusted=False)
+            return self._texts.find(connection, names, trusted=False)[1]
 
 
 def _none(number: int, place: str) -> NoReturn:

@@ -28,7 +28,7 @@ from lanindex.library.texts import printable
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
 
-REVISION = "0003"
+REVISION = "0004"
 """The revision of ``migrations/`` that `lanindex.library.schema` is; they sort by age as text."""
 
 DEFAULT = "lanindex.db"

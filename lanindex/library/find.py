@@ -11,7 +11,6 @@ from typing import Any, TypeGuard
 from unicodedata import normalize
 
 from lanindex.errors import AbsentError, LibraryError, UsageError
-from lanindex.library.texts import absolute
 from lanindex.model import Capture
 
 Where = Mapping[str, str] | Iterable[tuple[str, str]]
@@ -135,48 +134,28 @@ def gone(path: str) -> bool:
     return False
 
 
-def find_capture(numbers: Sequence[int], called: Texts, named: str, place: str) -> int:
-    """Return the number of the one capture that a name means.
+def several(named: str, locations: Sequence[str], place: str) -> LibraryError:
+    """Return the error that says that a name means several captures."""
+    return LibraryError(
+        f"{len(locations)} captures are called {named}",
+        place=place,
+        remedy=f"Name one: {_listed(locations)}",
+    )
 
-    The first of these that any capture fits: its path, its absolute path, the last parts of its
-    path, its number.
+
+def absent(named: str, called: Texts, place: str) -> AbsentError:
+    """Return the error that says that a name means no capture, and which ones have one like it.
 
     Parameters
     ----------
-    numbers : sequence of int
-        Of the captures of the library.
-    called : Mapping
-        Their ``path`` and ``location``.
     named : str
         What the user wrote.
+    called : Mapping
+        The ``path`` and ``location`` of all captures.
     place : str
         The library, as a message names it.
-
-    Raises
-    ------
-    AbsentError, LibraryError
-        If no capture is meant, or several are.
     """
-    location, tail = absolute(named), os.sep + named
-    paths, locations = called["path"], called["location"]
-    every = range(len(numbers))
-    tests: tuple[Callable[[int], bool], ...] = (
-        lambda at: paths[at] == named,
-        lambda at: locations[at] == location,
-        lambda at: locations[at].endswith(tail),
-        lambda at: str(numbers[at]) == named,
-    )
-    for test in tests:
-        found = [at for at in every if test(at)]
-        if len(found) == 1:
-            return numbers[found[0]]
-        if found:
-            raise LibraryError(
-                f"{len(found)} captures are called {named}",
-                place=place,
-                remedy=f"Name one: {_listed([locations[at] for at in found])}",
-            )
-    raise AbsentError(f"there is no capture {named}", place=place, remedy=_guess(called, named))
+    return AbsentError(f"there is no capture {named}", place=place, remedy=_guess(called, named))
 
 
 def _listed(names: Sequence[str], most: int = 3) -> str:

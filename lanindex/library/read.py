@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -14,6 +16,7 @@ from numpy.typing import NDArray
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import checksums, codes, packed, rows, state
 from lanindex.library.encoding import ENCODED, Encoding
+from lanindex.library.find import is_number
 from lanindex.library.link import Link, among, ask, first_values
 from lanindex.library.texts import absolute
 from lanindex.model import Capture, Meter, Score, Span, Track
@@ -47,10 +50,33 @@ class Stored(NamedTuple):
     """Checksum of its heading and its other lines."""
 
 
-def numbers_at(connection: Link, path: str) -> list[int]:
-    """Return the numbers of the captures of exactly this path."""
-    asked = "SELECT id FROM capture WHERE location = :location OR path = :path"
-    return first_values(ask(connection, asked, {"location": absolute(path), "path": path}))
+def meant(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
+    """Yield the captures that a name fits, one way after the other: number and location of each.
+
+    Their path is this name, their absolute path is, it ends with this name, their number is this.
+    The first two are looked up in an index; the third goes through the index of locations.
+    """
+    tail, number = os.sep + named, int(named) if named.isascii() and named.isdigit() else 0
+    ways: tuple[tuple[str, str | int], ...] = (
+        ("path = :one", named),
+        ("location = :one", absolute(named)),
+        (f"substr(location, -{len(tail)}) = :one", tail),
+        ("id = :one", number if str(number) == named and is_number(number) else -1),
+    )
+    for way, one in ways:
+        asked = f"SELECT id, location FROM capture WHERE {way} ORDER BY id"
+        yield ask(connection, asked, {"one": one}).fetchall()
+
+
+def paths_begun(connection: Link, begun: str) -> Iterator[str]:
+    """Yield the paths that begin with a text, or whose last part does, in order."""
+    escaped = re.sub(r"([\\%_])", r"\\\1", begun)
+    asked = "SELECT path FROM capture WHERE path LIKE :begun ESCAPE :mark"
+    asked += " OR path LIKE :name ESCAPE :mark ORDER BY path"
+    values = {"begun": f"{escaped}%", "name": f"%{os.sep}{escaped}%", "mark": "\\"}
+    for (path,) in ask(connection, asked, values):
+        if path.startswith(begun) or os.path.basename(path).startswith(begun):
+            yield path
 
 
 def locations(connection: Link, places: Sequence[str], digests: Sequence[str]) -> list[str]:

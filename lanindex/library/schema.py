@@ -25,6 +25,7 @@ from sqlalchemy import (
     Float,
     ForeignKey,
     ForeignKeyConstraint,
+    Index,
     Integer,
     LargeBinary,
     MetaData,
@@ -44,6 +45,7 @@ tables = MetaData(
         "fk": "fk_%(table_name)s_%(referred_table_name)s",
         "uq": "uq_%(table_name)s_%(column_0_name)s",
         "ck": "ck_%(table_name)s_%(constraint_name)s",
+        "ix": "ix_%(table_name)s_%(column_0_name)s",
     }
 )
 """All tables but `version`."""
@@ -95,6 +97,7 @@ capture = Table(
     Column("other", Text, nullable=False),  # JSON: lines that were not understood
     Column("heading", LargeBinary, nullable=False),  # degrees at 60 Hz, see rows.pack_heading
     UniqueConstraint("location"),
+    Index(None, "path"),
     sqlite_autoincrement=True,
 )
 

@@ -16,7 +16,15 @@ from lanindex.library.called import texts_of
 from lanindex.library.choosing import Choosing
 from lanindex.library.columns import chosen
 from lanindex.library.encoding import Encoding
-from lanindex.library.find import Where, find_capture, fitting, globs, is_number, missing
+from lanindex.library.find import (
+    Where,
+    absent,
+    fitting,
+    globs,
+    is_number,
+    missing,
+    several,
+)
 from lanindex.library.link import Link
 from lanindex.library.stats import Stats, count, parts_of
 from lanindex.library.texts import absolute, check_said, check_text, printable
@@ -376,10 +384,12 @@ class Store(Choosing):
         """Return the number of a capture that is there, damaged or not."""
         if isinstance(which, str):
             named = printable(which)
-            numbers = read.numbers_at(connection, named)
-            if len(numbers) == 1:
-                return numbers[0]
-            return find_capture(*self._places(connection), named, self.place)
+            for found in read.meant(connection, named):
+                if len(found) == 1:
+                    return found[0][0]
+                if found:
+                    raise several(named, [location for _, location in found], self.place)
+            raise absent(named, self._places(connection), self.place)
         if is_number(which) and state.read_numbers(connection, [int(which)]):
             return int(which)
-        return find_capture([], {"path": [], "location": []}, str(which), self.place)  # it says so
+        raise absent(str(which), {"path": [], "location": []}, self.place)

@@ -22,7 +22,7 @@ RUN = "from lanindex.app.cli import main; main()"
 ROUNDS, ENOUGH = 5, 5.0
 """Runs of each verb, fewer where they have taken so many seconds together."""
 
-PATTERN = "r_arm right mid -> high"
+PATTERN = "r_arm mid -> high"
 VERBS = {
     "show ID": "show 5",
     "show PATH": "show {path}",

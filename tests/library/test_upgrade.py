@@ -39,7 +39,7 @@ def rows(path, question=SYMBOLS):
 
 
 def test_an_old_library_is_refused_before_it_is_upgraded(old):
-    with pytest.raises(LibraryVersionError, match="revision 0001, wanted 0003"):
+    with pytest.raises(LibraryVersionError, match="revision 0001, wanted 0004"):
         Library.open(old)
 
 

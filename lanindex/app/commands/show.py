@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lanindex.model import Capture, Track
+    from lanindex.pipeline import Library
 
     Found = Iterable[tuple[Capture, dict[str, Track]]]
 
@@ -77,7 +78,8 @@ def run(
             numbers = [library.capture(options.which(capture)).id]
         elif where:
             numbers = library.numbers(where=options.where(where))
-        _check_parts(part, library.parts())
+        if part:
+            _check_parts(part, library)
         symbols = 0
         # what stands beside some parts may belong to them: feet that hold the weight
         every = library.tracks(numbers, None if staff else part)
@@ -126,8 +128,9 @@ def _saved(output: Path, form: str, found: Found, force: bool) -> int:
     return count
 
 
-def _check_parts(wanted: list[str] | None, parts: list[str]) -> None:
-    for part in wanted or []:
+def _check_parts(wanted: list[str], library: Library) -> None:
+    parts = library.parts(checked=False)
+    for part in wanted:
         if part not in parts:
             raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(parts))
 
