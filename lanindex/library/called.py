@@ -8,7 +8,7 @@ capture says that the segments do not hold that one any more.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -22,14 +22,17 @@ from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model import Capture
 
 NAMES = segments.TEXTS
-"""Attributes of a capture that are such columns."""
+"""The columns."""
 
-_NOTHING = {name: {} if name == "metadata" else "" for name in NAMES}
+_SAID = ("path", "location", "format", "label", "metadata")
+"""Those that are attributes of a capture."""
+
+_NOTHING: dict[str, Any] = dict.fromkeys(NAMES, "") | {"metadata": {}, "still": []}
 
 
 def texts_of(captures: Sequence[Capture]) -> dict[str, list[Any]]:
     """Return what captures are called."""
-    return {name: [getattr(capture, name) for capture in captures] for name in NAMES}
+    return {name: [getattr(capture, name) for capture in captures] for name in _SAID}
 
 
 def spelled(texts: Texts) -> list[tuple[str, NDArray[np.uint8]]]:
@@ -90,7 +93,7 @@ def _read(
 ) -> tuple[list[int], dict[str, Sequence[Any]]]:
     rosters, order = columns.read_rosters(connection, spine)
     pieces = [read_texts(connection, one, names) for one in spine.segments]
-    pieces.append(of_rows(connection, spine.pending))
+    pieces.append(of_rows(connection, spine.pending, names))
     numbers = [number for roster in rosters for number in roster.number.tolist()]
     return taken([*numbers, *spine.pending], order), together(pieces, names, order)
 
@@ -139,7 +142,9 @@ def _column(connection: Link, segment: Segment, name: str) -> Sequence[Any]:
     return found
 
 
-def of_rows(connection: Link, numbers: Sequence[int]) -> dict[str, list[Any]]:
+def of_rows(
+    connection: Link, numbers: Sequence[int], names: Iterable[str] = NAMES
+) -> dict[str, list[Any]]:
     """Return what captures are called by their rows; of those that are gone, nothing.
 
     Raises
@@ -147,8 +152,27 @@ def of_rows(connection: Link, numbers: Sequence[int]) -> dict[str, list[Any]]:
     LibraryError
         If one is not what was stored.
     """
-    captures = {one.id: one for one in read.read_chosen(connection, numbers)}
-    return {
-        name: [getattr(captures.get(number), name, _NOTHING[name]) for number in numbers]
-        for name in NAMES
-    }
+    found: dict[str, list[Any]] = {name: [] for name in names}
+    for first in range(0, len(numbers), state.MOST):
+        some = numbers[first : first + state.MOST]
+        held = {one.capture.id: one for one in read.read_captures(connection, some)}
+        wanted = read.read_wanted(connection, list(held.values())) if "still" in found else []
+        for name, values in found.items():
+            told = _told(name, held.values(), wanted)
+            values += [told.get(number, _NOTHING[name]) for number in some]
+    return found
+
+
+def _told(
+    name: str, held: Iterable[read.Stored], wanted: Iterable[read.Wanted]
+) -> Mapping[int, Any]:
+    """Return what one column says of captures, by their numbers."""
+    if name == "profile":
+        return {one.capture.id: one.encoding.profile for one in held}
+    if name != "still":
+        return {one.capture.id: getattr(one.capture, name) for one in held}
+    still: dict[int, list[str]] = {}
+    for one, listed in wanted:
+        if listed.known is None and not listed.symbols:
+            still.setdefault(one.capture.id, []).append(listed.part)
+    return still

@@ -55,7 +55,7 @@ class Choosing(Keeper):
         Parameters
         ----------
         name : str
-            ``path``, ``location``, ``format``, ``label`` or ``metadata``.
+            ``path``, ``location``, ``format``, ``label``, ``metadata`` or ``profile``.
         numbers : iterable of int, optional
             Of which captures; else of all.
 

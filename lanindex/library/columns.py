@@ -198,7 +198,7 @@ def stored(
             segments.TYPES[name],
         )
 
-    counts = [_counts(connection, one, part) for one in held]
+    counts = [read_counts(connection, one, part) for one in held]
     counts.append(np.diff(added.bounds) if part in extra[1] else np.zeros(len(extra[0]), np.int64))
     start = column("start", added.start)
     stop = column("length", added.stop - added.start)
@@ -231,7 +231,14 @@ def _own(added: Columns, name: str) -> NDArray[Any]:
     return np.empty(0, segments.TYPES[name]) if found is None else found
 
 
-def _counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
+def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
+    """Return how many symbols of a part each capture of a segment has, dead ones too.
+
+    Raises
+    ------
+    Distrust
+        If they are not what was stored.
+    """
     found = segments.read_column(connection, segment, part, "counts").astype(np.int64)
     if (part, "counts") not in segment.entries:
         return np.zeros(segment.captures, np.int64)

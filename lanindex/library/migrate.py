@@ -154,7 +154,7 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
         with _connected(where, readonly=False) as connection, writing(connection):
             connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
             connection.exec_driver_sql(view_sql())
-    if before.state == "current" and before.fault:
+    if status(named).fault:
         with Keeper.open(named) as library:
             library.gather()
     return status(named)

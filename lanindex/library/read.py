@@ -64,8 +64,8 @@ def meant(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
         ("id = :one", number if str(number) == named and is_number(number) else -1),
     )
     for way, one in ways:
-        asked = f"SELECT id, location FROM capture WHERE {way} ORDER BY id"
-        yield ask(connection, asked, {"one": one}).fetchall()
+        asked = f"SELECT id, location FROM capture WHERE {way}"
+        yield sorted(ask(connection, asked, {"one": one}))  # sorted by SQL, it would scan the table
 
 
 def paths_begun(connection: Link, begun: str) -> Iterator[str]:

@@ -41,8 +41,9 @@ _STORED = tuple((np.dtype(name), np.iinfo(name)) for name in ("<u1", "<u2", "<u4
 _MOST = 500
 """Values in one statement: databases take a thousand at least."""
 
-TEXTS = ("path", "location", "format", "label", "metadata")
-"""What captures are called, which is JSON."""
+TEXTS = ("path", "location", "format", "label", "metadata", "profile", "still")
+"""What captures are called, which is JSON; by which profile they were written down (empty: by
+none), and which parts were seen all the time and have no symbol."""
 
 
 class Distrust(LibraryError):

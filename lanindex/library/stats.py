@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import compress
+from typing import Any
 
-from lanindex.library import read
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.library import called, columns, read, segments, state
 from lanindex.library.link import Link
-
-_NANO = 10**9
-"""Parts of a second in which times are added up."""
+from lanindex.library.segments import Segment, Spine
+from lanindex.model.columns import Roster
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +50,7 @@ class Stats:
     formats: Mapping[str, int]
 
 
-def count(connection: Link, size: int) -> Stats:
+def count(connection: Link, size: int, *, trusted: bool = True) -> Stats:
     """Count what a library holds.
 
     Parameters
@@ -54,49 +59,118 @@ def count(connection: Link, size: int) -> Stats:
         In a transaction.
     size : int
         Bytes of the database.
+    trusted : bool
+        Count in the segments, of whose columns only those are read that have a value a capture;
+        else in the rows of all captures and tracks.
 
     Raises
     ------
+    Distrust
+        If the segments cannot be trusted.
     LibraryError
-        If a capture is not what was stored.
+        If a capture whose row is read is not what was stored.
     """
-    stored = read.read_captures(connection)
-    tracks = read.read_lists(connection)
-    captures = [one.capture for one in stored]
-    parts, known = Counter[str](), Counter[str]()
-    for one in captures:
-        for listed in tracks[one.id]:
-            parts[listed.part] += listed.symbols
-            frames = sum(len(span) for span in read.known_of(one, listed))
-            known[listed.part] += round(frames / one.rate * _NANO)
-    seconds = sum(float(one.frames / one.rate) for one in captures)
-    return Stats(
-        captures=len(captures),
-        frames=sum(one.frames for one in captures),
-        symbols=parts.total(),
-        seconds=seconds,
-        size=size,
-        parts=_sorted(parts),
-        coverage={it: round(known[it] / _NANO / seconds, 4) for it in sorted(known) if seconds},
-        labels=_sorted(Counter(one.label for one in captures)),
-        profiles=_sorted(Counter(one.encoding.profile for one in stored)),
-        formats=_sorted(Counter(one.format for one in captures)),
-    )
+    tally = _Tally()
+    if trusted:
+        spine = segments.read_spine(connection)
+        rosters, _ = columns.read_rosters(connection, spine)
+        for segment, roster in zip(spine.segments, rosters, strict=True):
+            tally.add_segment(connection, spine, segment, roster)
+        tally.add_rows(connection, spine.pending)
+    else:
+        tally.add_rows(connection, state.capture_numbers(connection))
+    return tally.stats(size)
 
 
-def parts_of(connection: Link) -> Counter[str]:
-    """Return how many symbols each part has, in all captures.
+_Rate = tuple[int, int]
+"""Frames a second, as a fraction."""
 
-    Raises
-    ------
-    LibraryError
-        If the tracks are not those that were stored.
-    """
-    parts: Counter[str] = Counter()
-    for tracks in read.read_lists(connection).values():
-        for listed in tracks:
-            parts[listed.part] += listed.symbols
-    return parts
+
+@dataclass(slots=True)
+class _Tally:
+    """What has been counted; frames by rate, for seconds that are added up would be rounded."""
+
+    frames: Counter[_Rate] = field(default_factory=Counter)
+    known: dict[str, Counter[_Rate]] = field(default_factory=dict)
+    parts: Counter[str] = field(default_factory=Counter)
+    labels: Counter[str] = field(default_factory=Counter)
+    profiles: Counter[str] = field(default_factory=Counter)
+    formats: Counter[str] = field(default_factory=Counter)
+
+    def add_rows(self, connection: Link, numbers: Sequence[int]) -> None:
+        """Count captures by their rows and those of their tracks."""
+        for first in range(0, len(numbers), state.MOST):
+            chosen = read.read_captures(connection, numbers[first : first + state.MOST])
+            for one in chosen:
+                self.frames[one.capture.rate.as_integer_ratio()] += one.capture.frames
+            self.labels.update(one.capture.label for one in chosen)
+            self.profiles.update(one.encoding.profile for one in chosen)
+            self.formats.update(one.capture.format for one in chosen)
+            for one, listed in read.read_wanted(connection, chosen):
+                frames = sum(map(len, read.known_of(one.capture, listed)))
+                rate = one.capture.rate.as_integer_ratio()
+                self._add_track(listed.part, listed.symbols, {rate: frames})
+
+    def _add_track(self, part: str, symbols: int, known: Mapping[_Rate, int]) -> None:
+        self.parts[part] += symbols
+        self.known.setdefault(part, Counter()).update(known)
+
+    def add_segment(self, connection: Link, spine: Spine, segment: Segment, roster: Roster) -> None:
+        """Count those captures of a segment that count."""
+        order = columns.order_of(Spine([segment], spine.dead, []), roster.number)
+        alive = np.ones(len(roster), np.bool_)
+        if order is not None:
+            alive[:] = False
+            alive[order] = True
+        rates, codes = np.unique(roster.rate, axis=0, return_inverse=True)
+        codes, ratios = codes.reshape(-1), [(one, two) for one, two in rates.tolist()]
+
+        def by_rate(places: NDArray[Any], frames: NDArray[Any]) -> Counter[_Rate]:
+            sums = np.bincount(codes[places], frames, len(ratios)).astype(np.int64).tolist()
+            return Counter(dict(zip(ratios, sums, strict=True)))
+
+        self.frames += by_rate(alive, roster.frames[alive])
+        names = {"label": self.labels, "profile": self.profiles, "format": self.formats}
+        texts = called.read_texts(connection, segment, (*names, "still"))
+        for name, counter in names.items():
+            counter.update(compress(texts[name], alive))
+        for part in segment.parts:
+            counts = columns.read_counts(connection, segment, part)
+            gaps = segments.read_column(connection, segment, part, "gaps").astype(np.int64)
+            whole = alive & (counts > 0)
+            whole[gaps[:, 0]] = False
+            gaps = gaps[alive[gaps[:, 0]]]
+            if len(gaps) or whole.any():
+                known = by_rate(whole, roster.frames[whole])
+                known.update(by_rate(gaps[:, 0], gaps[:, 2] - gaps[:, 1]))
+                self._add_track(part, int(counts[alive].sum()), known)
+        still = zip(map(tuple, texts["still"]), codes.tolist(), roster.frames.tolist(), strict=True)
+        frames: Counter[tuple[tuple[str, ...], int]] = Counter()
+        for parts, code, many in compress(still, alive):
+            frames[parts, code] += many
+        for (parts, code), many in frames.items():
+            for part in parts:
+                self._add_track(part, 0, {ratios[code]: many})
+
+    def stats(self, size: int) -> Stats:
+        """Return the counts, with seconds in place of frames."""
+        seconds, known = _seconds(self.frames), sorted(self.known.items())
+        return Stats(
+            captures=self.labels.total(),
+            frames=self.frames.total(),
+            symbols=self.parts.total(),
+            seconds=float(seconds),
+            size=size,
+            parts=_sorted(self.parts),
+            coverage={it: round(float(_seconds(own) / seconds), 4) for it, own in known if seconds},
+            labels=_sorted(self.labels),
+            profiles=_sorted(self.profiles),
+            formats=_sorted(self.formats),
+        )
+
+
+def _seconds(frames: Mapping[_Rate, int]) -> Fraction:
+    return sum((many / Fraction(*rate) for rate, many in frames.items()), Fraction())
 
 
 def _sorted(counts: Counter[str]) -> dict[str, int]:

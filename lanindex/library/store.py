@@ -26,7 +26,8 @@ from lanindex.library.find import (
     several,
 )
 from lanindex.library.link import Link
-from lanindex.library.stats import Stats, count, parts_of
+from lanindex.library.segments import Distrust
+from lanindex.library.stats import Stats, count
 from lanindex.library.texts import absolute, check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
 from lanindex.model.columns import Columns, Roster
@@ -322,8 +323,10 @@ class Store(Choosing):
             If the tracks are not those that were stored.
         """
         with self._reading() as connection:
-            asked = parts_of if checked else segments.part_names
-            found = set(asked(connection))
+            if checked:
+                found = {one.part for own in read.read_lists(connection).values() for one in own}
+            else:
+                found = set(segments.part_names(connection))
         return [part for part in TRACKS if part in found] + sorted(found.difference(TRACKS))
 
     def columns(
@@ -373,8 +376,14 @@ class Store(Choosing):
     def stats(self) -> Stats:
         """Count what the library holds."""
         path = self._where.path
+        size = path.stat().st_size if path else 0
+        try:
+            with self._reading() as connection:
+                return count(connection, size)
+        except Distrust as fault:
+            self._doubt = fault.found
         with self._reading() as connection:
-            return count(connection, path.stat().st_size if path else 0)
+            return count(connection, size, trusted=False)
 
     def _stored(self, connection: Link, which: int | str) -> read.Stored:
         number = self._number(connection, which)

@@ -41,6 +41,7 @@ def build(path: Path, captures: int) -> None:
         with library._writing() as connection:
             names = [f"{number:06}.bvh" for number in roster.number.tolist()]
             texts = {name: names for name in called.NAMES} | {"metadata": [{}] * len(names)}
+            texts["still"] = [[]] * len(names)
             put = partial(segments.put, connection, roster, called.spelled(texts))
             spent = seconds(lambda: put(columns.values()))
             numbers = {"captures": captures, "numbers": int(roster.number.sum())}

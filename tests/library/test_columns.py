@@ -27,9 +27,11 @@ def assert_same(one, other, names):
 
 def assert_true(library, parts=PARTS, numbers=None):
     """Hold what a library gives as columns against its tracks and captures."""
-    for name in TEXTS:
-        wanted = {one.id: getattr(one, name) for one in library.captures()}
-        assert library.called(name) == wanted
+    known = library.captures()
+    for name in ("path", "location", "format", "label", "metadata"):
+        assert library.called(name) == {one.id: getattr(one, name) for one in known}
+    profiles = {one.id: library.encoding(one.id).profile for one in known}
+    assert library.called("profile") == profiles
     roster, columns = library.columns(parts, numbers)
     held = list(library.tracks(numbers))
     captures = [capture for capture, _ in held]

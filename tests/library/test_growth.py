@@ -1,0 +1,146 @@
+"""What a verb asks of a library does not grow with it, where the answer does not."""
+
+import random
+from contextlib import contextmanager
+from fractions import Fraction
+from operator import methodcaller
+from pathlib import Path
+
+import pytest
+from sample import ENCODING, add_sample, fill, sample_score, sql
+
+from lanindex.library.stats import count
+from lanindex.library.store import Store
+from lanindex.model import Meter, Score, Span, Track
+
+SIZES = (60, 300)
+"""Captures of a small library, and of a large one."""
+
+DEEPER = 200
+"""Instructions that the deeper trees of the larger one may take."""
+
+
+@pytest.fixture(scope="module")
+def grown(tmp_path_factory):
+    """Return two libraries of the same captures, the second with many more."""
+    paths = []
+    for size in SIZES:
+        paths.append(tmp_path_factory.mktemp("grown") / f"{size}.db")
+        fill(paths[-1], size)
+        with Store.open(paths[-1]) as library:
+            library.gather()
+    return paths
+
+
+@contextmanager
+def watched(path):
+    """Open a library, and count the instructions that SQLite carries out; list its statements."""
+    with Store.open(path, readonly=True) as library:
+        steps, statements = [0], []
+
+        def step():
+            steps[0] += 1
+
+        library._connection.set_progress_handler(step, 1)
+        library._connection.set_trace_callback(statements.append)
+        yield library, steps, statements
+
+
+ONE = {
+    "a number": methodcaller("capture", 5),
+    "a path": methodcaller("capture", "4.bvh"),
+    "a score": methodcaller("score", 5),
+    "its symbols": lambda library: list(library.tracks([5])),
+    "its encoding": methodcaller("encoding", "4.bvh"),
+    "the parts": methodcaller("parts", checked=False),
+}
+
+
+@pytest.mark.parametrize("asked", ONE)
+def test_one_capture_takes_no_longer_among_many(grown, asked):
+    took = []
+    for path in grown:
+        with watched(path) as (library, steps, _):
+            ONE[asked](library)
+            took.append(steps[0])
+    assert took[1] < took[0] + DEEPER
+
+
+def test_the_end_of_a_path_is_looked_for_in_an_index(grown):
+    with watched(grown[0]) as (library, _, statements):
+        library.capture(f"{Path.cwd().name}/4.bvh")
+        plans = [library._connection.execute(f"EXPLAIN QUERY PLAN {it}") for it in statements]
+        told = [row[3] for plan in plans for row in plan]
+    assert not [line for line in told if line == "SCAN capture"]
+
+
+def test_no_more_paths_are_read_than_a_shell_offers(grown):
+    with Store.open(grown[1], readonly=True) as library:
+        assert library.begun("", 3) == ["0.bvh", "1.bvh", "10.bvh"]
+        assert library.begun("29", 20) == ["29.bvh", *(f"29{it}.bvh" for it in range(10))]
+        assert library.begun("%", 3) == library.begun("5_", 3) == []
+    with watched(grown[1]) as (library, steps, _):
+        library.begun("", 3)
+        assert steps[0] < DEEPER
+
+
+def test_counts_read_no_row_of_a_track_or_symbol(grown):
+    with watched(grown[1]) as (library, steps, statements):
+        found = library.stats()
+        assert (found.captures, found.symbols) == (SIZES[1], SIZES[1] * 18)
+        assert not [it for it in statements if " track" in it or "symbol_code" in it]
+        assert steps[0] < 20 * DEEPER  # rows of captures would take more
+
+
+def changed_score(choice: random.Random) -> Score:
+    """Return a score with parts that have no symbols, were not seen, or were seen for a while."""
+    score = sample_score(choice.randrange(9), length=choice.randint(1, 8))
+    symbols, tracks = score.tracks["r_arm"].symbols, {}
+    for part in choice.sample(["r_arm", "head", "r_leg", "torso"], choice.randint(0, 4)):
+        seen = ((Span(0, score.frames),), (), (Span(0, 3), Span(5, score.frames)))
+        rows = symbols if choice.random() < 0.5 else symbols[:0]
+        tracks[part] = Track(part, rows, choice.choice(seen))
+    rate = Fraction(choice.choice((30, 60, Fraction(30000, 1001))))
+    return Score(rate, score.frames, Meter(), tracks)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_counts_are_those_of_the_rows_after_any_history(tmp_path, seed):
+    choice = random.Random(seed)
+    with Store.open(tmp_path / "some.db", create=True) as library:
+        for turn in range(60):
+            path, doing = f"{choice.randrange(12)}.bvh", choice.random()
+            held = [it.path for it in library.captures()]
+            if doing < 0.6 or path not in held:
+                encoding = ENCODING if choice.random() < 0.7 else None
+                library.add(
+                    path, changed_score(choice), format=choice.choice(("bvh", "c3d")),
+                    sha256="0", label=choice.choice(("walk", "run", "")), encoding=encoding,
+                )  # fmt: skip
+            elif doing < 0.8:
+                library.remove(path)
+            else:
+                library.label(path, choice.choice(("walk", "bow")))
+            if choice.random() < 0.3:
+                library.gather()
+            with library._reading() as connection:
+                wanted = count(connection, 7, trusted=False)
+                assert count(connection, 7) == wanted, turn
+            if turn % 20 == 0:
+                assert library.stats().captures == wanted.captures
+        assert library.notes == []
+
+
+def test_counts_do_not_trust_what_is_out_of_date(tmp_path):
+    fill(tmp_path / "some.db", 3)
+    with Store.open(tmp_path / "some.db") as library:
+        library.gather()
+        add_sample(library, 3)
+        whole = library.stats()
+    assert (whole.captures, whole.profiles) == (4, {"default": 4})
+    with sql(tmp_path / "some.db") as connection:
+        connection.execute("UPDATE segment_column SET content = x'00' WHERE name = 'still'")
+    with Store.open(tmp_path / "some.db") as library:
+        assert library.stats() == whole
+        library.columns(["head"])
+        assert "damaged: still of the captures in segment 1" in library.notes[0]
