@@ -22,13 +22,15 @@ HIT = (
 )
 """The keys of a hit, in order."""
 
+_SHOWN = {name: how.shown or name for name, how in FIELDS.items()}
 _BRIEF = ("direction", "level", "start", "stop")
 _MORE = ("passing", "swings", "margin", *MEASURES)
 
 
 def seconds(capture: Capture, frame: int) -> float:
     """Return where a frame lies in time, in seconds."""
-    return round(float(frame / capture.rate), 6)
+    rate = capture.rate
+    return round(int(frame) * rate.denominator / rate.numerator, 6)
 
 
 def _rate(capture: Capture) -> float:
@@ -36,7 +38,7 @@ def _rate(capture: Capture) -> float:
 
 
 def _said(symbol: Symbol, fields: tuple[str, ...]) -> dict[str, Any]:
-    return {FIELDS[name].shown or name: getattr(symbol, name) for name in fields}
+    return {_SHOWN[name]: getattr(symbol, name) for name in fields}
 
 
 def of_symbol(symbol: Symbol) -> dict[str, Any]:

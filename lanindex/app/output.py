@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -120,9 +121,7 @@ class Output:
 
     def record(self, values: dict[str, Any]) -> None:
         """Print a result as a line of JSON."""
-        from json import dumps
-
-        spelled = dumps(values, ensure_ascii=not self.unicode)
+        spelled = _encode(ascii=not self.unicode)(values)
         _say(spelled if spelled.isprintable() else spelled.translate(_IN_JSON), sys.stdout)
 
     def row(self, values: Iterable[Any]) -> None:
@@ -275,6 +274,14 @@ def _say(line: str, stream: TextIO) -> None:
     print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
     for bar in _bars:
         bar.show()
+
+
+@cache
+def _encode(*, ascii: bool) -> Callable[[Any], str]:
+    """Return what spells a value as JSON; `json.dumps` makes it anew for each one."""
+    from json import JSONEncoder
+
+    return JSONEncoder(ensure_ascii=ascii).encode
 
 
 def _unicode(stream: TextIO) -> bool:

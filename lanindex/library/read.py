@@ -229,7 +229,8 @@ class Listed(NamedTuple):
 
 
 _PART = Listed._fields.index("part")
-_LISTED = f"SELECT capture_id, {', '.join(Listed._fields)} FROM track"
+_LISTED = f"SELECT {', '.join(Listed._fields)} FROM track"
+_COUNTED = "SELECT capture_id, count(*) FROM track"
 
 Wanted = tuple[Stored, Listed]
 """A track that is wanted, and whose."""
@@ -255,14 +256,17 @@ def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> dict[in
     Of each wanted one its number, its location and the checksum of these are told; of all captures
     they are `chosen` by a condition, if they are not all.
     """
-    lists: dict[int, list[_Raw]] = {number: [] for number, _, _ in wanted}
-    for number, *row in ask(connection, f"{_LISTED} {chosen} ORDER BY capture_id, ordinal"):
-        if number in lists:  # else it hangs on nothing: it is no capture's
-            lists[number].append(tuple(row))
+    every = ask(connection, f"{_LISTED} {chosen} ORDER BY capture_id, ordinal").fetchall()
+    counts = ask(connection, f"{_COUNTED} {chosen} GROUP BY capture_id ORDER BY capture_id")
+    lists, first = dict[int, list[_Raw]](), 0
+    for number, count in counts:
+        lists[number] = every[first : first + count]
+        first += count
+    found = {number: lists.get(number, []) for number, _, _ in wanted}
     for number, location, checksum in wanted:
-        if checksums.of_values(*lists[number]) != checksum:
+        if checksums.of_values(*found[number]) != checksum:
             raise checksums.damaged(number, location, "the list of its tracks")
-    return lists
+    return found
 
 
 def read_tracks(

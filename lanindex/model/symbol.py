@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, field, fields
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -183,7 +184,7 @@ SYMBOL = np.dtype([(name, how.type) for name, how in FIELDS.items()])
 _BYTES = np.dtype((np.void, SYMBOL.itemsize))
 
 
-def listed(part: str, rows: NDArray[Any]) -> list[Symbol]:
+def listed(part: str, rows: NDArray[Any], ordinals: Iterable[int] | None = None) -> list[Symbol]:
     """Return rows as objects.
 
     Parameters
@@ -192,9 +193,12 @@ def listed(part: str, rows: NDArray[Any]) -> list[Symbol]:
         Whose.
     rows : ndarray
         (S,) of `SYMBOL`.
+    ordinals : iterable of int, optional
+        Which rows of their tracks they are; else they are all of one.
     """
     columns = [how.said(rows[name].tolist()) for name, how in FIELDS.items()]
-    return [Symbol(part, row, *said) for row, said in enumerate(zip(*columns, strict=True))]
+    numbers = range(len(rows)) if ordinals is None else ordinals
+    return list(map(Symbol, repeat(part), numbers, *columns))
 
 
 def blank(count: int | tuple[int, ...]) -> NDArray[Any]:

@@ -50,6 +50,7 @@ class Block:
         self._clocks: tuple[list[Clock], Whole] | None = None
         self._rows: dict[str, Rows] = {}
         self._events: dict[tuple[object, ...], Events] = {}
+        self._of_state: dict[State, Events] = {}
         self._bounds: dict[Length, tuple[Whole, Whole]] = {}
 
     def __len__(self) -> int:
@@ -71,6 +72,8 @@ class Block:
 
     def events(self, state: State) -> Events:
         """Return what may match a state, of the lengths that it may have."""
+        if state in self._of_state:
+            return self._of_state[state]
         key = _key(state)
         if key not in self._events:
             members = [
@@ -82,6 +85,7 @@ class Block:
                 meets = self.meets(found.capture, found.end - found.start, state.length)
                 found = found.at(meets & ~found.starting)
             self._events[key] = found
+        self._of_state[state] = self._events[key]
         return self._events[key]
 
     def clocks(self) -> tuple[list[Clock], Whole]:

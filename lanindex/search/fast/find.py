@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 
@@ -13,6 +12,7 @@ from lanindex.alphabet import is_limb
 from lanindex.errors import LanindexError, OutOfMemoryError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
+from lanindex.model.symbol import joined as rows_joined
 from lanindex.model.symbol import listed
 from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import holds
@@ -33,12 +33,13 @@ from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.found import Found
 from lanindex.search.fast.lines import limited
 from lanindex.search.fast.linked import Linked, covered
+from lanindex.search.fast.mirrored import repeats
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import TooMuch, Whole
 from lanindex.search.fast.setting import Setting
 from lanindex.search.fast.source import Recordings, Source
-from lanindex.search.fast.told import labelled
-from lanindex.search.fast.trace import Teller
+from lanindex.search.fast.told import Told, labelled
+from lanindex.search.fast.trace import Place, Teller
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
 
@@ -90,7 +91,6 @@ class Finder:
         self._parts: list[tuple[str, ...]] = []
         self._recordings = recordings
         self._fetched: dict[int, Recording] = {}
-        self._tellers: dict[int, Teller] = {}
         self._asked = Asked(query)
         self._watch: Watch | None = None
         self._meet: dict[int, bool] = {}
@@ -127,7 +127,7 @@ class Finder:
             return found
         self._watch = watch  # not of hits that are looked at later on
         found = found.by_fit(best)[:best]
-        self._watch, self._tellers = None, {}
+        self._watch = None
         return found
 
     def _chained(self, watch: Watch | None) -> list[Answers] | None:
@@ -170,8 +170,22 @@ class Finder:
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
         self._fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
-        for place, (capture, tracks) in self._fetched.items():
-            self._check(place, capture, tracks)
+        captures = [capture for capture, _ in self._fetched.values()]
+        for part, columns in self._columns.items():
+            tracks = [own.get(part) for _, own in self._fetched.values()]
+            now, before = columns_of(part, captures, tracks), columns.taken(np.array(places))
+            if not _alike(now, before):
+                ends = ((it, it + 1) for it in range(len(places)))
+                culprit = next(
+                    capture
+                    for capture, own in zip(captures, ends, strict=True)
+                    if not _alike(now.between(*own), before.between(*own))
+                )
+                raise LanindexError(
+                    f"the symbols of {part} are others than when it was searched",
+                    place=culprit.path,
+                    remedy="Search again.",
+                )
 
     def captures(self, places: Sequence[int]) -> list[Capture]:
         """Return captures by their places in the roster."""
@@ -181,55 +195,100 @@ class Finder:
         """Return the numbers of captures by their places in the roster."""
         return self._roster.number[places]
 
-    def hit(self, answer: Answers) -> Hit:
-        """Return the one answer of a table as an object."""
-        place = int(answer.capture[0])
-        if place not in self._fetched:
-            self.fetch([place])
-        if place not in self._tellers:
-            block = self._block(np.array([place]))
-            source = Source(self._recordings, np.array([place]), block, self._programs)
-            tick = self._tick(place, self._watch)
-            self._tellers = {place: Teller(self._query, self._programs, block, source, tick)}
-        span = Span(int(answer.low[0]), int(answer.high[0]))
-        first = self._parts[int(answer.parts[0])], tuple(answer.rows[0].tolist())
-        try:
-            told = self._tellers[place].told(*first, (span.start, span.stop))
-        except TooMuch:
-            raise self._too_many(place) from None
-        except MemoryError:
-            raise self._too_large(place) from None
-        capture, tracks = self._fetched[place]
-        if told is None:
-            raise LanindexError(
-                f"a hit at frame {span.start} is not there any more",
-                place=capture.path,
-                remedy="Please report this pattern.",
+    def hits(self, answers: Answers) -> list[Hit]:
+        """Return the answers of a table as objects."""
+        captures = answers.capture.tolist()
+        if not self._fetched.keys() >= {*captures}:
+            self.fetch(sorted({*captures}))
+        told = self._told(answers)
+        wanted: dict[str, dict[tuple[int, int], None]] = {}
+        for place, one in zip(captures, told, strict=True):
+            for part, row in (row for line in one.lines for it in line for row in it.rows):
+                wanted.setdefault(part, {})[place, row] = None
+        symbols: dict[tuple[int, str, int], Symbol] = {}
+        for part, rows in wanted.items():
+            tracks = ((self._fetched[place][1][part], row) for place, row in rows)
+            table = rows_joined(track.symbols[row : row + 1] for track, row in tracks)
+            made = listed(part, table, [row for _, row in rows])
+            symbols.update(
+                ((place, part, row), it) for (place, row), it in zip(rows, made, strict=True)
             )
+        low, high = answers.low.tolist(), answers.high.tolist()
+        return [
+            self._hit(one, place, Span(*span), symbols)
+            for one, place, *span in zip(told, captures, low, high, strict=True)
+        ]
+
+    def _hit(
+        self, told: Told, place: int, span: Span, symbols: Mapping[tuple[int, str, int], Symbol]
+    ) -> Hit:
+        """Return a hit as an object."""
         taken = [it for line in told.lines for it in line]
-        rows = dict.fromkeys(row for it in taken for row in it.rows)
-        symbols = {(part, row): _symbol(tracks[part], row) for part, row in rows}
+        own = {row: symbols[(place, *row)] for it in taken for row in it.rows}
         lines = tuple(
-            tuple(symbols[row] for row in dict.fromkeys(row for it in line for row in it.rows))
+            tuple(own[row] for row in dict.fromkeys(row for it in line for row in it.rows))
             for line in told.lines
         )
         fit = (THOUSANDTHS - told.cost) / THOUSANDTHS
-        return Hit(capture, span, fit, lines, labelled(taken, symbols))
+        return Hit(self._fetched[place][0], span, fit, lines, labelled(taken, own))
 
-    def _check(self, place: int, capture: Capture, tracks: Mapping[str, Track]) -> None:
-        """Refuse to tell a hit from other symbols than it was found in."""
-        for part, columns in self._columns.items():
-            rows = slice(*columns.bounds[place : place + 2].tolist())
-            now = columns_of(part, [capture], [tracks.get(part)])
-            if not all(
-                np.array_equal(getattr(now, name), getattr(columns, name)[rows])
-                for name in ("cell", "margin", "start", "stop")
-            ):
+    def _told(self, answers: Answers) -> list[Told]:
+        """Return what each line of hits took; rows are counted in their own captures."""
+        here, captures = np.unique(answers.capture, return_inverse=True)
+        if len(here) > 1 and any(
+            repeats(self._asked, it) for it in self._programs
+        ):  # these tell the hits of one capture
+            order = np.argsort(captures, kind="stable")
+            pieces = np.split(order, np.flatnonzero(np.diff(captures[order])) + 1)
+            return self._told_apart(answers, pieces)
+        block = self._block(here)
+        source = Source(self._recordings, here, block, self._programs)
+        tick = self._tick(int(here[0]), self._watch)
+        teller = Teller(self._query, self._programs, block, source, tick)
+        begins = {part: block.rows(part).bounds.tolist() for part in self._query.parts}
+        places = [
+            Place(capture, parts, tuple(begins[it][capture] + row for it, row in rows), span)
+            for capture, parts, rows, span in self._places(answers, captures)
+        ]
+        found: list[Told | None] | None = None
+        refused = self._too_many
+        try:
+            found = teller.told(places)
+        except TooMuch:
+            pass
+        except MemoryError:
+            refused = self._too_large
+        if found is None:  # too much at once: fewer hits are tried
+            if len(answers) == 1:
+                raise refused(int(here[0]))
+            return self._told_apart(answers, np.array_split(np.arange(len(answers)), 2))
+        alone = []
+        for place, one in zip(places, found, strict=True):
+            if one is None:
                 raise LanindexError(
-                    f"the symbols of {part} are others than when it was searched",
-                    place=capture.path,
-                    remedy="Search again.",
+                    f"a hit at frame {place.span[0]} is not there any more",
+                    place=self._fetched[int(here[place.capture])][0].path,
+                    remedy="Please report this pattern.",
                 )
+            alone.append(_counted_alone(one, place.capture, begins))
+        return alone
+
+    def _places(
+        self, answers: Answers, captures: Whole
+    ) -> Iterator[tuple[int, tuple[str, ...], list[tuple[str, int]], tuple[int, int]]]:
+        """Yield of hits the capture, the parts and rows of the first symbols, and the frames."""
+        spans = zip(answers.low.tolist(), answers.high.tolist(), strict=True)
+        first = zip(captures.tolist(), answers.parts.tolist(), answers.rows.tolist(), strict=True)
+        for (capture, place, rows), span in zip(first, spans, strict=True):
+            parts = self._parts[place]
+            yield capture, parts, list(zip(parts, rows, strict=False)), span
+
+    def _told_apart(self, answers: Answers, pieces: Sequence[Whole]) -> list[Told]:
+        """Return the same as `_told`, some hits at a time."""
+        found: dict[int, Told] = {}
+        for some in pieces:
+            found.update(zip(some.tolist(), self._told(answers.at(some)), strict=True))
+        return [found[place] for place in range(len(answers))]
 
     def _possible(self) -> Whole:
         """Return the captures that can have a hit, as far as it is asked."""
@@ -349,6 +408,19 @@ def columns_in(
     return roster_of(captures), columns
 
 
-def _symbol(track: Track, row: int) -> Symbol:
-    (symbol,) = listed(track.part, track.symbols[row : row + 1])
-    return replace(symbol, ordinal=row)
+def _alike(now: Columns, before: Columns) -> bool:
+    """Return whether columns have the same symbols, as far as a hit depends on them."""
+    names = ("bounds", "cell", "margin", "start", "stop")
+    return all(np.array_equal(getattr(now, name), getattr(before, name)) for name in names)
+
+
+def _counted_alone(told: Told, capture: int, begins: Mapping[str, Sequence[int]]) -> Told:
+    """Return a hit whose rows are counted in its own capture."""
+    lines = [
+        [
+            it._replace(rows=tuple((part, row - begins[part][capture]) for part, row in it.rows))
+            for it in line
+        ]
+        for line in told.lines
+    ]
+    return Told(told.cost, lines)

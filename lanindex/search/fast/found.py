@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Protocol
 
@@ -18,8 +19,8 @@ from lanindex.search.fast.ragged import Numbers, Whole, starts_of
 class Maker(Holder, Protocol):
     """What makes hits of answers."""
 
-    def hit(self, answer: Answers) -> Hit:
-        """Return the one answer of a table as an object."""
+    def hits(self, answers: Answers) -> list[Hit]:
+        """Return the answers of a table as objects."""
 
 
 class Found(Placed):
@@ -40,7 +41,6 @@ class Found(Placed):
         frames = (column[chosen] for column in (answers.capture, answers.low, answers.high))
         super().__init__(maker, *frames)
         self._maker, self._answers, self._chosen = maker, answers, chosen
-        self._told: tuple[int, list[Hit]] = -1, []
 
     @cached_property
     def _alike(self) -> Whole:
@@ -52,15 +52,21 @@ class Found(Placed):
     def _some(self, chosen: Numbers | slice) -> Found:
         return Found(self._maker, self._answers, self._chosen[chosen])
 
-    def _hit(self, index: int) -> Hit:
-        place = int(self._chosen[index])
-        first, last = self._those_alike(place)
-        if last - first == 1 or (self._answers.cost[first:last] >= 0).all():
-            return self._maker.hit(self._answers.at(np.array([place])))
-        if self._told[0] != first:
-            hits = [self._maker.hit(self._answers.at(np.array([it]))) for it in range(first, last)]
-            self._told = first, sorted(hits, key=lambda hit: -hit.fit)
-        return self._told[1][place - first]
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        places = self._chosen[list(indices)].tolist()
+        alike = {place: self._those_alike(place) for place in places}
+        # only the fit tells which of those with the same frames is the clearest
+        unclear = {
+            (first, last)
+            for first, last in alike.values()
+            if last - first > 1 and (self._answers.cost[first:last] < 0).any()
+        }
+        wanted = sorted({*places, *(it for ends in unclear for it in range(*ends))})
+        made = dict(zip(wanted, self._maker.hits(self._answers.at(np.array(wanted))), strict=True))
+        for first, last in unclear:
+            hits = sorted((made[it] for it in range(first, last)), key=lambda hit: -hit.fit)
+            made.update(zip(range(first, last), hits, strict=True))
+        return [made[place] for place in places]
 
     def _those_alike(self, place: int) -> tuple[int, int]:
         """Return from where to where answers have the frames of one of them."""
@@ -71,8 +77,8 @@ class Found(Placed):
         """Return how clear each hit is; those of which it is not known are made for it."""
         cost = self._answers.cost[self._chosen]
         fits = THOUSANDTHS - cost
-        for index in np.flatnonzero(cost < 0).tolist():
-            fits[index] = round(self[index].fit * THOUSANDTHS)
+        unknown = np.flatnonzero(cost < 0)
+        fits[unknown] = [round(hit.fit * THOUSANDTHS) for hit in self._some(unknown)]
         clear: NDArray[np.float64] = fits / THOUSANDTHS
         return clear
 

@@ -7,7 +7,7 @@ to; nothing shorter need be tried, and no way of either line be noted.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -148,6 +148,16 @@ class Mirroring:
         return low, np.maximum(own.end[event + last], other.end[beside + last])
 
     def walk(
+        self, places: Sequence[tuple[int, tuple[str, ...], tuple[int, ...], tuple[int, int]]]
+    ) -> Iterator[tuple[int, tuple[tuple[int, int], Mirrored, int]]]:
+        """Yield of hits in one capture which they are, and their best way; as a line does."""
+        for number, (_, parts, rows, span) in enumerate(places):
+            found = self._runs(parts, rows, span)
+            if found and len(found.cost):
+                place = int(found.cost.argmin())
+                yield number, ((int(found.cost[place]), -found.length), found, place)
+
+    def _runs(
         self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
     ) -> Mirrored | None:
         """Return the runs of one capture that begin with some symbol and have some frames."""
@@ -181,14 +191,6 @@ class Mirrored(NamedTuple):
     beside: Whole
     cost: Whole
     length: int
-
-    def best(self, span: tuple[int, int]) -> int | None:
-        """Return the clearest, None if there is none."""
-        return int(self.cost.argmin()) if len(self.cost) else None
-
-    def rank(self, place: int) -> tuple[int, int]:
-        """Return what decides between ways of the same frames."""
-        return int(self.cost[place]), -self.length
 
     def lines(self, place: int) -> Iterator[list[Taken]]:
         """Yield what the line took, then what the one beside it took."""

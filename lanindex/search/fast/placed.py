@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lanindex.model import Capture, Hit, Span
 from lanindex.search.fast.ragged import Numbers, Whole, starts_of
 
-TOGETHER = 64
+TOGETHER = 256
 """How many captures are fetched at once where all hits are made objects."""
 
 
@@ -46,8 +46,8 @@ class Placed(Sequence[Hit]):
         self._holder, self.place, self.low, self.high = holder, place, low, high
 
     @abstractmethod
-    def _hit(self, index: int) -> Hit:
-        """Return one hit."""
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        """Return some hits as objects."""
 
     @abstractmethod
     def _some(self, chosen: Numbers | slice) -> Self:
@@ -69,15 +69,15 @@ class Placed(Sequence[Hit]):
         """Return one hit, or some of them."""
         if isinstance(index, slice):
             return self._some(index)
-        return self._hit(range(len(self))[index])
+        return self._hits([range(len(self))[index]])[0]
 
     def __iter__(self) -> Iterator[Hit]:
         """Yield all hits, in whatever order they stand; captures are fetched many at once."""
         first, places = 0, set[int]()
-        for index, place in enumerate([*self.place.tolist(), -1]):
+        for index, place in enumerate([*self.place.tolist(), -1] if len(self) else []):
             if place < 0 or (len(places) == TOGETHER and place not in places):
                 self._holder.fetch(sorted(places))
-                yield from (self[one] for one in range(first, index))
+                yield from self._hits(range(first, index))
                 first, places = index, set()
             places.add(place)
 

@@ -42,6 +42,8 @@ def labelled(
     """Return, by label, what matched under it; one stayed at or rested in lasts as long as that."""
     labels: dict[str, tuple[Symbol, ...]] = {}
     for it in taken:
+        if not it.state.labels:
+            continue
         found = [symbols[row] for row in it.rows]
         if it.state.manner in ("at", "hold"):
             found = [replace(symbol, start=it.start, stop=it.end) for symbol in found]

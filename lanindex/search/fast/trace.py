@@ -1,16 +1,17 @@
-"""Which symbols a hit is made of, line by line: its own way is walked again, and followed back.
+"""Which symbols hits are made of, line by line: their ways are walked again, and followed back.
 
-A search tells where hits are. For one that is shown its capture alone is walked once more, from its
-first symbols: now each way notes how clear it is, and where it comes from. Of the ways that have
-the frames of the hit the clearest is told, of those the one of most steps. What stood beside it is
-found by closing its brackets again, with all that could stand there.
+A search tells where hits are. For those that are shown their captures alone are walked once more,
+from the first symbols of these hits: now each way notes how clear it is, and where it comes from.
+Of the ways that have the frames of a hit the clearest is told, of those the one of most steps. What
+stood beside it is found by closing its brackets again, with all that could stand there.
 """
 
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from lanindex.search.fast.memory import EVENT, Memory, Nodes, distinct, together
 from lanindex.search.fast.mirrored import Mirrored, Mirroring, repeats
 from lanindex.search.fast.others import Others
 from lanindex.search.fast.partners import Partners, Standing
-from lanindex.search.fast.ragged import Mask, Whole, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Due, Hulls, Setting
 from lanindex.search.fast.told import Taken, Told, took
@@ -38,8 +39,29 @@ COST, STEPS, END = range(-3, 0)
 many steps it is, and, while brackets close again, with which end of which line."""
 
 
+class Place(NamedTuple):
+    """Where a hit is: what tells it from all others.
+
+    Attributes
+    ----------
+    capture : int
+        In the block.
+    parts : tuple of str
+        Of its first symbols.
+    rows : tuple of int
+        Of these, rows in the block.
+    span : tuple of int
+        Its frames.
+    """
+
+    capture: int
+    parts: tuple[str, ...]
+    rows: tuple[int, ...]
+    span: tuple[int, int]
+
+
 class Teller:
-    """Tells the hits of a query in one capture.
+    """Tells the hits of a query in some captures.
 
     Parameters
     ----------
@@ -48,7 +70,7 @@ class Teller:
     programs : tuple of Program
         Of the query.
     block : Block
-        Of the capture alone.
+        Of these captures alone: of one, where a program is two repeats that mirror each other.
     source : Source
         What columns do not tell.
     tick : callable
@@ -70,23 +92,21 @@ class Teller:
             for program, lines in repeated
         ]
 
-    def told(
-        self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
-    ) -> Told | None:
-        """Return the hit that begins with some symbols and has these frames, None: there is none.
+    def told(self, places: Sequence[Place]) -> list[Told | None]:
+        """Return the hits that are in some places, None: there is none.
 
         Raises
         ------
         TooMuch
             Where there are too many ways.
         """
-        best: tuple[tuple[int, int], _Line | Mirrored, int] | None = None
+        best: list[_Best | None] = [None] * len(places)
         for setting in self._settings:
-            line = setting.walk(parts, rows, span)
-            place = line.best(span) if line else None
-            if line and place is not None and (not best or line.rank(place) < best[0]):
-                best = line.rank(place), line, place
-        return Told(best[0][0], list(best[1].lines(best[2]))) if best else None
+            for number, found in setting.walk(places):
+                before = best[number]
+                if before is None or found[0] < before[0]:
+                    best[number] = found
+        return [it and Told(it[0][0], list(it[1].lines(it[2]))) for it in best]
 
 
 class _Noting(Asked):
@@ -119,7 +139,8 @@ class _Setting(Setting):
     ) -> None:
         super().__init__(block, _Noting(query), source, tick)
         self._program, self._clauses_alone = program, Asked(query)
-        self.span, self.lying_in = (0, 0), _lying_in(program)
+        self.lying_in = _lying_in(program)
+        self.span = np.empty(0, np.int64), np.empty(0, np.int64)
         self.enter(program)
         self.company = _Partners(self, program)
         self._line = _Line(self, program, timed=bool(self.asked.rhythm))
@@ -128,25 +149,34 @@ class _Setting(Setting):
         """Return when the conditions on labels can be told: nothing of what is noted besides."""
         return Due(self._clauses_alone, program)
 
-    def walk(
-        self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
-    ) -> _Line | None:
-        """Return the leading line, walked from some symbols; None if it does not begin there."""
-        self.span = span
+    def walk(self, places: Sequence[Place]) -> Iterator[tuple[int, _Best]]:
+        """Yield of hits whose leading line this can be which they are, and their best way."""
+        captures = [it.capture for it in places]
+        lows, highs = np.array([it.span for it in places]).T
+        low, high = np.full(len(self.block), FAR), np.zeros(len(self.block), np.int64)
+        np.minimum.at(low, captures, lows)
+        np.maximum.at(high, captures, highs)
+        most = np.zeros(len(self.block), np.int64)
+        np.maximum.at(most, captures, highs - lows)
+        self.span = low, high
         self.company.forget(self.lying_in)
-        begun = self._line.roots()
+        numbers = {(it.parts, it.rows): number for number, it in enumerate(places)}
+        owners, begun = [], self._line.roots()
         for entry, fits in zip(self._program.entries, begun, strict=True):
             state = self._program.states[entry.state]
-            known = [parts]
-            place, order = firsts(state, known)
-            fits &= not place
-            for member, row in zip(order, rows, strict=False) if not place else ():
-                fits &= self.block.events(state).first[member] == row
+            known: list[tuple[str, ...]] = []
+            order = firsts(state, known)[1]
+            owner, chosen = np.full(len(fits), -1), np.flatnonzero(fits)
+            rows = np.stack([self.block.events(state).first[it][chosen] for it in order], axis=1)
+            for event, own in zip(chosen.tolist(), map(tuple, rows.tolist()), strict=True):
+                owner[event] = numbers.get((known[0], own), -1)
+            fits &= owner >= 0
+            owners.append(owner)
         if not any(fits.any() for fits in begun):
-            return None
-        frames = None if self._program.open_ended else np.array([span[1] - span[0]])
-        self._line.found(begun, frames)
-        return self._line
+            return
+        self._line.found(begun, None if self._program.open_ended else most)
+        for end, number in self._line.best(owners, lows, highs):
+            yield number, (self._line.rank(end), self._line, end)
 
 
 class _Line(Recall):
@@ -156,6 +186,7 @@ class _Line(Recall):
 
     def __init__(self, setting: _Setting, program: Program, *, timed: bool = False) -> None:
         super().__init__(setting, program, timed=timed, tracked=True)
+        self._nodes: tuple[list[int], list[int], list[int]] | None = None
 
     def found(self, begun: list[Mask] | None = None, within: Whole | None = None) -> Found:
         """Return all ways; of a line beside those that can lie in the hit, if they have to."""
@@ -164,11 +195,14 @@ class _Line(Recall):
         setting, beside = self._setting, begun is None
         if begun is None and self._program in setting.lying_in:
             low, high = setting.span
-            begun, within = self.roots(), np.array([high - low])
+            begun, within = self.roots(), np.maximum(high - low, 0)
             for entry, fits in zip(self._program.entries, begun, strict=True):
-                start = self._block.events(self._program.states[entry.state]).start
-                fits &= (low <= start) & (start <= high)
+                events = self._block.events(self._program.states[entry.state])
+                fits &= (low[events.capture] <= events.start) & (
+                    events.start <= high[events.capture]
+                )
         self.ends = found = super().found(begun, within)
+        self._nodes = None
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1
@@ -189,11 +223,27 @@ class _Line(Recall):
         self._tables.append((state, best))
         return replace(best, came=self.nodes.add(len(best), rows.came, which))
 
-    def best(self, span: tuple[int, int]) -> int | None:
-        """Return the place of the best end that has these frames, None if there is none."""
+    def best(self, owners: list[Whole], low: Whole, high: Whole) -> Iterator[tuple[int, int]]:
+        """Yield the best end of each hit, and which hit that is.
+
+        Parameters
+        ----------
+        owners : list of ndarray
+            By entry, of which hit each event of its state is the first symbol, -1: of none.
+        low, high : ndarray
+            (H,) int64: the frames of each hit.
+        """
         chosen = asked_for(self._setting, self._program, self, self.ends, self._setting.company)
-        frames = (self.ends.low == span[0]) & (self.ends.high == span[1])
-        return min(chosen[frames[chosen]].tolist(), key=self.rank, default=None)
+        ends = self.ends.at(chosen)
+        owner = np.full(len(chosen), -1)
+        for entry, own in enumerate(owners):
+            here = ends.entry == entry
+            owner[here] = own[ends.root[here]]
+        fits = np.flatnonzero((owner >= 0) & (ends.low == low[owner]) & (ends.high == high[owner]))
+        columns = ends.memory.columns[:, fits]
+        order = np.lexsort((-columns[STEPS], columns[COST], owner[fits]))
+        first = order[starts_of(owner[fits][order])]
+        yield from zip(chosen[fits[first]].tolist(), owner[fits[first]].tolist(), strict=True)
 
     def rank(self, end: int) -> tuple[int, int]:
         """Return what decides between ends of the same frames: the cost, then the most steps."""
@@ -202,19 +252,32 @@ class _Line(Recall):
 
     def lines(self, end: int) -> Iterator[list[Taken]]:
         """Yield what the line took on its way to an end, then what each one beside it took."""
-        ending, node = self.ends.at(np.array([end])), int(self.ends.node[end])
-        state, here = self._node(node)
-        beside = [self._left(state, here, ending.memory)]
-        own = [self._taken(state, here)]
-        while (node := int(here.came[0])) >= 0:
+        if self._nodes is None:
+            self._nodes = self._listed()
+        states, events, came = self._nodes
+        way, node = list[int](), int(self.ends.node[end])
+        while node >= 0:
+            way.append(node)
+            node = came[node]
+        program = self._program
+        yield [took(self._block, program.states[states[it]], events[it]) for it in reversed(way)]
+        if not any(group.companions for group in (program.whole, *program.brackets)):
+            return
+        state, here = self._node(way[0])
+        beside = [self._left(state, here, self.ends.at(np.array([end])).memory)]
+        for node in way[1:]:
             number, before = self._node(node)
             beside.append(self._left(number, before, here, state))
-            own.append(self._taken(number, before))
             state, here = number, before
-        yield own[::-1]
         for joined in reversed(beside):
             for other, place in joined:
                 yield from other.lines(place)
+
+    def _listed(self) -> tuple[list[int], list[int], list[int]]:
+        """Return of each node its state, its event, and the node that it comes from."""
+        states = [state for state, rows in self._tables for _ in range(len(rows))]
+        events = [event for _, rows in self._tables for event in rows.columns[EVENT].tolist()]
+        return states, events, [one for _, rows in self._tables for one in rows.came.tolist()]
 
     def _node(self, node: int) -> tuple[int, Memory]:
         """Return the state of a node, and what it remembers."""
@@ -252,10 +315,9 @@ class _Line(Recall):
                 return told[int(rows.came[like[0]])]
         raise AssertionError("a way that is not there")
 
-    def _taken(self, state: int, here: Memory) -> Taken:
-        """Return what a state took at a node."""
-        return took(self._block, self._program.states[state], int(here.columns[EVENT, 0]))
 
+_Best = tuple[tuple[int, int], "_Line | Mirrored", int]
+"""What decides between ways to a hit, less being better; the line, and the place of the way."""
 
 _Joined = tuple[tuple[_Line, int], ...]
 """The lines that joined, each with its end."""

@@ -136,10 +136,13 @@ class Found(Placed):
             return None
         return exact.arranged(self._match[self._exact].tolist())
 
-    def _hit(self, index: int) -> Hit:
-        return self._source.hit(
-            int(self._plan[index]), int(self._match[index]), float(self._fit[index])
-        )
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        return [
+            self._source.hit(
+                int(self._plan[index]), int(self._match[index]), float(self._fit[index])
+            )
+            for index in indices
+        ]
 
     def _some(self, chosen: Numbers | slice) -> Found:
         return Found(self._source, self._plan[chosen], self._match[chosen])
