@@ -27,7 +27,8 @@ NAMES = segments.TEXTS
 _SAID = ("path", "location", "format", "label", "metadata")
 """Those that are attributes of a capture."""
 
-_NOTHING: dict[str, Any] = dict.fromkeys(NAMES, "") | {"metadata": {}, "still": []}
+NOTHING: dict[str, Any] = dict.fromkeys(NAMES, "") | {"metadata": {}, "still": []}
+"""What they say where there is nothing to be said."""
 
 
 def texts_of(captures: Sequence[Capture]) -> dict[str, list[Any]]:
@@ -155,18 +156,21 @@ def of_rows(
     found: dict[str, list[Any]] = {name: [] for name in names}
     for first in range(0, len(numbers), state.MOST):
         some = numbers[first : first + state.MOST]
-        held = {one.capture.id: one for one in read.read_captures(connection, some)}
-        wanted = read.read_wanted(connection, list(held.values())) if "still" in found else []
+        held = read.read_captures(connection, some)
+        wanted = read.read_wanted(connection, held) if "still" in found else []
         for name, values in found.items():
-            told = _told(name, held.values(), wanted)
-            values += [told.get(number, _NOTHING[name]) for number in some]
+            told = of_read(name, held, wanted)
+            values += [told.get(number, NOTHING[name]) for number in some]
     return found
 
 
-def _told(
+def of_read(
     name: str, held: Iterable[read.Stored], wanted: Iterable[read.Wanted]
 ) -> Mapping[int, Any]:
-    """Return what one column says of captures, by their numbers."""
+    """Return what one column says of captures that have been read with their tracks.
+
+    By their numbers; of those that have nothing to say of it there is none.
+    """
     if name == "profile":
         return {one.capture.id: one.encoding.profile for one in held}
     if name != "still":

@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
-from lanindex.library import called, columns, derive, gather, read, rows, segments, state
+from lanindex.library import (
+    called,
+    checksums,
+    codes,
+    columns,
+    derive,
+    read,
+    rows,
+    segments,
+    state,
+)
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.connect import is_sqlite
+from lanindex.library.find import Texts
 from lanindex.library.link import Link, ask, faults, first_values
 from lanindex.library.segments import Distrust
 from lanindex.library.texts import printable
-from lanindex.model import Capture, Score
-from lanindex.model.columns import same_columns
+from lanindex.model.columns import Columns, Roster, same_columns
 
 _MOST = 5
 """Rows named for each thing that is wrong."""
+
+_BATCH = 1024
+"""Captures whose rows are read at once."""
 
 
 def check_connection(connection: Link) -> list[str]:
@@ -28,15 +43,19 @@ def check_connection(connection: Link) -> list[str]:
     connection : Link
         In a transaction.
     """
-    found: list[str] = []
-    if is_sqlite(connection):
-        damage = _damage(connection)
-        if damage:  # what a damaged file answers to the other questions means nothing
-            return damage
-        found = _loose(connection)
-    for question in (_unlike_stored, _spare_profiles, _view, _columns):
-        found += _cut(list(question(connection)))
-    return found
+    sqlite = is_sqlite(connection)
+    if sqlite and (damage := _damage(connection)):
+        return damage  # what a damaged file answers to the other questions means nothing
+    found = _Found()
+    found.go_through(connection)
+    told = [
+        found.sentences(),
+        list(_spare_profiles(connection)),
+        list(_view(connection)),
+        found.unlike,
+    ]
+    loose = _loose(connection, found) if sqlite else []
+    return loose + [line for lines in told for line in _cut(lines)]
 
 
 def _cut(told: list[str]) -> list[str]:
@@ -51,34 +70,149 @@ def _damage(connection: Link) -> list[str]:
     return [f"the file is damaged: {line}" for (line,) in pages if line != "ok"]
 
 
-def _loose(connection: Link) -> list[str]:
-    bonds = ask(connection, "PRAGMA foreign_key_check").fetchall()
+def _loose(connection: Link, found: _Found) -> list[str]:
+    """Return which rows hang on others that do not exist.
+
+    Rows of symbols, which are many, are asked only where there are others than those of whole
+    tracks.
+    """
+    ((symbols,),) = ask(connection, "SELECT count(*) FROM symbol_code")
+    names = ["capture", "metadata", "track"]
+    if found.damaged or symbols != found.symbols:
+        names.append("symbol_code")
+    bonds = [bond for it in names for bond in ask(connection, f"PRAGMA foreign_key_check({it})")]
     loose = "a row of {0} hangs on a row of {2} that does not exist"
     return _cut([loose.format(*bond) for bond in bonds])
 
 
-def _unlike_stored(connection: Link) -> Iterator[str]:
-    """Yield what is not as it was stored, capture by capture."""
-    try:
-        state.capture_numbers(connection)
-    except LibraryError as error:
-        yield str(error)
-    for number in first_values(ask(connection, "SELECT id FROM capture ORDER BY id").fetchall()):
+class _Piece(NamedTuple):
+    """Some captures of a segment, and what it holds of all."""
+
+    segment: int
+    places: NDArray[np.int64]
+    roster: Roster
+    texts: Texts
+    columns: dict[str, Columns]
+
+    def same_as(self, read: derive.Derived, texts: Mapping[str, list[Any]]) -> bool:
+        """Return whether the rows of the captures say the same."""
+        roster, columns = read
+        return (
+            roster.same_as(self.roster.taken(self.places))
+            and called.together([self.texts], called.NAMES, self.places) == texts
+            and all(
+                same_columns(self._taken(part), columns.get(part))
+                for part in self.columns.keys() | columns.keys()
+            )
+        )
+
+    def _taken(self, part: str) -> Columns | None:
+        """Return the columns of a part in these captures; None: the segment has none."""
+        return self.columns[part].taken(self.places) if part in self.columns else None
+
+
+class _Found:
+    """What has been found wrong with captures, as they are gone through."""
+
+    def __init__(self) -> None:
+        self.state = ""
+        self.damaged: list[tuple[int, str]] = []
+        self.unlike: list[str] = []
+        self.symbols = 0
+
+    def sentences(self) -> list[str]:
+        """Return what is not as it was stored, capture by capture."""
+        return [self.state] * bool(self.state) + [told for _, told in sorted(self.damaged)]
+
+    def go_through(self, connection: Link) -> None:
+        """Read all rows once, and hold the columns against them."""
         try:
-            stored = read.read_capture(connection, number)
-            score = read.read_score(connection, stored)
+            state.capture_numbers(connection)
         except LibraryError as error:
-            yield str(error)
-            continue
-        yield from _nonsense(stored.capture, score)
+            self.state = str(error)
+        asked = ask(connection, "SELECT id FROM capture ORDER BY id")
+        left = dict.fromkeys(first_values(asked))
+        try:
+            spine = segments.read_spine(connection)
+            columns.read_rosters(connection, spine)
+            for segment in spine.segments:
+                order, roster, held = columns.alive(connection, spine, segment)
+                texts = called.read_texts(connection, segment)
+                for first in range(0, len(order), _BATCH):
+                    some = order[first : first + _BATCH]
+                    self._look(connection, roster.number[some].tolist(),
+                               _Piece(segment.id, some, roster, texts, held))  # fmt: skip
+                    for number in roster.number[some].tolist():
+                        left.pop(number, None)
+        except Distrust as fault:
+            remedy = "The next search or ingest makes them anew"
+            self.unlike = [f"the columns are {fault.found}. {remedy}"]
+        except LibraryError:  # of the library's state, which is said before
+            pass
+        numbers = list(left)
+        for first in range(0, len(numbers), _BATCH):
+            self._look(connection, numbers[first : first + _BATCH], None)
+
+    def _look(self, connection: Link, numbers: list[int], piece: _Piece | None) -> None:
+        """Look at some captures; where one is not what was stored, at fewer at once."""
+        try:
+            chosen = read.read_captures(connection, numbers)
+            if len(chosen) != len(numbers):  # a table says that it is there, its index that not
+                raise checksums.damaged(numbers[0], None, "its row")
+            wanted = read.read_wanted(connection, chosen)
+            fields = read.read_fields(connection, wanted, every=True)
+            for _ in read.read_contents(connection, chosen):
+                pass
+            self.damaged += _nonsense(connection, chosen, wanted, fields)
+            rows = derive.of_rows(chosen, wanted, fields)
+        except LibraryError as error:
+            if len(numbers) == 1:
+                self.damaged.append((numbers[0], str(error)))
+                return
+            half = len(numbers) // 2
+            for some in (slice(half), slice(half, None)):
+                own = piece and piece._replace(places=piece.places[some])
+                self._look(connection, numbers[some], own)
+            return
+        self.symbols += len(fields)
+        if piece is None:
+            return
+        texts = {name: called.of_read(name, chosen, wanted) for name in called.NAMES}
+        told = {
+            name: [own.get(number, called.NOTHING[name]) for number in numbers]
+            for name, own in texts.items()
+        }
+        if not piece.same_as(rows, told):
+            self.unlike.append(
+                f"the columns of captures {numbers[0]} to {numbers[-1]} in segment "
+                f"{piece.segment} are not those of their rows, wanted the same. Have them made "
+                "anew: UPDATE state SET columns = -1"
+            )
 
 
-def _nonsense(stored: Capture, score: Score) -> Iterator[str]:
-    """Yield what a program has stored that says nothing."""
-    for part, track in score.tracks.items():
-        rows_of_track = track.symbols
-        for row in np.flatnonzero(rows.wrong(rows_of_track, score.frames)):
-            yield f"{stored.path}: {part}, symbol {row} is {rows_of_track[row]}"
+def _nonsense(
+    connection: Link,
+    chosen: Sequence[read.Stored],
+    wanted: Sequence[read.Wanted],
+    fields: NDArray[np.int64],
+) -> Iterator[tuple[int, str]]:
+    """Yield what a program has stored that says nothing, with the capture's number."""
+    start, length = (fields[:, codes.COLUMNS.index(name)] for name in ("start", "length"))
+    frames = np.repeat(
+        np.array([one.capture.frames for one, _ in wanted], np.int64),
+        np.array([listed.symbols for _, listed in wanted], np.int64),
+    )
+    kinds = {listed.kind for _, listed in wanted}
+    if (
+        kinds <= {*range(len(codes.KIND_NAMES))}
+        and not ((start + length > frames) | codes.nameless(fields)).any()
+    ):
+        return
+    every = read.read_tracks(connection, chosen)
+    for capture in (one.capture for one in chosen):
+        for part, track in every[capture.id].items():
+            for row in np.flatnonzero(rows.wrong(track.symbols, capture.frames)):
+                yield capture.id, f"{capture.path}: {part}, symbol {row} is {track.symbols[row]}"
 
 
 def _spare_profiles(connection: Link) -> Iterator[str]:
@@ -103,37 +237,3 @@ def shows_all(connection: Link) -> bool:
     """Return whether the view in words is this program's; of other databases it is believed."""
     asked = f"SELECT sql FROM sqlite_master WHERE type = 'view' AND name = '{VIEW}'"
     return not is_sqlite(connection) or ask(connection, asked).fetchall() == [(view_sql(),)]
-
-
-def _columns(connection: Link) -> Iterator[str]:
-    """Yield what of the segments cannot be trusted, or is not what the rows give."""
-    try:
-        gather.verify(connection)
-    except Distrust as fault:
-        yield f"the columns are {fault.found}. The next search or ingest makes them anew"
-        return
-    except LibraryError:  # of the library's state, which was said before
-        return
-    spine = segments.read_spine(connection)
-    for segment in spine.segments:
-        order, roster, held = columns.alive(connection, spine, segment)
-        names = called.read_texts(connection, segment)
-        for first in range(0, len(order), derive.BATCH):
-            some = order[first : first + derive.BATCH]
-            try:
-                found, wanted = derive.derived(connection, roster.number[some].tolist())
-            except LibraryError:  # which was said before
-                continue
-            own = roster.taken(some)
-            same = found.same_as(own)
-            now = called.of_rows(connection, own.number.tolist())
-            same = same and called.together([names], called.NAMES, some) == now
-            for part in held.keys() | wanted.keys():
-                mine = held[part].taken(some) if part in held else None
-                same = same and same_columns(mine, wanted.get(part))
-            if not same:
-                yield (
-                    f"the columns of captures {own.number[0]} to {own.number[-1]} in segment "
-                    f"{segment.id} are not those of their rows, wanted the same. Have them made "
-                    "anew: UPDATE state SET columns = -1"
-                )

@@ -99,6 +99,24 @@ def unpack(packed: Integers) -> NDArray[Any]:
     return symbols
 
 
+def nameless(packed: Integers) -> NDArray[np.bool_]:
+    """Return which symbols hold a code that stands for no word.
+
+    Nothing else that `pack` gives is `wrong`, but an end behind all frames.
+
+    Parameters
+    ----------
+    packed : ndarray
+        (S, C) int64, as from `pack`.
+    """
+    bad = np.zeros(len(packed), np.bool_)
+    for how in FIELDS.values():
+        if how.words:
+            code = packed[:, COLUMNS.index(how.column)] >> how.shift & (1 << how.bits) - 1
+            bad |= code > how.most - how.least
+    return bad
+
+
 def view_sql() -> str:
     """Return the statement that makes the view ``symbol``, which shows symbols in words."""
     shown = [_expression(name, how) for name, how in FIELDS.items()]

@@ -85,21 +85,43 @@ def together(pieces: Sequence[Derived]) -> Derived:
 def _batch(connection: Link, numbers: Sequence[int], parts: Sequence[str] | None) -> Derived:
     chosen = read.read_captures(connection, numbers)
     wanted = read.read_wanted(connection, chosen, parts)
-    symbols = read.read_fields(connection, wanted, every=parts is None)
+    return of_rows(chosen, wanted, read.read_fields(connection, wanted, every=parts is None))
+
+
+def of_rows(
+    chosen: Sequence[read.Stored], wanted: Sequence[read.Wanted], symbols: NDArray[np.int64]
+) -> Derived:
+    """Return the columns of captures whose rows have been read.
+
+    Parameters
+    ----------
+    chosen : sequence
+        The captures, in the order of their numbers.
+    wanted : sequence
+        Their tracks.
+    symbols : ndarray
+        (S, C) int64: the fields of these, as `lanindex.library.read.read_fields` gives them.
+
+    Raises
+    ------
+    LibraryError
+        If a track says of no stretch of frames when it was seen.
+    """
     places = {one.capture.id: place for place, one in enumerate(chosen)}
-    names = {listed.part: None for _, listed in wanted}
-    codes_of = {part: code for code, part in enumerate(names)}
-    whose = np.array([codes_of[listed.part] for _, listed in wanted], np.int64)
+    codes_of = {part: code for code, part in enumerate({listed.part: None for _, listed in wanted})}
+    whose = np.array([codes_of[listed.part] for _, listed in wanted], np.int32)
     owners = np.array([places[one.capture.id] for one, _ in wanted], np.int64)
     counts = np.array([listed.symbols for _, listed in wanted], np.int64)
     gaps, rows_whose = _gaps(wanted, places), np.repeat(whose, counts)
+    by_part = symbols[np.argsort(rows_whose, kind="stable")]
+    ends = np.cumsum(np.bincount(rows_whose, minlength=len(codes_of)))
     columns = {}
-    for part, code in codes_of.items():
+    for (part, code), rows in zip(codes_of.items(), np.split(by_part, ends), strict=False):
         own = whose == code
         bounds = np.zeros(len(chosen) + 1, np.int64)
         bounds[owners[own] + 1] = counts[own]
         held = np.array(gaps.get(part, []), np.int32).reshape(-1, 3)
-        columns[part] = _columns(part, np.cumsum(bounds), symbols[rows_whose == code], held)
+        columns[part] = _columns(part, np.cumsum(bounds), rows, held)
     return roster_of([one.capture for one in chosen]), columns
 
 

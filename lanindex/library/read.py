@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from itertools import repeat
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -307,12 +308,12 @@ def read_wanted(
     """
     own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
     lists = _lists(connection, own, f"WHERE capture_id IN {among(number for number, _, _ in own)}")
-    return [
-        (one, Listed._make(row))
-        for one in chosen
-        for row in lists[one.capture.id]
-        if parts is None or row[_PART] in parts
-    ]
+    found: list[Wanted] = []
+    for one in chosen:
+        own = lists[one.capture.id]
+        kept = own if parts is None else [row for row in own if row[_PART] in parts]
+        found += zip(repeat(one), map(Listed._make, kept))
+    return found
 
 
 def known_of(capture: Capture, listed: Listed) -> tuple[Span, ...]:
@@ -407,17 +408,34 @@ def read_score(connection: Link, stored: Stored) -> Score:
     LibraryError
         If it is not what was stored.
     """
-    capture, asked = stored.capture, "SELECT other, heading FROM capture WHERE id = :number"
-    ((lines, numbers),) = ask(connection, asked, {"number": capture.id}).fetchall()
-    what = "its heading or the lines that were not understood"
-    if content(lines, numbers) != stored.content:
-        raise checksums.damaged(capture.id, capture.location, what)
+    capture = stored.capture
+    ((heading, other),) = read_contents(connection, [stored])
     tracks = read_tracks(connection, [stored])[capture.id]
-    try:
-        heading, other = rows.read_heading(numbers), tuple(json.loads(lines))
-    except _NONSENSE as error:
-        raise checksums.damaged(capture.id, capture.location, f"{what} ({error})") from error
     return Score(capture.rate, capture.frames, capture.meter, tracks, heading, other)
+
+
+def read_contents(
+    connection: Link, chosen: Sequence[Stored]
+) -> Iterator[tuple[NDArray[np.float32], tuple[str, ...]]]:
+    """Yield of captures the heading, and the lines that were not understood.
+
+    Raises
+    ------
+    LibraryError
+        If they are not what was stored.
+    """
+    numbers = among(one.capture.id for one in chosen)
+    asked = f"SELECT id, other, heading FROM capture WHERE id IN {numbers}"
+    held = {number: (lines, blob) for number, lines, blob in ask(connection, asked)}
+    what = "its heading or the lines that were not understood"
+    for capture, *_, checksum in chosen:
+        lines, blob = held[capture.id]
+        if content(lines, blob) != checksum:
+            raise checksums.damaged(capture.id, capture.location, what)
+        try:
+            yield rows.read_heading(blob), tuple(json.loads(lines))
+        except _NONSENSE as error:
+            raise checksums.damaged(capture.id, capture.location, f"{what} ({error})") from error
 
 
 def content(other: Any, heading: Any) -> int | None:

@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from sample import add_sample, fill, sample_score, sql
 
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
+from lanindex.library.stats import count
 from lanindex.library.store import Store
 from lanindex.model.columns import EXTRA, columns_of, roster_of
 
@@ -31,17 +33,20 @@ def by_rows(path):
     """Return what the columns should be."""
     with Store.open(path, readonly=True) as library:
         held = list(library.tracks())
+        with library._reading() as connection:
+            counts = count(connection, 0, trusted=False)
     captures = [capture for capture, _ in held]
     columns = {
         part: columns_of(part, captures, [tracks.get(part) for _, tracks in held]) for part in PARTS
     }
     called = {name: {one.id: getattr(one, name) for one in captures} for name in CALLED}
-    return told(roster_of(captures), columns, called)
+    return told(roster_of(captures), columns, {**called, "counts": counts})
 
 
 def given(library):
     """Return what the columns are."""
     called = {name: library.called(name) for name in CALLED}
+    called["counts"] = replace(library.stats(), size=0)
     return told(*library.columns(PARTS, more=EXTRA), called)
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from sample import ENCODING, add_sample, fill, sample_score, sql
 
+from lanindex.library import read
+from lanindex.library.migrate import check
 from lanindex.library.stats import count
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
@@ -90,6 +92,15 @@ def test_counts_read_no_row_of_a_track_or_symbol(grown):
         assert (found.captures, found.symbols) == (SIZES[1], SIZES[1] * 18)
         assert not [it for it in statements if " track" in it or "symbol_code" in it]
         assert steps[0] < 20 * DEEPER  # rows of captures would take more
+
+
+def test_a_check_reads_the_rows_of_many_captures_at_once(grown, monkeypatch):
+    read_fields, batches = read.read_fields, []
+    monkeypatch.setattr(
+        read, "read_fields", lambda *asked, **how: batches.append(1) or read_fields(*asked, **how)
+    )
+    assert check(grown[1]) == []
+    assert len(batches) == 1
 
 
 def changed_score(choice: random.Random) -> Score:

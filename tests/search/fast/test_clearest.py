@@ -11,6 +11,7 @@ from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.search.fast import found as found_module
 from lanindex.search.fast.find import Finder
+from lanindex.search.fast.trace import Teller
 from lanindex.search.language import parse
 from lanindex.search.nearly import NEAR
 
@@ -49,3 +50,16 @@ def test_only_those_are_made_that_might_be_the_clearest(monkeypatch):
     assert [it.fit for it in found.by_fit(2)[:2]] == [0.998, 0.995]
     assert len(found) == 400
     assert len(made) <= found_module.TOGETHER + 2
+
+
+def test_hits_of_many_captures_are_told_by_one_walk(monkeypatch):
+    clip = "fps 10 frames 60; r_arm: place low 0 0, right mid 5 12, left high 20 30"
+    recordings = []
+    for number in range(200):
+        (one,) = recordings_of(clip)
+        recordings.append((replace(one.capture, id=number), one.tracks))
+    walks, told = [], Teller.told
+    monkeypatch.setattr(Teller, "told", lambda *args: walks.append(1) or told(*args))
+    hits = list(find_fast(parse("r_arm right mid -> left high"), recordings))
+    assert [hit.capture.id for hit in hits] == list(range(200))
+    assert len(walks) == 1
