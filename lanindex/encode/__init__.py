@@ -90,21 +90,25 @@ def encode(
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
     body = joints.Body(motion, chosen)
-    turn = heading.heading(motion, chosen.rate, body.joints)
+    turn = heading.heading(motion, chosen.rate, body)
     stages = compiled.chosen(len(turn) * len(PARTS))
     told = joints.told(motion)
-    groups = limbs.limbs(body, turn, told, stages.curves)
-    of_limbs = [one for group in groups for one in stages.written(group, chosen)]
+    # feet take the most memory beside their rows, which are the fewest: they come first
+    of_all, doubts = whole(body, turn)
+    of_limbs = list[track.Written]()
+    for group in limbs.limbs(body, turn, told, stages.curves):
+        of_limbs += stages.written(group, chosen)
+        del group
     if not of_limbs:
         raise EncodeError(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
-    of_all, doubts = whole(body, turn)
     parts = track.together((*of_limbs, *of_all))
+    del of_limbs, of_all
     time = count(tempo, motion, chosen, {part: rows for part, (rows, _) in parts.items()})
     tracks = worked_out({part: Track(part, *found) for part, found in parts.items()})
     if chosen.rate != HEADING_RATE:
-        turn = heading.heading(motion, Fraction(HEADING_RATE), body.joints)
+        turn = heading.heading(motion, Fraction(HEADING_RATE), body)
     degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
     lost = joints.unmeasured(body, [part for part in told if part not in tracks])
     said = (f"{part} is left out: how long it is was never seen" for part in lost)
@@ -162,7 +166,7 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
 
     chosen = _profile(profile)
     body = joints.Body(motion, chosen)
-    turn = heading(motion, chosen.rate, body.joints)
+    turn = heading(motion, chosen.rate, body)
     parts = [name for name in joints.told(motion) if name == part]
     found = [one for group in limbs.limbs(body, turn, parts) for one in write_limbs(group, chosen)]
     if not found:

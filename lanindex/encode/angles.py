@@ -5,7 +5,7 @@ Source: ``encode/BODY.md``, "Bends", "Twists" and "Inclines".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -93,7 +93,7 @@ def bends(body: Body) -> Iterator[Told]:
             yield part, stretch.known, stretch.frames.start, those
 
 
-def _angles(stretch: Stretch, parts: list[str]) -> Floats:
+def _angles(stretch: Stretch, parts: Sequence[str]) -> Floats:
     """Return by how many degrees lower bones are turned from upper ones, (P, N)."""
     angles = np.empty((len(parts), len(stretch.frames)))
     chains = list(zip(*(_CHAINS[part] for part in parts), strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
 from itertools import accumulate, pairwise
 from math import sqrt
 from typing import Any, NamedTuple
@@ -34,8 +35,9 @@ class Block(NamedTuple):
     within: slice
 
 
-def blocks(count: int, neighbours: int = 0, size: int = BLOCK) -> Iterator[Block]:
+def blocks(count: int, neighbours: int = 0, size: int = 0) -> Iterator[Block]:
     """Yield `count` frames block by block, with the neighbours that each depends on."""
+    size = size or BLOCK
     for start in range(0, count, size):
         stop = min(start + size, count)
         first = max(start - neighbours, 0)
@@ -98,9 +100,64 @@ def bend(upper: Floats, lower: Floats) -> Floats:
 
 
 def unwrapped(angles: Floats) -> Floats:
-    """Return radians (N,) in one go, past half a circle on: numpy's, where they need it."""
-    steps = np.abs(angles[1:] - angles[:-1])
-    return angles if (steps < np.pi).all() else np.unwrap(angles)
+    """Return radians (N,) in one go, past half a circle on: as numpy's unwrap does, in blocks."""
+    steps = [slice(part.inner.start, part.inner.stop + 1) for part in blocks(len(angles) - 1)]
+    if all((np.abs(np.diff(angles[some])) < np.pi).all() for some in steps):
+        return angles
+    found, gone = angles.copy(), 0.0
+    for some in steps:
+        step = np.diff(angles[some])
+        turn = np.mod(step + np.pi, 2 * np.pi) - np.pi
+        turn[(turn == -np.pi) & (step > 0)] = np.pi
+        turn -= step
+        turn[np.abs(step) < np.pi] = 0
+        turn[0] += gone
+        turned = turn.cumsum()
+        found[some][1:] += turned
+        gone = float(turned[-1])
+    return found
+
+
+def smooth(curve: Floats, window: int) -> Floats:
+    """Return the centred moving average; at the ends of the frames that exist.
+
+    Parameters
+    ----------
+    curve : ndarray
+        (..., N) float64.
+    window : int
+        Frames, odd.
+
+    Returns
+    -------
+    ndarray
+        (..., N) float64.
+    """
+    half = min(window // 2, curve.shape[-1] - 1)
+    if half < 1:
+        return curve
+    total: Floats = curve.copy()
+    count = np.ones(curve.shape[-1])
+    for shift in range(1, half + 1):
+        total[..., shift:] += curve[..., :-shift]
+        total[..., :-shift] += curve[..., shift:]
+        count[shift:] += 1
+        count[:-shift] += 1
+    total /= count
+    return total
+
+
+def window(seconds: float, rate: Fraction) -> int:
+    """Return the odd number of frames nearest to `seconds`.
+
+    Examples
+    --------
+    >>> from fractions import Fraction
+    >>> from lanindex.encode.arithmetic import window
+    >>> window(0.083, Fraction(60)), window(0.15, Fraction(60))
+    (5, 9)
+    """
+    return 2 * int(seconds * float(rate) / 2) + 1
 
 
 def median(values: NDArray[Any]) -> float:
@@ -141,7 +198,12 @@ def held(begins: NDArray[np.bool_], stays: NDArray[np.bool_]) -> NDArray[np.bool
     >>> held(speed < 2, speed < 3).tolist()
     [False, True, True, True, False, False]
     """
-    on = begins & stays
-    last = np.maximum.accumulate(np.where(on | ~stays, np.arange(len(on)), 0))
-    state: NDArray[np.bool_] = on[last]
+    state = np.empty(len(begins), bool)
+    before = np.zeros(1, bool)
+    for part in blocks(len(begins)):
+        stay = stays[part.inner]
+        on = begins[part.inner] & stay
+        last = np.where(on | ~stay, np.arange(1, len(on) + 1), 0)
+        state[part.inner] = np.append(before, on)[np.maximum.accumulate(last)]
+        before = state[part.inner][-1:]
     return state

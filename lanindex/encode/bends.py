@@ -11,10 +11,9 @@ from itertools import chain, pairwise
 import numpy as np
 
 from lanindex.alphabet import SIXTHS
-from lanindex.encode.arithmetic import Floats
+from lanindex.encode.arithmetic import Floats, window
 from lanindex.encode.curves import lulls, mean, swings
 from lanindex.encode.events import Event, table
-from lanindex.encode.limbs import window
 from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
 from lanindex.model.bends import DEGREE, bending, stretching

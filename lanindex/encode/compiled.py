@@ -7,7 +7,7 @@ where it compiles for something else already: a few short captures go the plain 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from lanindex.encode import bends, carriers, curves, ground, limbs, near, steps, swings, track, ways
 from lanindex.encode.carriers import Carriers
-from lanindex.encode.ground import Feet, Flags
+from lanindex.encode.ground import Feet, Flags, Stood
 from lanindex.encode.limbs import Curves, Floats, Limbs
 from lanindex.encode.near import Nearest
 from lanindex.encode.profile import Profile
 from lanindex.encode.resample import Resampling
+from lanindex.encode.steps import Levels
 from lanindex.encode.swings import Angles
 from lanindex.encode.track import Written
 
@@ -43,9 +44,9 @@ class Stages(NamedTuple):
     bends: Callable[[Floats, Profile], list[Floats]]
     arrivals: Callable[[Angles, float, Profile, bool], Floats]
     turns: Callable[[Floats, Profile], Floats]
-    stood: Callable[[Feet, float], Floats]
+    stood: Stood
     carried: Callable[[Feet, NDArray[np.float32], float], tuple[Flags, bool]]
-    levels: Callable[[Sequence[int], Flags, Feet, int, float | None, float], list[int]]
+    levels: Levels
 
 
 PLAIN = Stages(

@@ -5,11 +5,13 @@ Source: ``encode/BODY.md``, "Turns", "Bends" and "Swings".
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import chain
+
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import runs
-from lanindex.encode.limbs import smooth
+from lanindex.encode.arithmetic import blocks, runs, smooth
 
 Floats = NDArray[np.float64]
 Ends = tuple[int, int]
@@ -38,9 +40,7 @@ def swings(curve: Floats, least: float) -> list[Ends]:
     [(0, 3), (3, 4)]
     """
     found, anchor, best = list[Ends](), 0, 0
-    step = np.sign(np.diff(curve))
-    bends = (np.flatnonzero(step[1:] != step[:-1]) + 1).tolist()
-    for frame in (*bends, len(curve) - 1):
+    for frame in chain(_turning(curve), [len(curve) - 1]):
         way = curve[best] - curve[anchor]
         now = curve[frame] - curve[anchor]
         if now * way >= 0 and abs(now) >= abs(way):
@@ -50,6 +50,13 @@ def swings(curve: Floats, least: float) -> list[Ends]:
                 found.append((anchor, best))
             anchor, best = best, frame
     return [*found, (anchor, best)] if best > anchor else found
+
+
+def _turning(curve: Floats) -> Iterator[int]:
+    """Yield the frames at which a curve goes on another way, a block of numbers at a time."""
+    for part in blocks(len(curve) - 2):
+        step = np.sign(np.diff(curve[part.inner.start : part.inner.stop + 2]))
+        yield from (np.flatnonzero(step[1:] != step[:-1]) + (part.inner.start + 1)).tolist()
 
 
 def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
@@ -94,7 +101,8 @@ def departures(angles: NDArray[np.complex128], least: float) -> list[Ends]:
     found, anchor, best = list[Ends](), 0, 0
     here = far = complex(angles[0])
     reach = 0.0
-    for frame, angle in enumerate(angles.tolist()):
+    each = chain.from_iterable(angles[part.inner].tolist() for part in blocks(len(angles)))
+    for frame, angle in enumerate(each):
         away = abs(angle - here)
         if away >= reach:
             best, far, reach = frame, angle, away

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, PLACE, SIXTHS
+from lanindex.encode.arithmetic import window
 from lanindex.encode.bends import CALM, IDLES, LULL, SWING
 from lanindex.encode.events import Event
-from lanindex.encode.limbs import window
 from lanindex.encode.limbs_fast import _smooth
 from lanindex.encode.nth_fast import nth
 from lanindex.encode.onset import FAINT, PLAIN, WIDTH

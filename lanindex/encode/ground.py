@@ -5,23 +5,20 @@ Source: ``encode/BODY.md``, "Which foot carries".
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import bend, blocks, held, median, runs
+from lanindex.encode.arithmetic import bend, held, median, runs
 from lanindex.encode.joints import Body
 from lanindex.encode.places import Stretch, stretches
-from lanindex.model import Span
-
-if TYPE_CHECKING:
-    from lanindex.encode.compiled import Stages
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Stood = Callable[[NDArray[np.float32], Floats, float], Floats]
 
 STANDS, SLIDES = 0.3, 0.9
 """Lengths of a leg a second: a foot that is slower begins to carry; a faster one ends."""
@@ -63,36 +60,32 @@ _FLAT = 0.1  # of stands in a row, how far they stray from it: less tells no slo
 UNTOLD = "the feet stand at different heights: which of them carries is told by speed"
 
 SIDES = "RL"
+HIPS = ("RHip", "LHip")
 LEGS = ("r_leg", "l_leg")
 LEG, FOOT = ("Hip", "Knee", "Ankle"), ("Ankle", "Toe")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feet:
-    """What feet do over one stretch; all but the speed counted in lengths of a leg, or degrees.
+    """What feet do over one stretch, counted in lengths of a leg.
 
     Attributes
     ----------
-    pelvis : ndarray
-        (N, 3) float64, mm: the middle of the hips.
     pace : ndarray
-        (N,) float32, lengths of a leg a second: how fast it goes over the ground.
-    points : ndarray
-        (2, K, N, 3) float32: ankle, and toe where both are known, of the right and the left foot.
+        (N,) float32, lengths of a leg a second: how fast the middle of the hips goes over the
+        ground.
+    heights : ndarray
+        (2, K, N) float32: of ankle, and toe where both are known, of the right and the left foot.
     speed : ndarray
         (2, N) float64, lengths of a leg a second: of each foot the slower of ankle and toe.
     slow : ndarray
         (2, K, N) bool: which joints are slower than `STANDS`.
-    bent : ndarray
-        (2, N) float32, degrees from straight, of the knees; NaN where none is known.
     """
 
-    pelvis: Floats
     pace: NDArray[np.float32]
-    points: NDArray[np.float32]
+    heights: NDArray[np.float32]
     speed: Floats
     slow: Flags
-    bent: NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,18 +97,16 @@ class Ground:
 
     Attributes
     ----------
-    stages : Stages
-        How its loops are done.
-    known : Span
-        The stretch, in frames of the source.
-    begin : int
-        Number of the first resampled frame.
+    places : Stretch
+        Where its joints are.
     rate : float
         Resampled frames a second.
     leg : float
         Its length, mm.
     feet : Feet
-        Where they are.
+        What they do.
+    bent : ndarray
+        (2, N) float32, degrees from straight, of the knees; NaN where none is known.
     carries : ndarray
         (2, N) bool: the right foot, the left foot.
     air : list of tuple of int and int
@@ -126,12 +117,11 @@ class Ground:
         What was doubtful.
     """
 
-    stages: Stages
-    known: Span
-    begin: int
+    places: Stretch
     rate: float
     leg: float
     feet: Feet
+    bent: NDArray[np.float32]
     carries: Flags
     air: list[tuple[int, int]]
     usual: tuple[float | None, ...]
@@ -162,47 +152,71 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
     wished = [side + name for side in SIDES for name in ("Knee", "Toe")]
     rate = float(body.profile.rate)
     for one in stretches(body, needed, wished):
-        feet = _feet(one, leg, rate)
-        heights = _above(feet, body.stages, rate)
-        carries, uneven = body.stages.carried(feet, heights, rate)
+        feet, wide = _feet(one, leg, rate)
+        level = _level(one, leg, feet, body.stages.stood, STANCE * rate) if wide else feet.heights
+        carries, uneven = body.stages.carried(feet, level, rate)
+        del level
         doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
-        air = _flights(carries, feet.pelvis[:, 1] / leg, feet.pace, rate)
+        bent, height = _legs(one, leg)
+        air = _flights(carries, height, feet.pace, rate)
+        del height
         lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
-        usual = tuple(map(_flat, feet.points, carries))
-        own = body.stages, one.known, one.frames.start, rate, leg
-        yield Ground(*own, feet, carries, air, usual, doubts)
+        usual = tuple(map(_flat, feet.heights, carries))
+        yield Ground(one, rate, leg, feet, bent, carries, air, usual, doubts)
+        del feet, bent, carries
 
 
-def _feet(one: Stretch, leg: float, rate: float) -> Feet:
-    """Return what the feet do over a stretch, worked out block by block."""
-    count = len(one.frames)
-    kinds = [it for it in FOOT if all(side + it in one.names for side in SIDES)]
+def _feet(one: Stretch, leg: float, rate: float) -> tuple[Feet, bool]:
+    """Return what the feet do over a stretch, and whether they go far enough to tell a slope."""
+    count, kinds = len(one.frames), _kinds(one)
     found = Feet(
-        np.empty((count, 3)),
         np.empty(count, np.float32),
-        np.empty((2, len(kinds), count, 3), np.float32),
+        np.empty((2, len(kinds), count), np.float32),
         np.empty((2, count)),
         np.empty((2, len(kinds), count), bool),
-        np.full((2, count), np.nan, np.float32),
     )
-    for block, places in one.blocks(1):
+    low, high = np.full((2, 2, 1), [[[np.inf]], [[-np.inf]]], np.float32)
+    for block, places in one.blocks(1, (*HIPS, *_joints(kinds))):
         points = np.array([[places[side + it].T for it in kinds] for side in SIDES]) / leg
         x, y, z = np.moveaxis(slope(points, rate), 2, 0)
         speeds = np.sqrt(x * x + (y * y + z * z))[..., block.within]
-        found.points[..., block.inner, :] = points[..., block.within].swapaxes(2, 3)
+        found.heights[..., block.inner] = points[:, :, 1, block.within]
         found.speed[:, block.inner] = speeds.min(axis=1)
         found.slow[..., block.inner] = speeds < STANDS
         pelvis = (places["RHip"] + places["LHip"]).T / 2
         pace = np.hypot(*slope(pelvis[::2], rate)) / leg
-        found.pelvis[block.inner] = pelvis.T[block.within]
         found.pace[block.inner] = pace[block.within]
-        if known := [row for row, side in enumerate(SIDES) if side + "Knee" in places]:
+        over = points[:, -1, ::2, block.within].astype(np.float32)
+        low = np.minimum(low, over.min(axis=(0, 2))[:, None])
+        high = np.maximum(high, over.max(axis=(0, 2))[:, None])
+    return found, bool((high - low > _SPREAD).any())
+
+
+def _kinds(one: Stretch) -> list[str]:
+    """Return what of `FOOT` is known of both feet."""
+    return [it for it in FOOT if all(side + it in one.names for side in SIDES)]
+
+
+def _joints(kinds: Sequence[str]) -> list[str]:
+    """Return these joints of both feet."""
+    return [side + it for side in SIDES for it in kinds]
+
+
+def _legs(one: Stretch, leg: float) -> tuple[NDArray[np.float32], Floats]:
+    """Return how knees are bent, (2, N), and how high the pelvis is, (N,) lengths of a leg."""
+    bent, height = np.full((2, len(one.frames)), np.nan, np.float32), np.empty(len(one.frames))
+    known = [row for row, side in enumerate(SIDES) if side + "Knee" in one.names]
+    needed = {side + "Hip": None for side in SIDES}
+    needed |= dict.fromkeys(SIDES[row] + it for row in known for it in LEG)
+    for block, places in one.blocks(names=tuple(needed)):
+        height[block.inner] = (places["RHip"] + places["LHip"])[:, 1] / 2 / leg
+        if known:
             legs = np.array([[places[SIDES[row] + it].T for row in known] for it in LEG])
-            hip, knee, ankle = legs[..., block.within].swapaxes(1, 2)
-            found.bent[known, block.inner] = bend(knee - hip, ankle - knee)
-    return found
+            hip, knee, ankle = legs.swapaxes(1, 2)
+            bent[known, block.inner] = bend(knee - hip, ankle - knee)
+    return bent, height
 
 
 def slope(points: Floats, rate: float) -> Floats:
@@ -213,27 +227,37 @@ def slope(points: Floats, rate: float) -> Floats:
     return found
 
 
-def _flat(points: NDArray[np.float32], carries: Flags) -> float | None:
+def _flat(heights: NDArray[np.float32], carries: Flags) -> float | None:
     """Return how much higher an ankle stands than its toe, usually, while the foot carries."""
-    if len(points) < len(FOOT) or not carries.any():
+    if len(heights) < len(FOOT) or not carries.any():
         return None
-    ankle, toe = points[:, carries, 1]
+    ankle, toe = heights[:, carries]
     return fifth(ankle - toe)
 
 
-def _above(feet: Feet, stages: Stages, rate: float) -> NDArray[np.float32]:
+def _level(one: Stretch, leg: float, feet: Feet, stood: Stood, least: float) -> NDArray[np.float32]:
     """Return how high joints of the feet are above the floor, (2, K, N), up to a constant.
 
     The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
     """
-    heights = feet.points[..., 1].copy()
-    if any(_wide(feet.points[:, -1, :, axis]) > _SPREAD for axis in (0, 2)):
-        _level(heights, feet.points, stages.stood(feet, STANCE * rate))
+    kinds = _kinds(one)
+    toes = np.empty((2, len(one.frames), 3), np.float32)
+    for block, places in one.blocks(names=_joints(kinds[-1:])):
+        for number, side in enumerate(SIDES):
+            toes[number, block.inner] = places[side + kinds[-1]] / leg
+    stands = stood(toes, feet.speed, least)
+    del toes
+    if len(stands) < _STANDS:
+        return feet.heights
+    table = stands - stands.mean(axis=0)
+    tilt = np.linalg.lstsq(table[:, :2], table[:, 2], rcond=_FLAT)[0]
+    if np.ptp(table[:, :2], axis=0).max() <= _SPREAD or np.hypot(*tilt) >= STEEP:
+        return feet.heights
+    heights = feet.heights.copy()
+    for block, places in one.blocks(names=_joints(kinds)):
+        over = np.array([[places[side + it] for it in kinds] for side in SIDES]) / leg
+        heights[..., block.inner] -= over.astype(np.float32)[..., ::2] @ tilt
     return heights
-
-
-def _wide(values: NDArray[np.float32]) -> float:
-    return float(values.max() - values.min())
 
 
 def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, bool]:
@@ -249,11 +273,13 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
         Frames a second.
     """
     speed = feet.speed
+    height = np.full(speed.shape, np.inf, np.float32)
     for kind in range(heights.shape[1]):
-        some = (heights[side, kind][feet.slow[side, kind]] for side in range(2))
-        rests = [fifth(one) for one in some if len(one)] or [fifth(heights[:, kind].ravel())]
-        heights[:, kind] -= min(rests)
-    height = heights.min(axis=1)
+        own = heights[:, kind]
+        some = (own[side][feet.slow[side, kind]] for side in range(2))
+        rests = [fifth(one) for one in some if len(one)] or [fifth(own.ravel())]
+        for lower, high in zip(height, own, strict=True):
+            np.minimum(lower, high - np.float32(min(rests)), out=lower)
     uneven = _uneven(height, speed, rate)
     if uneven:
         height = np.zeros_like(height)
@@ -269,17 +295,18 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
     return carries, uneven
 
 
-def stood(feet: Feet, least: float) -> Floats:
+def stood(points: NDArray[np.float32], speed: Floats, least: float) -> Floats:
     """Return where toes, or else ankles, stand for so long: (S, 3), over the ground and up.
 
     Parameters
     ----------
-    feet : Feet
-        What they do.
+    points : ndarray
+        (2, N, 3) float32, lengths of a leg: where they are.
+    speed : ndarray
+        (2, N) float64, as of `Feet`.
     least : float
         Frames.
     """
-    points = feet.points[:, -1]
     heights = points[..., 1]
     lower = heights <= heights[::-1] + NEAR
     found = [
@@ -287,21 +314,11 @@ def stood(feet: Feet, least: float) -> Floats:
             *(median(points[side, start:stop, axis]) for axis in (0, 2)),
             fifth(heights[side, start:stop]),
         )
-        for side, foot in enumerate(feet.speed)
+        for side, foot in enumerate(speed)
         for start, stop in runs(foot < STANDS)
         if stop - start >= least and lower[side, start:stop].all()
     ]
     return np.array(found).reshape(-1, 3)
-
-
-def _level(heights: NDArray[np.float32], points: NDArray[np.float32], stands: Floats) -> None:
-    """Take from heights by how much the floor rises, if there are stands enough to tell it."""
-    if len(stands) >= _STANDS:
-        table = stands - stands.mean(axis=0)
-        tilt = np.linalg.lstsq(table[:, :2], table[:, 2], rcond=_FLAT)[0]
-        if np.ptp(table[:, :2], axis=0).max() > _SPREAD and np.hypot(*tilt) < STEEP:
-            for part in blocks(heights.shape[2]):
-                heights[..., part.inner] -= points[..., part.inner, ::2] @ tilt
 
 
 def fifth(values: NDArray[Any]) -> float:

@@ -128,7 +128,7 @@ def _stood(points, speed, stands, near, least):
     found = np.empty((frames + 1, 3))
     for side in range(2):
         start = 0
-        own, other = points[side, -1], points[1 - side, -1]
+        own, other = points[side], points[1 - side]
         for frame in range(frames + 1):
             if frame < frames and speed[side, frame] < stands:
                 continue
@@ -144,14 +144,14 @@ def _stood(points, speed, stands, near, least):
     return found[:count].copy()
 
 
-def stood(feet: Feet, least: float) -> Floats:
+def stood(points: NDArray[np.float32], speed: Floats, least: float) -> Floats:
     """Return where feet stand: see `lanindex.encode.ground.stood`."""
-    found: Floats = _stood(feet.points, feet.speed, STANDS, _NUMBERS[0], least)
+    found: Floats = _stood(points, speed, STANDS, _NUMBERS[0], least)
     return found
 
 
 @numba.njit(cache=True, nogil=True)
-def _levels(frames, carries, bent, points, usual, width, numbers):
+def _levels(frames, carries, bent, heights, usual, width, numbers):
     least, toes = numbers[5:]
     rise, found = np.empty(width, np.float32), np.empty(len(frames), np.int64)
     for number in range(len(frames)):
@@ -160,7 +160,7 @@ def _levels(frames, carries, bent, points, usual, width, numbers):
             if carries[frame]:
                 if lowest == lowest and not bent[frame] >= lowest:  # once unknown, ever unknown
                     lowest = bent[frame]
-                rise[many] = points[0, frame, 1] - points[-1, frame, 1]
+                rise[many] = heights[0, frame] - heights[-1, frame]
                 many += 1
         found[number] = MID
         if lowest > least and lowest < inf:
@@ -171,10 +171,15 @@ def _levels(frames, carries, bent, points, usual, width, numbers):
 
 
 def levels(
-    frames: Sequence[int], carries: Flags, feet: Feet, foot: int, usual: float | None, rate: float
+    frames: Sequence[int],
+    carries: Flags,
+    bent: NDArray[np.float32],
+    heights: NDArray[np.float32],
+    usual: float | None,
+    rate: float,
 ) -> list[int]:
     """Return how a leg takes the weight: see `lanindex.encode.steps.levels`."""
     own, width = np.float32(np.nan if usual is None else usual), max(round(WEIGHT * rate), 1)
-    told = np.array(frames, np.int64), carries[foot], feet.bent[foot], feet.points[foot]
+    told = np.array(frames, np.int64), carries, bent, heights
     found: list[int] = _levels(*told, own, width, _NUMBERS).tolist()
     return found

@@ -6,16 +6,15 @@ Source: ``encode/METHOD.md``, stage 1; Matsumoto and Hachimura (2001), 4.2.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import runs
-from lanindex.encode.joints import Joints, body, unknown_of
-from lanindex.encode.resample import resample
+from lanindex.encode.arithmetic import blocks, runs
+from lanindex.encode.joints import Body, unknown_of
+from lanindex.encode.profile import load
+from lanindex.encode.resample import Resampling
 from lanindex.model import Motion
 
 Floats = NDArray[np.float64]
@@ -27,10 +26,7 @@ SHORTEST_AXIS = 1.0
 """Millimetres: a hip axis shorter than this on the ground tells no heading."""
 
 
-Reading = Callable[[Iterable[str]], Joints]
-
-
-def heading(motion: Motion, target: Fraction, read: Reading | None = None) -> Floats:
+def heading(motion: Motion, target: Fraction, body: Body | None = None) -> Floats:
     """Return the turn that brings the hip axis to +z, frame by frame.
 
     Parameters
@@ -39,8 +35,8 @@ def heading(motion: Motion, target: Fraction, read: Reading | None = None) -> Fl
         The capture.
     target : Fraction
         Frames a second of the result.
-    read : callable, optional
-        What gives its joints, where they have been read.
+    body : Body, optional
+        Its joints, where they have been read.
 
     Returns
     -------
@@ -57,30 +53,34 @@ def heading(motion: Motion, target: Fraction, read: Reading | None = None) -> Fl
     >>> turn.shape, round(float(turn[0]), 3)  # faces +z; forward shall be +x
     ((1679,), -1.571)
     """
-    axis = _axis(read or partial(body, motion))
-    count = math.floor((len(axis) - 1) * target / motion.rate) + 1
-    across = np.full((2, count), np.nan).T
-    for start, stop in runs(~unknown_of(axis)):
-        begin, values = resample(axis[start:stop], start, motion.rate, target)
-        across[begin : begin + len(values)] = values
-    turn: Floats = np.arctan2(across[:, 0], across[:, 1])
-    clear = np.hypot(across[:, 0], across[:, 1]) >= SHORTEST_AXIS
-    if clear.all():
-        return turn
-    if not clear.any():
-        return np.zeros(count)
-    last = np.maximum.accumulate(np.where(clear, np.arange(count), -1))
-    last[last < 0] = np.argmax(clear)
-    held: Floats = turn[last]
-    return held
-
-
-def _axis(read: Reading) -> Floats:
-    """Return the way from left to right over the ground, (T, 2)."""
+    whole = body or Body(motion, load("default"))
     for pair in AXES:
-        joints = read(pair)
-        left, right = (joints[name] for name in pair)
-        axis = np.stack([right[:, level] - left[:, level] for level in (0, 2)]).T
-        if not unknown_of(axis).all():
+        seen = np.empty(len(motion), bool)
+        for part in blocks(len(motion)):
+            seen[part.inner] = ~unknown_of(_axis(whole, pair, part.inner))
+        if seen.any():
             break
+    count = math.floor((len(motion) - 1) * target / motion.rate) + 1
+    turn, clear = np.zeros(count), np.zeros(count, bool)
+    for start, stop in runs(seen):
+        work = Resampling(start, stop - start, motion.rate / target)
+        for part in blocks(len(work.frames)):
+            some = work.frames[part.inner]
+            near = work.sources(some)
+            axis = _axis(whole, pair, slice(start + near.start, start + near.stop))
+            east, south = work.values(axis, some).T
+            turn[some.start : some.stop] = np.arctan2(east, south)
+            clear[some.start : some.stop] = np.hypot(east, south) >= SHORTEST_AXIS
+    for start, stop in runs(~clear):
+        if stop - start < count:
+            turn[start:stop] = turn[start - 1 if start else stop]
+        else:
+            turn[:] = 0
+    return turn
+
+
+def _axis(body: Body, pair: tuple[str, str], frames: slice) -> Floats:
+    """Return the way from left to right over the ground in some frames, (n, 2)."""
+    left, right = body.at(pair, frames).transpose(1, 0, 2)
+    axis: Floats = (right - left)[:, ::2]
     return axis

@@ -6,7 +6,7 @@ Source: ``encode/METHOD.md``, stage 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, cached_property
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
 from lanindex.body.facing import TURNING
 from lanindex.body.made import GAP, MADE, weighted
+from lanindex.encode import arithmetic
 from lanindex.encode.arithmetic import blocks, runs
 from lanindex.encode.profile import Profile
 from lanindex.model import Motion
@@ -27,9 +28,16 @@ if TYPE_CHECKING:
     from lanindex.encode.compiled import Stages
 
 Floats = NDArray[np.float64]
+Frames = NDArray[np.int64]
+
+FEW = 4
+"""Joints of which a whole block of frames is worked out at a time."""
 
 KEPT = 1 << 20
 """Frames times joints of a capture that is short: all that is worked out of it is kept, 50 MB."""
+
+TOGETHER = 1 << 20
+"""Frames times parts that are worked out together: some 120 MB."""
 
 AXES = {
     f"{joint} {way}": (joint, number)
@@ -82,6 +90,8 @@ class Body:
         The capture.
     profile : Profile
         Rate and smoothing.
+    names : tuple of str
+        `NAMES`, and those of `PALMS` of which the capture tells where they face.
     step : Fraction
         Frames of the source from one resampled frame to the next.
     short : bool
@@ -94,6 +104,7 @@ class Body:
     def __init__(self, motion: Motion, profile: Profile) -> None:
         """Read nothing yet."""
         self.motion, self.profile = motion, profile
+        self.names = (*NAMES, *(palm for palm, hand in PALMS.items() if hand in motion.axes))
         self.step = motion.rate / profile.rate
         frames = len(motion) / min(self.step, Fraction(1))
         self.short = frames * len(NAMES) <= KEPT
@@ -110,31 +121,39 @@ class Body:
 
     @cached_property
     def _all(self) -> Joints:
-        return body(self.motion, NAMES)
+        return body(self.motion, self.names)
 
-    @cached_property
-    def always(self) -> frozenset[str]:
-        """Joints of a short capture that are known in every frame."""
-        gone = np.any(self._all.unknown, axis=0).tolist()
-        return frozenset(name for name, some in zip(NAMES, gone, strict=True) if not some)
+    def at(self, names: Sequence[str], frames: slice) -> Floats:
+        """Return where joints are in some frames of the source.
 
-    def joints(self, names: Iterable[str]) -> Joints:
-        """Return these joints, or more; those of a long capture are read anew."""
-        wanted = set(names)
-        if self.short and wanted.isdisjoint(PALMS):
-            return self._all
-        return body(self.motion, wanted)
+        Parameters
+        ----------
+        names : sequence of str
+            (K) of `names`.
+        frames : slice
+            Which.
 
-    def some(self, names: Sequence[str], frames: slice) -> tuple[Joints, int]:
+        Returns
+        -------
+        ndarray
+            (n, K, 3) float64, mm, gaps filled; NaN where a joint is unknown.
+        """
+        wanted = tuple(names)
+        joints, first = (self._all, 0) if self.short else self._read(wanted, frames)
+        part = slice(frames.start - first, frames.stop - first)
+        if joints.names[: len(wanted)] == wanted:
+            return joints.places[part, : len(wanted)]
+        return joints.places[part, [joints.names.index(name) for name in wanted]]
+
+    def _read(self, names: tuple[str, ...], frames: slice) -> tuple[Joints, int]:
         """Return these joints in some frames and more, gaps filled, and the number of the first.
 
         Many frames are read at a time, for the stretches of a long capture may be short.
         """
-        wanted = tuple(names)
-        begin, end, first, joints = self._some.get(wanted, (1, 0, 0, None))
+        begin, end, first, joints = self._some.get(names, (1, 0, 0, None))
         if joints is None or not begin <= frames.start <= frames.stop <= end:
             motion, begin = self.motion, frames.start
-            end = max(frames.stop, min(begin + KEPT // (8 * len(wanted)), len(motion)))
+            end = max(frames.stop, min(begin + chunk(len(names)), len(motion)))
             reach = math.floor(GAP * motion.rate) + 1  # a gap that is filled ends within
             first, last = max(begin - reach, 0), max(end + reach, motion.first + 1)
             part = replace(
@@ -144,23 +163,86 @@ class Body:
                 rotations=None,
                 axes={joint: axes[first:last] for joint, axes in motion.axes.items()},
             )
-            joints = body(part, wanted)
+            joints = body(part, names)
             self._some = dict(list(self._some.items())[-1:])  # feet and rests take turns
-            self._some[wanted] = begin, end, first, joints
+            self._some[names] = begin, end, first, joints
         return joints, first
 
+    @cached_property
+    def known(self) -> dict[str, Frames]:
+        """The stretches in which each joint is known: (R, 2), first frame and behind the last."""
+        edges, count = list[tuple[Frames, Frames]](), len(self.motion)
+        before = np.zeros((1, len(self.names)), bool)
+        for part in blocks(count, size=few(len(self.names))):
+            seen = ~unknown_of(self.at(self.names, part.inner))
+            frame, joint = np.nonzero(seen != np.concatenate((before, seen[:-1])))
+            edges.append((frame + part.inner.start, joint))
+            before = seen[-1:]
+        edges.append((np.full(np.count_nonzero(before), count), np.flatnonzero(before)))
+        frames, joints = map(np.concatenate, zip(*edges, strict=True))
+        return {
+            name: frames[joints == number].reshape(-1, 2) for number, name in enumerate(self.names)
+        }
+
+    def together(self, names: Sequence[str]) -> Frames:
+        """Return the stretches in which all of some joints are known: (R, 2), as of `known`."""
+        starts, stops = np.sort(np.concatenate([self.known[name] for name in names]), axis=0).T
+        begun = starts.searchsorted(starts, "right") - stops.searchsorted(starts, "right")
+        found = np.unique(starts[begun == len(names)])
+        return np.stack((found, stops[stops.searchsorted(found, "right")]), axis=1)
+
     def lengths(self, parts: Sequence[str]) -> Floats:
-        """Return the length of each part, (P,) mm; NaN where it was never seen."""
-        new = [part for part in parts if part not in self._lengths]
-        if new:
-            joints = self.joints(joint for part in new for joint in PARTS[part].chain)
-            self._lengths |= zip(new, lengths(joints, new).tolist(), strict=True)
+        """Return the length of parts: medians over time of the sums of their bones.
+
+        Parameters
+        ----------
+        parts : sequence of str
+            (P) names.
+
+        Returns
+        -------
+        ndarray
+            (P,) float64, mm; NaN where a part was never seen.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> from lanindex.encode.joints import Body
+        >>> body = Body(lanindex.read("corpus/compass.bvh"), lanindex.load_profile())
+        >>> body.lengths(["r_arm", "r_leg"]).round()
+        array([570., 820.])
+        """
+        count = len(self.motion)
+        for new in grouped([part for part in parts if part not in self._lengths], count):
+            gone = frozenset(name for name, known in self.known.items() if not len(known))
+            names, ends, chains = _chains(tuple(new), gone)
+            sums = np.empty((len(new), count))
+            for part in blocks(count, size=few(len(names))):
+                sums[:, part.inner] = _sums(self.at(names, part.inner), ends, chains)
+            self._lengths |= zip(new, _medians(sums).tolist(), strict=True)
         return np.array([self._lengths[part] for part in parts])
 
     def length(self, parts: Sequence[str]) -> float | None:
         """Return the mean length of parts, mm; None where none was ever seen whole."""
         known = [size for size in self.lengths(parts).tolist() if size > 0]
         return sum(known) / len(known) if known else None
+
+
+def few(joints: int) -> int:
+    """Return how many frames of some joints are worked out at a time: fewer of more."""
+    return max(arithmetic.BLOCK * FEW // max(joints, FEW), 1)
+
+
+def chunk(joints: int) -> int:
+    """Return how many frames of some joints of a long capture are read at a time."""
+    return KEPT // (8 * joints)
+
+
+def grouped(parts: Sequence[str], frames: int) -> Iterator[Sequence[str]]:
+    """Yield parts, as many at a time as are worked out together over so many frames."""
+    most = max(TOGETHER // max(frames, 1), 1)
+    for start in range(0, len(parts), most):
+        yield parts[start : start + most]
 
 
 def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
@@ -252,68 +334,42 @@ def unknown_of(points: Floats) -> NDArray[np.bool_]:
     return mask
 
 
-def lengths(joints: Joints, parts: Iterable[str]) -> Floats:
-    """Return the length of each part: median over time of the sum of its bones.
-
-    Parameters
-    ----------
-    joints : Joints
-        Those of the parts' chains among them.
-    parts : iterable of str
-        (P) names.
-
-    Returns
-    -------
-    ndarray
-        (P,) float64, mm; NaN where a part was never seen.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encode.joints import body, lengths
-    >>> joints = body(lanindex.read("corpus/compass.bvh"))
-    >>> lengths(joints, ["r_arm", "r_leg"]).round()
-    array([570., 820.])
-    """
-    nowhere = np.logical_and.reduce(joints.unknown).tolist()
-    gone = frozenset(name for name, never in zip(joints.names, nowhere, strict=True) if never)
-    ends, chains = _chains(tuple(parts), joints.names, gone)
-    bones = _bones(joints, ends)
-    sizes = bones[chains[0]]
-    for bone in chains[1:]:
-        sizes += bones[bone]
-    counts = len(joints) - np.count_nonzero(np.isnan(sizes), axis=1)
-    middle = np.maximum(np.stack((counts - 1, counts)) // 2, 0).T
-    sizes.partition(sorted({*middle.ravel().tolist()}), axis=1)  # what is not known comes last
-    found: Floats = np.take_along_axis(sizes, middle, axis=1).sum(axis=1) / 2
-    return found
-
-
 @cache
 def _chains(
-    parts: tuple[str, ...], names: tuple[str, ...], gone: frozenset[str]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the columns of bones' ends, (2, B), and each part's bones, (L, P); B: none more."""
+    parts: tuple[str, ...], gone: frozenset[str]
+) -> tuple[tuple[str, ...], NDArray[np.int64], NDArray[np.int64]]:
+    """Return joints (K), columns of bones' ends, (2, B), each part's bones, (L, P); B: no more."""
     chains = [
         list(pairwise((first, *(joint for joint in inner if joint not in gone), last)))
         for first, *inner, last in (PARTS[name].chain for name in parts)
     ]
     pairs = list(dict.fromkeys(pair for chain in chains for pair in chain))
+    names = tuple(dict.fromkeys(joint for pair in pairs for joint in pair))
     ends = np.array([list(map(names.index, pair)) for pair in pairs]).T
     longest = max(map(len, chains))
     bones = [[*map(pairs.index, one), *[len(pairs)] * (longest - len(one))] for one in chains]
-    return ends, np.array(bones).T
+    return names, ends, np.array(bones).T
 
 
-def _bones(joints: Joints, ends: NDArray[np.int64]) -> Floats:
-    """Return how far joints are from others, (B + 1, T), the last of them not at all."""
-    sizes = np.zeros((ends.shape[1] + 1, len(joints)))
-    places = joints.places.T
-    for part in blocks(len(joints)):
-        some = places[..., part.inner]
-        x, y, z = some.take(ends[1], axis=1) - some.take(ends[0], axis=1)
-        sizes[:-1, part.inner] = np.sqrt(x * x + y * y + z * z)
-    return sizes
+def _sums(places: Floats, ends: NDArray[np.int64], chains: NDArray[np.int64]) -> Floats:
+    """Return how long parts are, (P, n), of places (n, K, 3)."""
+    some = places.T
+    x, y, z = some.take(ends[1], axis=1) - some.take(ends[0], axis=1)
+    bones = np.zeros((ends.shape[1] + 1, len(places)))  # the last one is no bone
+    bones[:-1] = np.sqrt(x * x + y * y + z * z)
+    sums: Floats = bones[chains[0]]
+    for bone in chains[1:]:
+        sums += bones[bone]
+    return sums
+
+
+def _medians(sums: Floats) -> Floats:
+    """Return the medians of numbers (P, T), which are put in another order: (P,)."""
+    counts = sums.shape[1] - np.array([np.count_nonzero(np.isnan(row)) for row in sums])
+    middle = np.maximum(np.stack((counts - 1, counts)) // 2, 0).T
+    sums.partition(sorted({*middle.ravel().tolist()}), axis=1)  # what is not known comes last
+    found: Floats = np.take_along_axis(sums, middle, axis=1).sum(axis=1) / 2
+    return found
 
 
 def unmeasured(body: Body, parts: Sequence[str]) -> list[str]:
@@ -332,9 +388,6 @@ def unmeasured(body: Body, parts: Sequence[str]) -> list[str]:
     for name, length in zip(parts, body.lengths(parts).tolist(), strict=True):
         if not math.isnan(length):
             continue
-        ends = PARTS[name].chain[0], PARTS[name].chain[-1]
-        joints = body.joints(ends)
-        unknown = [unknown_of(joints[joint]) for joint in ends]
-        if not np.logical_or(*unknown).all():
+        if len(body.together((PARTS[name].chain[0], PARTS[name].chain[-1]))):
             found.append(name)
     return found

@@ -13,16 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
-from lanindex.encode.arithmetic import blocks, runs
-from lanindex.encode.joints import Body, Joints
+from lanindex.encode.arithmetic import blocks, smooth, window
+from lanindex.encode.joints import Body, told
+from lanindex.encode.places import Stretch, together
 from lanindex.encode.resample import Resampling
 from lanindex.model import Span
 
 Floats = NDArray[np.float64]
 Curves = Callable[[Floats, NDArray[np.int64], Resampling, range, Floats, int], Floats]
-
-TOGETHER = 1 << 20
-"""Frames times parts that are worked out together: some 120 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,52 +51,10 @@ class Limbs:
     lengths: Floats
 
 
-def smooth(curve: Floats, window: int) -> Floats:
-    """Return the centred moving average; at the ends of the frames that exist.
-
-    Parameters
-    ----------
-    curve : ndarray
-        (..., N) float64.
-    window : int
-        Frames, odd.
-
-    Returns
-    -------
-    ndarray
-        (..., N) float64.
-    """
-    half = min(window // 2, curve.shape[-1] - 1)
-    if half < 1:
-        return curve
-    total: Floats = curve.copy()
-    count = np.ones(curve.shape[-1])
-    for shift in range(1, half + 1):
-        total[..., shift:] += curve[..., :-shift]
-        total[..., :-shift] += curve[..., shift:]
-        count[shift:] += 1
-        count[:-shift] += 1
-    total /= count
-    return total
-
-
-def window(seconds: float, rate: Fraction) -> int:
-    """Return the odd number of frames nearest to `seconds`.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.encode.limbs import window
-    >>> window(0.083, Fraction(60)), window(0.15, Fraction(60))
-    (5, 9)
-    """
-    return 2 * int(seconds * float(rate) / 2) + 1
-
-
 def limbs(
     body: Body,
     turn: Floats,
-    parts: Iterable[str] = PARTS,
+    parts: Iterable[str] | None = None,
     make: Curves | None = None,
 ) -> Iterator[Limbs]:
     """Yield the curves of parts, as far as the capture knows them, stretch by stretch.
@@ -110,7 +66,7 @@ def limbs(
     turn : ndarray
         (N,) float64, radians, as from `lanindex.encode.heading.heading`.
     parts : iterable of str
-        Which; by default all.
+        Which; by default all that the capture may have.
     make : Curves, optional
         What makes curves of places; by default `curves`.
 
@@ -133,53 +89,31 @@ def limbs(
     >>> [round(float(number)) for number in found.curve[0, 0]]  # the right arm hangs
     [0, -570, 0]
     """
-    names = list(parts)
-    few = max(TOGETHER // max(len(body.motion), len(turn), 1), 1)
-    for start in range(0, len(names), few):
-        found = _known(body, turn, names[start : start + few], make or curves)
-        while found:
-            yield found.pop(0)
-
-
-def _known(body: Body, turn: Floats, parts: Sequence[str], make: Curves) -> list[Limbs]:
-    joints = body.joints({joint for name in parts for joint in PARTS[name].chain})
-    size = dict(zip(parts, body.lengths(parts).tolist(), strict=True))
-    unknown = dict(zip(joints.names, joints.unknown.T, strict=True))
-    ever = dict(zip(joints.names, np.logical_or.reduce(joints.unknown).tolist(), strict=True))
-    stretches: dict[tuple[int, int], list[str]] = {}
-    for name in parts:
-        if size[name] > 0:
-            one, other = PARTS[name].parent, PARTS[name].child
-            gaps = ever[one] or ever[other]
-            known = runs(~(unknown[one] | unknown[other])) if gaps else [(0, len(joints))]
-            for stretch in known:
-                stretches.setdefault(stretch, []).append(name)
-    found = []
-    for stretch, names in sorted(stretches.items()):
-        span, sizes = Span(*stretch), np.array([size[name] for name in names])
-        begin, curve = _curve(body, joints, turn, span, names, make)
-        if curve.shape[1]:
-            found.append(Limbs(tuple(names), span, body.motion.rate, begin, curve, sizes))
-    return found
+    names = told(body.motion) if parts is None else list(parts)
+    sizes = dict(zip(names, body.lengths(names).tolist(), strict=True))
+    ends = {name: (PARTS[name].parent, PARTS[name].child) for name in names if sizes[name] > 0}
+    for stretch, some in together(body, ends):
+        curve = _curve(stretch, turn, [ends[name] for name in some], make or curves)
+        own = np.array([sizes[name] for name in some])
+        yield Limbs(tuple(some), stretch.known, body.motion.rate, stretch.frames.start, curve, own)
+        del curve
 
 
 def _curve(
-    body: Body, joints: Joints, turn: Floats, known: Span, names: Sequence[str], make: Curves
-) -> tuple[int, Floats]:
-    """Return the first frame of a stretch and its curves, (P, N, 3), block by block."""
-    profile = body.profile
-    pairs = [(PARTS[name].parent, PARTS[name].child) for name in names]
-    ends = np.array([list(map(joints.names.index, pair)) for pair in pairs]).T
-    points = joints.places[known.start : known.stop]
-    work = Resampling(known.start, len(known), body.motion.rate / profile.rate)
-    frames, width = work.frames, window(profile.smoothing, profile.rate)
-    curve = np.empty((3, len(names), len(frames)))
+    stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]], make: Curves
+) -> Floats:
+    """Return curves between joints, (P, N, 3), worked out block by block."""
+    body, frames = stretch.body, stretch.frames
+    names = body.names if body.short else stretch.names
+    ends = np.array([list(map(names.index, pair)) for pair in pairs]).T
+    width = window(body.profile.smoothing, body.profile.rate)
+    curve = np.empty((3, len(pairs), len(frames)))
     for part in blocks(len(frames), width // 2):
         some = frames[part.outer]
-        near, angle = points[work.sources(some)], turn[some.start : some.stop]
-        found = make(near, ends, work, some, angle, width)
+        near, angle = stretch.sources(names, some), turn[some.start : some.stop]
+        found = make(near, ends, stretch.work, some, angle, width)
         curve[..., part.inner] = found[..., part.within]
-    return frames.start, curve.transpose(1, 2, 0)
+    return curve.transpose(1, 2, 0)
 
 
 def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:

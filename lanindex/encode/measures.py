@@ -5,12 +5,14 @@ Source: ``encode/BODY.md``, "Measures".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.encode.arithmetic import blocks
 from lanindex.encode.limbs import Limbs
 from lanindex.encode.profile import Profile
 from lanindex.model.symbol import FIELDS
@@ -22,6 +24,9 @@ Look = Callable[[Floats, Whole, Whole, Whole, Floats, int], tuple[Floats, Whole,
 
 WAY = 0.05
 """Seconds from one point of a way to the next."""
+
+FEW = 1 << 13
+"""Rows that are measured together."""
 
 _TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
@@ -51,25 +56,41 @@ def measure(
     last = np.minimum(
         np.maximum(rows["stop"].astype(np.int64) - limbs.begin - 1, first), frames - 1
     )
-    rate, curves = float(profile.rate), limbs.curve.transpose(2, 0, 1)
-    seen = look or looked
+    moved = np.append(False, limb[1:] == limb[:-1])
+    for some in _few(counts):
+        told = limb[some], first[some], last[some]
+        values = _measured(limbs, *told, float(profile.rate), look or looked)
+        for name, measured in zip(("speed", "size", "straightness"), values, strict=True):
+            how = FIELDS[name]
+            stored = np.rint(np.minimum(measured * how.scale, how.most)) / how.scale
+            rows[name][some][moved[some]] = stored[moved[some]]
+
+
+def _few(counts: Sequence[int]) -> Iterator[slice]:
+    """Yield the rows of parts, all at a time if they are few, else a few of a part at a time."""
+    if sum(counts) <= FEW:
+        yield slice(0, sum(counts))
+        return
+    for behind, count in zip(accumulate(counts), counts, strict=True):
+        for part in blocks(count, size=FEW):
+            yield slice(behind - count + part.inner.start, behind - count + part.inner.stop)
+
+
+def _measured(
+    limbs: Limbs, limb: Whole, first: Whole, last: Whole, rate: float, look: Look
+) -> tuple[Floats, Floats, Floats]:
+    """Return how fast, how far and how straight some rows are gone, (S,) each."""
     pace = max(round(WAY * rate), 1)
-    peaks, begins, turned, gone = seen(curves, limb, first, last, limbs.lengths, pace)
+    peaks, begins, turned, gone = look(
+        limbs.curve.transpose(2, 0, 1), limb, first, last, limbs.lengths, pace
+    )
     turned = 2 * np.arcsin(np.minimum(turned / 2, 1))
     steps = np.hypot(turned, gone)
     whole, degrees = steps[begins], np.degrees(turned[begins])
     steps[begins] = 0
     way = np.add.reduceat(steps, begins)
     straight = np.divide(whole, way, out=np.ones(len(whole)), where=way > 0)
-    moved = limb[1:] == limb[:-1]
-    for name, values in (
-        ("speed", peaks * rate / limbs.lengths[limb]),
-        ("size", degrees),
-        ("straightness", np.minimum(straight, 1.0)),
-    ):
-        how = FIELDS[name]
-        told = np.rint(np.minimum(values * how.scale, how.most)) / how.scale
-        rows[name][1:][moved] = told[1:][moved]
+    return peaks * rate / limbs.lengths[limb], degrees, np.minimum(straight, 1.0)
 
 
 def looked(
@@ -124,13 +145,15 @@ def _size(points: Floats) -> Floats:
 
 def _peaks(curves: Floats, limb: Whole, first: Whole, last: Whole) -> Floats:
     """Return the highest speed of each row: (S,) mm a frame, by central differences."""
-    _, parts, frames = curves.shape
+    begin, own = max(int(first.min()) - 1, 0), int(limb.min())
+    some = curves[:, own : int(limb.max()) + 1, begin : int(last.max()) + 2]
+    _, parts, frames = some.shape
     squares = np.zeros((parts, frames + 1))  # one more, for a row to end before
     if frames > 1:
-        for place in curves:
+        for place in some:
             squares[:, 1:-2] += np.square(place[:, 2:] - place[:, :-2])
             squares[:, 0] += 4 * (place[:, 1] - place[:, 0]) ** 2
             squares[:, -2] += 4 * (place[:, -1] - place[:, -2]) ** 2
-    pairs = np.stack((first, last + 1), axis=1) + (limb * (frames + 1))[:, None]
+    pairs = np.stack((first, last + 1), axis=1) - begin + ((limb - own) * (frames + 1))[:, None]
     peaks: Floats = np.sqrt(np.maximum.reduceat(squares.ravel(), pairs.ravel())[::2]) / 2
     return peaks

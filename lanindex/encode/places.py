@@ -11,16 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encode.arithmetic import BLOCK, Block, blocks, runs
-from lanindex.encode.joints import COLUMNS, KEPT, NAMES, Body
-from lanindex.encode.limbs import window
+from lanindex.encode.arithmetic import Block, blocks, window
+from lanindex.encode.joints import COLUMNS, KEPT, NAMES, Body, Frames, chunk, few, grouped
 from lanindex.encode.resample import Resampling
 from lanindex.model import Span
 
 Floats = NDArray[np.float64]
-
-FEW = 4
-"""Joints of which a whole block of frames is worked out at a time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,28 +43,46 @@ class Stretch:
     work: Resampling
     frames: range
 
-    def blocks(self, neighbours: int = 0) -> Iterator[tuple[Block, dict[str, Floats]]]:
+    def blocks(
+        self, neighbours: int = 0, names: Sequence[str] = ()
+    ) -> Iterator[tuple[Block, dict[str, Floats]]]:
         """Yield where the joints are, resampled and smoothed, block by block.
 
         Parameters
         ----------
         neighbours : int
             Frames on both sides of a block that are wanted, too.
+        names : sequence of str
+            Of its joints; by default all.
 
         Yields
         ------
         tuple of Block and dict of str to ndarray
             Frames counted from the stretch's first; by joint (outer, 3) float64, mm, y up.
         """
-        kept = self._kept() if self.body.short else None
-        size = BLOCK if self.body.short else _size(len(self.names))
-        columns = [COLUMNS[name] for name in self.names]
+        wanted = tuple(names) or self.names
+        size = 0 if self.body.short else few(len(wanted))
         for block in blocks(len(self.frames), neighbours, size):
-            if kept is None:
-                calm = list(self._calm(self.names, block.outer))
-            else:
-                calm = [kept[column, block.outer] for column in columns]
-            yield block, dict(zip(self.names, calm, strict=True))
+            yield block, self._places(wanted, block.outer)
+
+    def take(self, names: Sequence[str], frames: NDArray[np.int64]) -> dict[str, Floats]:
+        """Return where joints are in some frames, counted from the first: by joint (n, 3)."""
+        found = {name: np.empty((len(frames), 3)) for name in names}
+        order = np.argsort(frames)
+        for block in blocks(len(self.frames), size=few(len(names))):
+            start, stop = frames[order].searchsorted((block.inner.start, block.inner.stop))
+            if start < stop:
+                some = order[start:stop]
+                for name, places in self._places(names, block.inner).items():
+                    found[name][some] = places[frames[some] - block.inner.start]
+        return found
+
+    def _places(self, names: Sequence[str], frames: slice) -> dict[str, Floats]:
+        """Return where joints are in some frames: by joint (n, 3)."""
+        if not self.body.short:
+            return dict(zip(names, self._calm(names, frames), strict=True))
+        kept = self._kept()
+        return {name: kept[COLUMNS[name], frames] for name in names}
 
     def _kept(self) -> Floats:
         """Return where all joints are, (K, N, 3), worked out once."""
@@ -85,25 +99,17 @@ class Stretch:
         width = window(profile.smoothing, profile.rate)
         first = max(frames.start - width // 2, 0)
         some = self.frames[first : frames.stop + width // 2]
-        near = self.work.sources(some)
-        begin = self.known.start
-        points = at(self.body, names, slice(begin + near.start, begin + near.stop))
-        calm = self.body.stages.calm(points, self.work, some, width)
+        calm = self.body.stages.calm(self.sources(names, some), self.work, some, width)
         return calm[:, frames.start - first : frames.stop - first]
 
-
-def _size(joints: int) -> int:
-    """Return how many frames of some joints are worked out at a time: fewer of more."""
-    return max(BLOCK * FEW // max(joints, FEW), 1)
-
-
-def at(whole: Body, names: Sequence[str], frames: slice) -> Floats:
-    """Return where joints are in some frames of the source, gaps filled: (n, K, 3) float64, mm."""
-    joints, first = (whole.joints(names), 0) if whole.short else whole.some(names, frames)
-    part = slice(frames.start - first, frames.stop - first)
-    if joints.names == tuple(names):
-        return joints.places[part]
-    return joints.places[part, [joints.names.index(name) for name in names]]
+    def sources(self, names: Sequence[str], frames: range) -> Floats:
+        """Return where joints are in the frames of the source that some are made of, (S, K, 3)."""
+        near, begin, body = self.work.sources(frames), self.known.start, self.body
+        some = slice(begin + near.start, begin + near.stop)
+        if body.short or len(self.known) > chunk(len(body.names)):
+            return body.at(names, some)
+        # other joints are asked for next in the frames around so short a stretch
+        return body.at(body.names, some)[:, list(map(body.names.index, names))]
 
 
 def stretches(whole: Body, needed: Sequence[str], wished: Sequence[str] = ()) -> Iterator[Stretch]:
@@ -118,20 +124,17 @@ def stretches(whole: Body, needed: Sequence[str], wished: Sequence[str] = ()) ->
     wished : sequence of str
         Joints that are there if they are known over the whole of it.
     """
-    names = (*needed, *wished)
-    if _always(whole, names):
-        yield from _stretch(whole, 0, len(whole.motion), names)
-        return
-    seen = _seen(whole, names)
-    for start, stop in runs(np.logical_and.reduce(seen[: len(needed)])):
-        there = zip(names, np.all(seen[:, start:stop], axis=1).tolist(), strict=True)
-        yield from _stretch(whole, start, stop, tuple(name for name, known in there if known))
+    found = whole.together(needed)
+    there = [(name, _within(found, whole.known[name])) for name in wished]
+    for number, (start, stop) in enumerate(found.tolist()):
+        names = (*needed, *(name for name, known in there if known[number]))
+        yield from _stretch(whole, start, stop, names)
 
 
 def together(
     whole: Body, needed: Mapping[str, Sequence[str]]
-) -> Iterator[tuple[Stretch, list[str]]]:
-    """Yield the stretches in which parts are known, and these: those of one stretch at a time.
+) -> Iterator[tuple[Stretch, Sequence[str]]]:
+    """Yield the stretches in which parts are known, with a few of these parts at a time.
 
     Parameters
     ----------
@@ -142,19 +145,13 @@ def together(
     """
     found: dict[tuple[int, int], list[str]] = {}
     for part, names in needed.items():
-        always = _always(whole, names)
-        seen = (
-            [(0, len(whole.motion))] if always else runs(np.logical_and.reduce(_seen(whole, names)))
-        )
-        for one in seen:
-            found.setdefault(one, []).append(part)
+        for start, stop in whole.together(names).tolist():
+            found.setdefault((start, stop), []).append(part)
     for (start, stop), parts in sorted(found.items()):
-        joints = dict.fromkeys(name for part in parts for name in needed[part])
-        yield from ((it, parts) for it in _stretch(whole, start, stop, tuple(joints)))
-
-
-def _always(whole: Body, names: Sequence[str]) -> bool:
-    return whole.short and whole.always.issuperset(names)
+        frames = Resampling(start, stop - start, whole.step).frames
+        for some in grouped(parts, len(frames)):
+            joints = dict.fromkeys(name for part in some for name in needed[part])
+            yield from ((it, some) for it in _stretch(whole, start, stop, tuple(joints)))
 
 
 def _stretch(whole: Body, start: int, stop: int, names: tuple[str, ...]) -> Iterator[Stretch]:
@@ -164,17 +161,7 @@ def _stretch(whole: Body, start: int, stop: int, names: tuple[str, ...]) -> Iter
         yield Stretch(whole, Span(start, stop), names, work, frames)
 
 
-def _seen(whole: Body, names: Sequence[str]) -> NDArray[np.bool_]:
-    """Return in which frames joints are known, (K, T)."""
-    if whole.short:
-        joints = whole.joints(names)
-        return ~joints.unknown.T[[joints.names.index(name) for name in names]]
-    seen = np.empty((len(names), len(whole.motion)), bool)
-    for part in blocks(len(whole.motion), size=_size(len(names))):
-        seen[:, part.inner] = ~np.isnan(at(whole, names, part.inner).sum(axis=2)).T
-    return seen
-
-
-def ever(whole: Body, name: str) -> bool:
-    """Tell whether a joint is known in any frame."""
-    return _always(whole, (name,)) or bool(_seen(whole, (name,)).any())
+def _within(found: Frames, known: Frames) -> NDArray[np.bool_]:
+    """Tell of each stretch (R, 2) whether one of those that are known holds all of it."""
+    last = known[:, 0].searchsorted(found[:, 0], "right")
+    return np.append(0, known[:, 1])[last] >= found[:, 1]

@@ -90,7 +90,7 @@ def apart(steps: list[Event], carried: list[Event], count: int) -> list[Event]:
 
 def _floor(ground: Ground) -> float:
     """Return the height of the floor where feet carry, in lengths of a leg."""
-    lowest = ground.feet.points[..., 1].min(axis=(0, 1))
+    lowest = ground.feet.heights.min(axis=(0, 1))
     stood = lowest[np.any(ground.carries, axis=0)]
-    toes = ground.feet.points.shape[1] > 1
+    toes = ground.feet.heights.shape[1] > 1
     return fifth(stood if len(stood) else lowest) - (0 if toes else ANKLE)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encode.arithmetic import runs
 from lanindex.encode.events import SECTOR, Event
-from lanindex.encode.ground import FLICKER, STIRS, Feet, Flags, Ground
+from lanindex.encode.ground import FLICKER, FOOT, HIPS, SIDES, STIRS, Flags, Ground
 from lanindex.encode.onset import begun
 
 Floats = NDArray[np.float64]
+Heights = NDArray[np.float32]
+Levels = Callable[[Sequence[int], Flags, Heights, Heights, float | None, float], list[int]]
 
 STAYS = 0.15
 """Lengths of a leg: a step that takes the pelvis no farther is in place."""
@@ -42,7 +44,7 @@ BOTH_BOTH, HOP, LEAP, ONE_BOTH, BOTH_ONE, UNSEEN = range(6)
 both, from both to one; or one of them not seen."""
 
 
-def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float]:
+def ways(ground: Ground, turn: Floats, spans: Sequence[tuple[int, int]]) -> list[tuple[int, float]]:
     """Return in which direction the pelvis goes between two frames, and how clear that is.
 
     Parameters
@@ -51,13 +53,20 @@ def way(ground: Ground, turn: Floats, start: int, stop: int) -> tuple[int, float
         The body.
     turn : ndarray
         (N,) radians, its heading, as `lanindex.encode.heading.heading` returns it.
-    start, stop : int
-        Frames; the front is that of the last.
+    spans : sequence of tuple of int
+        Frames, both; the front is that of the second.
     """
-    last = min(stop, len(turn) - 1)
-    pelvis = ground.feet.pelvis
-    forward, right = faced(pelvis[last] - pelvis[min(start, last)], turn[last])
-    return sector(forward / ground.leg, right / ground.leg, STAYS)
+    if not spans:
+        return []
+    ends = np.minimum(np.array(spans, np.int64), len(turn) - 1)
+    hips = ground.places.take(HIPS, ends.ravel())
+    pelvis = ((hips["RHip"] + hips["LHip"]) / 2).reshape(-1, 2, 3)
+    fronts = turn[ends[:, 1]].tolist()
+    found = []
+    for (start, stop), front in zip(pelvis, fronts, strict=True):
+        forward, right = faced(stop - start, front)
+        found.append(sector(forward / ground.leg, right / ground.leg, STAYS))
+    return found
 
 
 def faced(moved: Floats, turn: float) -> tuple[float, float]:
@@ -88,10 +97,11 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
         (N,) radians, the heading over the same frames.
     """
     brief = round(FLICKER * ground.rate)
-    found, full = list[Event](), 0  # when the last foot stood
+    full = 0  # when the last foot stood
     landed = _together(ground, _landings(ground), brief)
     feet = [[stop for _, stop, foot in landed if foot == own] for own in range(2)]
     levels = [iter(_levels(ground, foot, stops)) for foot, stops in enumerate(feet)]
+    spans = list[tuple[int, int]]()
     for release, stop, foot in landed:
         flight = _flown(ground, stop, brief)
         both = ground.carries[1 - foot][flight[1] : stop + brief].any() if flight else False
@@ -100,10 +110,15 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
         else:
             rests = release - full > stop - release
             start = _left(ground, foot, (full, release, stop)) if rests else full
-        direction, margin = way(ground, turn, start, stop)
-        found.append(Event(start, stop, direction, next(levels[foot]), margin, foot))
+        spans.append((start, stop))
         full = stop
-    return found, [_flight(ground, turn, start, stop, brief) for start, stop in ground.air]
+    found = [
+        Event(*span, direction, next(levels[foot]), margin, foot)
+        for span, (*_, foot), (direction, margin) in zip(
+            spans, landed, ways(ground, turn, spans), strict=True
+        )
+    ]
+    return found, _flights(ground, turn, brief)
 
 
 def stances(ground: Ground, foot: int) -> list[Event]:
@@ -145,28 +160,50 @@ def _left(ground: Ground, foot: int, times: tuple[int, int, int]) -> int:
 
 def _landings(ground: Ground) -> list[tuple[int, int, int]]:
     """Return of each foot that stands anew when it left, when it stands, and which it is."""
+    left = [
+        (release, stop, foot)
+        for foot, carries in enumerate(ground.carries)
+        for release, stop in runs(~carries)
+        if 0 < stop < len(carries)
+    ]
     found = []
-    for foot, (ankle, *_) in enumerate(ground.feet.points):
-        for release, stop in runs(~ground.carries[foot]):
-            if not 0 < stop < len(ankle):
-                continue
-            way = ankle[release : stop + 1]
-            slid = math.hypot(*(way[-1] - way[0])[[0, 2]])
-            raised = float(way[:, 1].max() - min(way[0, 1], way[-1, 1]))
-            if slid >= SLID or raised >= RAISED or release == 0:
-                found.append((release, stop, foot))
+    for (release, stop, foot), slid in zip(left, _slid(ground, left), strict=True):
+        high = ground.feet.heights[foot, 0, release : stop + 1]
+        raised = float(high.max() - min(high[0], high[-1]))
+        if slid >= SLID or raised >= RAISED or release == 0:
+            found.append((release, stop, foot))
     return sorted(found, key=lambda one: (one[1], one[2]))
+
+
+def _slid(ground: Ground, left: Sequence[tuple[int, int, int]]) -> list[float]:
+    """Return how far ankles go over the ground, lengths of a leg, while feet are lifted."""
+    frames = np.array(left, np.int64).reshape(-1, 3)
+    slid = np.empty(len(left))
+    for foot, side in enumerate(SIDES):
+        own = np.flatnonzero(frames[:, 2] == foot)
+        ankle = side + FOOT[0]
+        places = ground.places.take((ankle,), frames[own, :2].ravel())[ankle]
+        points = (places / ground.leg).astype(np.float32).reshape(-1, 2, 3)
+        ways = (points[:, 1] - points[:, 0])[:, ::2].tolist()
+        slid[own] = [math.hypot(*way) for way in ways]
+    return slid.tolist()
 
 
 def _levels(ground: Ground, foot: int, frames: Sequence[int]) -> list[int]:
     if not frames:
         return []
-    told = ground.carries, ground.feet, foot, ground.usual[foot], ground.rate
-    return ground.stages.levels(frames, *told)
+    own = ground.carries[foot], ground.bent[foot], ground.feet.heights[foot]
+    levels = ground.places.body.stages.levels
+    return levels(frames, *own, ground.usual[foot], ground.rate)
 
 
 def levels(
-    frames: Sequence[int], carries: Flags, feet: Feet, foot: int, usual: float | None, rate: float
+    frames: Sequence[int],
+    carries: Flags,
+    bent: NDArray[np.float32],
+    heights: NDArray[np.float32],
+    usual: float | None,
+    rate: float,
 ) -> list[int]:
     """Return the levels of steps, by how the leg takes the weight from some frames on.
 
@@ -174,22 +211,24 @@ def levels(
     ----------
     frames : sequence of int
         When the foot stands.
-    carries, feet, usual
+    carries, bent : ndarray
+        (N,) as of a `Ground`, of the foot.
+    heights : ndarray
+        (K, N) as of `Feet`, of the foot.
+    usual : float or None
         As of a `Ground`, of the foot.
-    foot : int
-        0 right, 1 left.
     rate : float
         Frames a second.
     """
-    width, count = max(round(WEIGHT * rate), 1), carries.shape[1]
+    width, count = max(round(WEIGHT * rate), 1), len(carries)
     near = np.array(frames, np.int64)[:, None] + np.arange(width)
     there = np.minimum(near, count - 1)
-    carried = carries[foot][there] & (near < count)
-    bent = np.where(carried, feet.bent[foot][there], np.inf).min(axis=1)
-    low = (bent > BENT) & (bent < np.inf)  # where it is not known it is not more
+    carried = carries[there] & (near < count)
+    knees = np.where(carried, bent[there], np.inf).min(axis=1)
+    low = (knees > BENT) & (knees < np.inf)  # where it is not known it is not more
     high = np.zeros(len(near), bool)
     if usual is not None:
-        ankle, toe = feet.points[foot, ..., 1]
+        ankle, toe = heights
         rise = np.sort(np.where(carried, ankle[there] - toe[there], np.inf), axis=1)
         middle = np.count_nonzero(carried, axis=1)[:, None]
         middle = np.concatenate((middle - 1, middle), axis=1) // 2
@@ -199,14 +238,17 @@ def levels(
     return found
 
 
-def _flight(ground: Ground, turn: Floats, start: int, stop: int, brief: int) -> Event:
-    """Return a flight with its feet."""
-    direction, margin = way(ground, turn, start, stop)
-    feet = [
-        {foot for foot in range(2) if ground.carries[foot][max(first, 0) : last].any()}
-        for first, last in ((start - brief, start), (stop, stop + brief))
-    ]
-    return Event(start, stop, direction, -1, margin, amount=_feet(*feet))
+def _flights(ground: Ground, turn: Floats, brief: int) -> list[Event]:
+    """Return the flights with their feet."""
+    found = []
+    for (start, stop), way in zip(ground.air, ways(ground, turn, ground.air), strict=True):
+        feet = [
+            {foot for foot in range(2) if ground.carries[foot][max(first, 0) : last].any()}
+            for first, last in ((start - brief, start), (stop, stop + brief))
+        ]
+        direction, margin = way
+        found.append(Event(start, stop, direction, -1, margin, amount=_feet(*feet)))
+    return found
 
 
 def _feet(before: set[int], after: set[int]) -> int:

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
+from lanindex.encode.arithmetic import blocks, window
 from lanindex.encode.curves import departures, lulls, mean
 from lanindex.encode.events import Event, table
-from lanindex.encode.limbs import window
 from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
 from lanindex.encode.ways import BRIEF, PAUSE
@@ -49,12 +49,14 @@ def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
     >>> swings(there, lanindex.load_profile())
     [(30, 70)]
     """
-    rate = float(profile.rate)
+    rate, width = float(profile.rate), window(STEADY, profile.rate)
     if len(angles) < 2:
         return []
-    calm = mean(np.array((angles.real, angles.imag)), window(STEADY, profile.rate))
-    aside, ahead = np.gradient(calm, axis=1)
-    pace = np.hypot(aside * rate, ahead * rate)
+    pace = np.empty(len(angles))
+    for block in blocks(len(angles), width // 2 + 1):
+        some = angles[block.outer]
+        aside, ahead = np.gradient(mean(np.array((some.real, some.imag)), width), axis=1)
+        pace[block.inner] = np.hypot(aside * rate, ahead * rate)[block.within]
     found = []
     for first, last in departures(angles, MOVED):
         parts = _parts(angles, pace, first, last, round(BRIEF * rate))

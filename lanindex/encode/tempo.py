@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.encode.arithmetic import smooth, window
 from lanindex.encode.joints import Body
-from lanindex.encode.limbs import smooth, window
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.profile import Profile
 from lanindex.encode.timing import quantise

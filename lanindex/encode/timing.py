@@ -5,7 +5,7 @@ Source: ``encode/METHOD.md``, stage 6; Matsumoto and Hachimura (2001), 4.7.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -21,6 +21,9 @@ Whole = NDArray[np.int64]
 
 FINEST = 1 << 16
 """Ticks in a unit beyond which the grid is not refined."""
+
+TOGETHER = 1 << 16
+"""Rows whose ticks are worked out together: some 10 MB."""
 
 
 def to_source(
@@ -147,25 +150,42 @@ def quantise(
     >>> meter.division, rows["tick"], rows["ticks"]
     (32, array([0, 8], dtype=int32), array([0, 6], dtype=int32))
     """
-    tracks = list(tracks)
+    few = list(_few(tracks))
+    last = np.array([frames])
+    while True:
+        end = int(ticks_at(last, meter, rate, beats, up=True)[0])
+        behind = max((_tick(some, meter, rate, beats) for some in few), default=0)
+        if meter.division >= FINEST or behind <= end:
+            return meter
+        meter = replace(meter, division=meter.division * 2)
+
+
+def _few(tracks: Iterable[Rows]) -> Iterator[list[Rows]]:
+    """Yield the tracks of a score, as many at a time as have rows enough to be worth it."""
+    some = list[Rows]()
+    for rows in tracks:
+        some.append(rows)
+        if sum(map(len, some)) > TOGETHER:
+            yield some
+            some = []
+    if some:
+        yield some
+
+
+def _tick(tracks: Sequence[Rows], meter: Meter, rate: Fraction, beats: Beats | None) -> int:
+    """Write the ticks of some tracks; return the last one of all."""
     starts, stops, passing = (
         np.concatenate([rows[name] for rows in tracks]) for name in ("start", "stop", "passing")
     )
-    borders, end = np.array((starts, stops), np.int64), np.array([frames])
     owner = np.arange(len(tracks)).repeat(list(map(len, tracks)))
     shown = np.flatnonzero((starts != stops) & ~passing)
-    counts = np.bincount(owner[shown], minlength=len(tracks))
-    while True:
-        ticks = ticks_at(borders, meter, rate, beats)
-        ticks[:, shown] = _apart(ticks[:, shown], counts)
-        last = ticks_at(end, meter, rate, beats, up=True)
-        if meter.division >= FINEST or (ticks[1, shown] <= last).all():
-            break
-        meter = replace(meter, division=meter.division * 2)
+    ticks = ticks_at(np.array((starts, stops), np.int64), meter, rate, beats)
+    ticks[:, shown] = _apart(ticks[:, shown], np.bincount(owner[shown], minlength=len(tracks)))
+    last = int(ticks[1, shown].max(initial=0))
     ticks[1] -= ticks[0]
     ticks[0, (starts == 0) & (stops == 0)] = 0  # unit 1 may begin before the capture does
     first = 0
     for rows in tracks:
         rows["tick"], rows["ticks"] = ticks[:, first : first + len(rows)]
         first += len(rows)
-    return meter
+    return last

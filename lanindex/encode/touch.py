@@ -15,7 +15,7 @@ from lanindex.encode.events import Event
 from lanindex.encode.ground import FLICKER
 from lanindex.encode.joints import Body
 from lanindex.encode.near import CORE, LEAVES, empty, plan, points
-from lanindex.encode.places import Stretch, ever, stretches
+from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.ways import pieces
 
 Flags = NDArray[np.bool_]
@@ -50,7 +50,7 @@ def touches(body: Body, arm: float) -> Iterator[tuple[str, Stretch, list[Event]]
         How long its arms are, mm.
     """
     rate = float(body.profile.rate)
-    core = [name for name in CORE if ever(body, name)]
+    core = [name for name in CORE if len(body.known[name])]
     for one in stretches(body, (*HANDS, *core), _OTHERS):
         found, told = empty(len(one.frames)), plan(one.names)
         for block, places in one.blocks(1):

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, PLACE
-from lanindex.encode.arithmetic import held, unwrapped
+from lanindex.encode.arithmetic import held, unwrapped, window
 from lanindex.encode.curves import lulls, mean, swings
 from lanindex.encode.events import SECTOR, Event, table
-from lanindex.encode.limbs import window
 from lanindex.encode.onset import seen
+from lanindex.encode.places import Stretch
 from lanindex.encode.profile import Profile
 
 Floats = NDArray[np.float64]
@@ -37,13 +37,13 @@ PAUSE = 10.0
 """Degrees a second: slower, for as long as `BRIEF`, parts two turns."""
 
 
-def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> Floats:
+def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats:
     """Return the stretches in which the body goes one way, or stays, as from `events.table`.
 
     Parameters
     ----------
-    way : ndarray
-        (N, 2) float64, mm: where the middle of the hips is over the ground.
+    hips : Stretch
+        Where both are.
     front : ndarray
         (N,) radians, the heading, averaged over `STRIDE`.
     leg : float
@@ -56,25 +56,37 @@ def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> Floats:
     ndarray
         They fill the stretch.
     """
-    rate = float(profile.rate)
-    if len(way) < 2:
-        return table([Event(0, len(way), PLACE, -1, 1.0, amount=0)])
-    width = window(STRIDE, profile.rate)
-    frames = np.arange(len(way))
-    first, last = np.maximum(frames - width // 2, 0), np.minimum(frames + width // 2, frames[-1])
-    east, south = (way[last] - way[first]).T / ((last - first) * leg / rate)
-    forward = east * np.cos(front) - south * np.sin(front)
-    right = east * np.sin(front) + south * np.cos(front)
-    pace = np.hypot(forward, right)
-    azimuth = np.degrees(np.arctan2(forward, right)) % 360
-    path = np.degrees(unwrapped(np.arctan2(south, east)))
-    codes = np.where(held(pace > GOES, pace > RESTS), np.round(azimuth / 45) % 8, PLACE).astype(int)
+    rate, count = float(profile.rate), len(front)
+    if count < 2:
+        return table([Event(0, count, PLACE, -1, 1.0, amount=0)])
+    forward, right, path = np.empty((3, count))
+    codes, fast, goes = np.empty(count, np.int8), np.empty(count, bool), np.empty(count, bool)
+    half = window(STRIDE, profile.rate) // 2
+    for block, places in hips.blocks(half):
+        some = block.inner
+        way = (places["RHip"] + places["LHip"])[:, ::2] / 2
+        frames = np.arange(some.start, some.stop)
+        first, last = np.maximum(frames - half, 0), np.minimum(frames + half, count - 1)
+        went = way[last - block.outer.start] - way[first - block.outer.start]
+        east, south = went.T / ((last - first) * leg / rate)
+        sine, cosine = np.sin(front[some]), np.cos(front[some])
+        ahead = forward[some] = east * cosine - south * sine
+        aside = right[some] = east * sine + south * cosine
+        path[some] = np.arctan2(south, east)
+        pace = np.hypot(ahead, aside)
+        codes[some] = np.round(np.degrees(np.arctan2(ahead, aside)) % 360 / 45) % 8
+        fast[some], goes[some] = pace > GOES, pace > RESTS
+    codes[~held(fast, goes)] = PLACE
     starts, stops = np.array(pieces(codes, round(BRIEF * rate))).T
-    code, sizes = codes[starts], stops - starts
-    goes = code != PLACE
+    code, sizes = codes[starts].astype(int), stops - starts
+    moves = code != PLACE
     ahead, aside = (np.add.reduceat(it, starts) / sizes for it in (forward, right))
     off = (np.degrees(np.arctan2(ahead, aside)) - 45 * code + 180) % 360 - 180
-    margin = 1 - np.where(goes, np.abs(off) / SECTOR, np.hypot(ahead, aside) / GOES)
+    margin = 1 - np.where(moves, np.abs(off) / SECTOR, np.hypot(ahead, aside) / GOES)
+    top = np.maximum.reduceat(np.hypot(forward, right, out=forward), starts)
+    del right
+    path = unwrapped(path)
+    np.degrees(path, out=path)
     curved = np.rint(np.maximum.reduceat(path, starts) - np.minimum.reduceat(path, starts))
     found = np.full((len(starts), len(Event._fields)), -1.0)
     for name, values in (
@@ -82,9 +94,9 @@ def travel(way: Floats, front: Floats, leg: float, profile: Profile) -> Floats:
         ("stop", stops),
         ("direction", code),
         ("margin", np.minimum(np.maximum(margin, 0), 1)),
-        ("amount", np.where(goes, curved, 0)),
-        ("speed", np.where(goes, np.maximum.reduceat(pace, starts), -0.01)),
-        ("beside", np.where(goes, (code + np.where(off > 0, 1, -1)) % 8, -1)),
+        ("amount", np.where(moves, curved, 0)),
+        ("speed", np.where(moves, top, -0.01)),
+        ("beside", np.where(moves, (code + np.where(off > 0, 1, -1)) % 8, -1)),
     ):
         found[:, Event._fields.index(name)] = values
     return found

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
 from lanindex.encode.angles import Told, bends, leans
-from lanindex.encode.arithmetic import parted, unwrapped
+from lanindex.encode.arithmetic import parted, unwrapped, window
 from lanindex.encode.events import Event, table
 from lanindex.encode.ground import LEGS, Ground, grounds
 from lanindex.encode.joints import Body
-from lanindex.encode.limbs import window
 from lanindex.encode.places import Stretch, stretches
 from lanindex.encode.rests import NEEDED, WISHED, apart, rests
 from lanindex.encode.steps import events, stances
@@ -64,30 +63,30 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
     arm, leg = body.length(ARMS), body.length(LEGS)
     for part, one, those in touches(body, arm) if arm else ():
         yield part, one.known, one.frames.start, table(those)
-    parts = stretches(body, NEEDED, WISHED) if leg else ()
-    for ground, places in zip(grounds(body, leg) if leg else (), parts, strict=True):
-        doubts |= dict.fromkeys(ground.doubts)
-        yield from _weight(ground, places, turn)
+    if leg:
+        yield from _feet(body, leg, turn, doubts)
     for hips in stretches(body, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
         front, stages, profile = unwrapped(front), body.stages, body.profile
-        calm = stages.mean(front, window(STRIDE, profile.rate))
-        way = travel(_way(hips), calm, leg, profile) if leg else table([])
+        way = table([])
+        if leg:
+            way = travel(hips, stages.mean(front, window(STRIDE, profile.rate)), leg, profile)
         yield "body_travel", hips.known, begin, way
         yield "body_turn", hips.known, begin, stages.turns(np.degrees(front), profile)
     yield from leans(body, turn)
 
 
-def _way(hips: Stretch) -> Floats:
-    """Return where the middle of the hips is over the ground, (N, 2), mm."""
-    found = np.empty((len(hips.frames), 2))
-    for block, places in hips.blocks():
-        found[block.inner] = (places["RHip"] + places["LHip"])[:, ::2] / 2
-    return found
+def _feet(body: Body, leg: float, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]:
+    """Yield the tracks of what carries the body, and add what was doubtful."""
+    parts = stretches(body, NEEDED, WISHED)
+    for ground, places in zip(grounds(body, leg), parts, strict=True):
+        doubts |= dict.fromkeys(ground.doubts)
+        yield from _weight(ground, places, turn)
+        del ground
 
 
 def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Told]:
-    front = turn[ground.begin : ground.begin + ground.carries.shape[1]]
+    front = turn[ground.places.frames.start : ground.places.frames.start + ground.carries.shape[1]]
     landed, flights = events(ground, front)
     carried = rests(ground, places)
     landed = apart(landed, carried, len(front))
@@ -96,10 +95,10 @@ def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Told]:
         held = stances(ground, foot)
         if held and not held[0].start:
             own = [Event(0, 0, PLACE, held[0].level, 1.0), *own]
-        yield f"{side}_support", ground.known, ground.begin, table(own)
-        yield f"{side}_stance", ground.known, ground.begin, table(held)
-    yield "jump", ground.known, ground.begin, table(flights)
-    yield "other_support", ground.known, ground.begin, table(carried)
+        yield f"{side}_support", ground.places.known, ground.places.frames.start, table(own)
+        yield f"{side}_stance", ground.places.known, ground.places.frames.start, table(held)
+    yield "jump", ground.places.known, ground.places.frames.start, table(flights)
+    yield "other_support", ground.places.known, ground.places.frames.start, table(carried)
 
 
 def _written(told: Sequence[Told], body: Body) -> list[Written]:

@@ -31,8 +31,8 @@ LONG = 12.0
 STAGES = {
     "heading": "heading.heading",
     "joints": "joints.body",
-    "lengths": "joints.lengths",
-    "curves": "limbs._known",
+    "lengths": "joints._sums joints._medians",
+    "curves": "limbs._curve",
     "limbs": "track.written written_fast.written",
     "ticks": "timing.quantise tempo.count",
     "whole body": "whole.whole",

@@ -51,7 +51,8 @@ def swings(values: np.ndarray) -> int:
 
 def apart(ground: Ground, turn: np.ndarray) -> np.ndarray:
     """Return how far the right ankle is before the left one, in lengths of a leg."""
-    way = ground.feet.points[0, 0] - ground.feet.points[1, 0]
+    ankles = ground.places.take(("RAnkle", "LAnkle"), np.arange(len(turn)))
+    way = (ankles["RAnkle"] - ankles["LAnkle"]) / ground.leg
     return np.array([faced(one, angle)[0] for one, angle in zip(way, turn.tolist(), strict=True)])
 
 
@@ -66,10 +67,10 @@ def main() -> int:
         except LanindexError:
             continue
         body = Body(motion, profile)
-        turn = heading(motion, profile.rate, body.joints)
+        turn = heading(motion, profile.rate, body)
         steps, rule, alternate, air, frames = 0, 0, True, 0, 0
         for ground in grounds(body, body.length(LEGS)):
-            front = turn[ground.begin : ground.begin + len(ground.feet.pelvis)]
+            front = turn[ground.places.frames.start : ground.places.frames.stop]
             found, flights = events(ground, front)
             steps, rule = steps + len(found), rule + swings(apart(ground, front))
             feet = [one.foot for one in found]

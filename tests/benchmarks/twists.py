@@ -27,7 +27,7 @@ from lanindex.formats import read
 def measured(path: str, profile) -> dict[str, np.ndarray]:
     """Return the angles of a capture, degrees."""
     body = Body(read(path, body_only=True), profile)
-    turn = heading(body.motion, profile.rate, body.joints)
+    turn = heading(body.motion, profile.rate, body)
     found = defaultdict(list)
     for needed in (TRUNK, (*TRUNK, "Head right")):
         for over in stretches(body, needed):

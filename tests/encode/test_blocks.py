@@ -1,6 +1,9 @@
 """A capture worked out part by part and in blocks of a few frames: bit for bit the same score."""
 
+import subprocess
+import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,11 +36,49 @@ def test_blocks_leave_no_trace(
     motion = motion_of(with_gaps(swung(3, 100, Fraction(rate), 5.0), GAPS), Fraction(rate))
     whole = facts(encode(motion, profile))
     monkeypatch.setattr(arithmetic, "BLOCK", block)
-    monkeypatch.setattr(limbs, "TOGETHER", 3 * len(motion))
+    monkeypatch.setattr(joints, "TOGETHER", 3 * len(motion))
     monkeypatch.setattr("lanindex.encode.whole.TOGETHER", block)
+    monkeypatch.setattr("lanindex.encode.timing.TOGETHER", block)
+    monkeypatch.setattr("lanindex.encode.measures.FEW", block)
     monkeypatch.setattr(joints, "KEPT", kept)
     monkeypatch.setattr(places, "KEPT", stretches)
     assert facts(encode(motion, profile)) == whole
+
+
+@pytest.mark.parametrize("way", ["plain", "fast"])
+def test_memory_of_a_long_capture_grows_by_little_a_frame(way: str) -> None:
+    if way == "fast":
+        pytest.importorskip("numba")
+    small, large = (measured(way, frames) for frames in (300_000, 900_000))
+    assert large - small <= 300 * 600_000  # 240 of them the body itself
+
+
+def measured(way: str, frames: int) -> int:
+    """Return the bytes that a process holds at most which makes a long capture and encodes it."""
+    words = [sys.executable, "-c", LONG, way, str(frames)]
+    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=TESTS)
+    return int(done.stdout)
+
+
+LONG = """
+import resource, sys
+from fractions import Fraction
+import numpy as np
+from made_motion import motion_of, swung
+from lanindex.encode import compiled, encode
+from lanindex.model import Motion
+way, frames = sys.argv[1], int(sys.argv[2])
+stages = compiled.PLAIN if way == "plain" else compiled.compiled()
+compiled.chosen = lambda work: stages
+some = motion_of(swung(3, 3000, Fraction(60), 5.0), Fraction(60))
+encode(some)
+positions = np.empty((frames, *some.positions.shape[1:]), np.float32)
+for start in range(0, frames, len(some)):
+    positions[start : start + len(some)] = some.positions[: frames - start]
+encode(Motion(some.skeleton, some.rate, positions, some.source))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""
+TESTS = Path(__file__).parents[1]
 
 
 def test_a_few_parts_at_a_time_are_all_parts(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -45,7 +86,7 @@ def test_a_few_parts_at_a_time_are_all_parts(monkeypatch: pytest.MonkeyPatch) ->
     body = joints.Body(motion, profile)
     turn = heading(motion, profile.rate)
     (together,) = limbs.limbs(body, turn)
-    monkeypatch.setattr(limbs, "TOGETHER", 1)
+    monkeypatch.setattr(joints, "TOGETHER", 1)
     alone = list(limbs.limbs(body, turn))
     assert [one.parts for one in alone] == [(part,) for part in together.parts]
     assert all(

@@ -109,8 +109,7 @@ class TestLimbs:
         body[:, JOINT_CODES["RWrist"]] = (0.0, 300.0, 400.0)
         for frames, length in ((slice(1, 9), 700.0), (slice(None), 500.0)):
             motion = motion_of(changed(body, "RElbow", frames, np.nan), RATE)
-            seen = joints.body(motion, PARTS["r_arm"].chain)
-            assert joints.lengths(seen, ["r_arm"]).tolist() == [length]
+            assert joints.Body(motion, load("default")).lengths(["r_arm"]).tolist() == [length]
 
     def test_a_missing_pelvis_is_the_middle_of_the_hips(self) -> None:
         body = swung(4, 50, RATE, 0.0)

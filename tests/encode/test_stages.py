@@ -10,8 +10,8 @@ from made_motion import motion_of, swung
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encode import encode
 from lanindex.encode.achieve import Run, achieve, runs
+from lanindex.encode.arithmetic import smooth, window
 from lanindex.encode.direction import Course, Space, course, margins, space
-from lanindex.encode.limbs import smooth, window
 from lanindex.encode.profile import load
 from lanindex.encode.resample import resample
 from lanindex.encode.rules import Rules, apply

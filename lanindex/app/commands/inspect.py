@@ -65,15 +65,14 @@ def run(
 def _seen(motion: Motion) -> dict[str, Any]:
     import numpy as np
 
-    from lanindex.alphabet import JOINTS, PARTS
+    from lanindex.alphabet import JOINTS
     from lanindex.encode.heading import heading
-    from lanindex.encode.joints import body, lengths
+    from lanindex.encode.joints import Body
+    from lanindex.encode.profile import load
 
     turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
     played = motion.source.made or motion.skeleton.played()
-    limbs = {
-        part: lengths(body(motion, PARTS[part].chain), [part])[0] for part in ("r_leg", "r_arm")
-    }
+    leg, arm = Body(motion, load("default")).lengths(["r_leg", "r_arm"])
     return {
         "file": motion.source.path,
         "format": motion.source.format,
@@ -84,7 +83,7 @@ def _seen(motion: Motion) -> dict[str, Any]:
         "up": motion.source.up,
         "compose": motion.source.compose or "the format leaves no choice",
         "height": f"{_height(motion):.0f} mm{_GUESSED * ('guessed' in motion.source.unit)}",
-        "limbs": f"leg {limbs['r_leg']:.0f} mm, arm {limbs['r_arm']:.0f} mm",
+        "limbs": f"leg {leg:.0f} mm, arm {arm:.0f} mm",
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
         **({"marker set": motion.source.set} if motion.source.set else {}),
         "palms": _palms(motion),
