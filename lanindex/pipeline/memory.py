@@ -12,7 +12,7 @@ from lanindex.formats.file import on_disk
 BASE = 300 << 20
 """Bytes that a process takes which reads a small file."""
 
-SHARE = 2.5
+SHARE = 2.2
 """Bytes more for each byte of the file (tests/benchmarks/memory.py)."""
 
 
