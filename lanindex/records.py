@@ -235,7 +235,9 @@ def of_clip(
     }
 
 
-def of_group(number: int, captures: Sequence[Capture], likeness: float) -> dict[str, Any]:
+def of_group(
+    number: int, captures: Sequence[Capture], likeness: float, sampled: int, of: int
+) -> dict[str, Any]:
     """Return captures that are like each other: a line of ``similar``.
 
     Parameters
@@ -246,6 +248,8 @@ def of_group(number: int, captures: Sequence[Capture], likeness: float) -> dict[
         The one that is most like all others first.
     likeness : float
         The mean over all pairs.
+    sampled, of : int
+        How many captures were compared to find it, and how many there are.
     """
     return {
         "group": number,
@@ -255,11 +259,18 @@ def of_group(number: int, captures: Sequence[Capture], likeness: float) -> dict[
         "capture_id": captures[0].id,
         "label": captures[0].label,
         "captures": [capture.path for capture in captures],
+        "sampled": sampled,
+        "of": of,
     }
 
 
 def of_motif(
-    pattern: str, part: str, captures: int, places: Sequence[tuple[Capture, Span]]
+    pattern: str,
+    part: str,
+    captures: int,
+    places: Sequence[tuple[Capture, Span]],
+    sampled: int,
+    of: int,
 ) -> dict[str, Any]:
     """Return a sequence that recurs: a line of ``motifs``.
 
@@ -271,6 +282,8 @@ def of_motif(
         In how many it occurs.
     places : sequence of (Capture, Span)
         Its hits.
+    sampled, of : int
+        How many captures were looked through for it, and how many there are.
     """
     return {
         "pattern": pattern,
@@ -286,4 +299,6 @@ def of_motif(
             }
             for capture, span in places
         ],
+        "sampled": sampled,
+        "of": of,
     }

@@ -18,7 +18,7 @@ from lanindex.model.columns import Roster
 from lanindex.pipeline.named import ranged, stored, within
 from lanindex.pipeline.patience import Patience, silent
 from lanindex.search.example.align import Pair, pairs
-from lanindex.search.example.moves import Clips, clips_in, clips_of
+from lanindex.search.example.moves import Clips, LazyClips, clips_of
 from lanindex.search.example.nearest import Found, Near, nearest
 from lanindex.search.hits import Hits
 
@@ -183,8 +183,7 @@ def alike(
     if clips is not None:
         frames, rates = roster.frames.tolist(), rates_of(roster).tolist()
         seconds = len(one.span) / one.rate
-        told = watch.of("captures")
-        found = nearest(query, seconds, clips, frames, rates, limit, watch=told)
+        found = nearest(query, seconds, clips, frames, rates, limit, watch=watch)
     hits = Hits(_hits(library, query, roster, found.near), f"like {one.named}")
     return Alike(one, hits, len(roster), found.aligned, found.sure)
 
@@ -194,8 +193,8 @@ def laid_out(
     chosen: Iterable[int] | None,
     parts: Iterable[str],
     but: Capture | None = None,
-) -> tuple[Roster, Clips | None]:
-    """Return captures and their movements side by side; None where there is no capture.
+) -> tuple[Roster, LazyClips | None]:
+    """Return captures and their movements, to be laid out; None where there is no capture.
 
     Parameters
     ----------
@@ -210,11 +209,11 @@ def laid_out(
     """
     names = list(parts)
     roster, columns = library.columns(names, chosen, more=["swings"])
-    if but is not None and but.id in roster.number:
-        order = np.flatnonzero(roster.number != but.id)
-        columns = {part: columns[part].taken(order) for part in names}
-        roster = roster.taken(order)
-    return roster, clips_in(columns, rates_of(roster), names) if len(roster) and names else None
+    places = np.flatnonzero(roster.number != (but.id if but is not None else 0))
+    roster = roster.taken(places)
+    there = len(places) and names
+    clips = LazyClips(tuple(names), columns, places, rates_of(roster)) if there else None
+    return roster, clips
 
 
 def rates_of(roster: Roster) -> NDArray[np.float64]:
@@ -235,8 +234,8 @@ def _hits(library: Store, query: Clips, roster: Roster, near: list[Near]) -> Ite
         clip = clip if whole else clip.cut(0, one.begin, one.end)
         matched = [pairs(query, clip, part) for part in range(len(query.parts))]
         best = int(np.argmax([sum(pair.saving for pair in part) for part in matched]))
-        index = [int(clip.moves.rows[pair.row]) for pair in matched[best]]
-        symbols = [tracks[query.parts[best]].listed()[row] for row in index]
+        listed = tracks[query.parts[best]].listed() if matched[best] else []
+        symbols = [listed[clip.moves.rows[pair.row]] for pair in matched[best]]
         span = Span(0, capture.frames) if whole else _hull(clip, matched, one)
         yield Hit(capture, span, one.likeness, (tuple(symbols),))
 

@@ -94,6 +94,7 @@ class Exploring(store.Store):
         *,
         groups: int | None = None,
         alike: float = 0.4,
+        sample: int | None = 2000,
         within: str | None = None,
         where: Where | None = None,
         timeout: float | None = None,
@@ -103,9 +104,11 @@ class Exploring(store.Store):
         Parameters
         ----------
         groups : int, optional
-            How many groups there shall be.
+            How many groups there shall be; fewer where there are fewer captures.
         alike : float
             Else the mean likeness, 0 to 1, of a group's captures at least.
+        sample : int or None
+            How many captures are compared: of more, so many taken at random; None: all.
         within : str, optional
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
@@ -137,7 +140,7 @@ class Exploring(store.Store):
 
         patience = Patience(self.watch, timeout, "grouping", _FEWER)
         chosen = self._chosen(within, where)
-        return similar(self, chosen, least=alike, wanted=groups, patience=patience)
+        return similar(self, chosen, least=alike, wanted=groups, sample=sample, patience=patience)
 
     def motifs(
         self,
@@ -145,6 +148,7 @@ class Exploring(store.Store):
         min_count: int = 5,
         length: int = 3,
         parts: Iterable[str] | None = None,
+        sample: int | None = 5000,
         within: str | None = None,
         where: Where | None = None,
         timeout: float | None = None,
@@ -159,6 +163,8 @@ class Exploring(store.Store):
             How many symbols it has at least.
         parts : iterable of str, optional
             Only of these parts.
+        sample : int or None
+            How many captures are looked through: of more, so many taken at random; None: all.
         within : str, optional
             Only captures whose path matches this glob.
         where : Mapping of str to str, optional
@@ -190,7 +196,9 @@ class Exploring(store.Store):
 
         patience = Patience(self.watch, timeout, remedy=_RARER)
         chosen = self._chosen(within, where)
-        return recurring(self, chosen, parts, least=min_count, shortest=length, patience=patience)
+        return recurring(
+            self, chosen, parts, least=min_count, shortest=length, sample=sample, patience=patience
+        )
 
     def movement(
         self,

@@ -12,7 +12,11 @@ from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
 from lanindex.pipeline.patience import Patience, silent
+from lanindex.pipeline.sampling import sampled
 from lanindex.search.example.motifs import LONGEST, Motif, line_in, motifs, told_first
+
+SAMPLE = 5000
+"""Captures that are looked through where nothing else is said: of more, so many at random."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,14 +88,15 @@ class Motifs:
     ----------
     found : list of Recurring
         First what accounts for most symbols, then what accounts for most of the others.
-    captures : int
-        How many were looked through.
+    captures, of : int
+        How many were looked through, and of how many.
     told : list of str
         What was not looked at, a sentence each.
     """
 
     found: list[Recurring]
     captures: int
+    of: int
     told: list[str]
 
 
@@ -102,6 +107,7 @@ def recurring(
     *,
     least: int,
     shortest: int,
+    sample: int | None = SAMPLE,
     patience: Patience | None = None,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library.
@@ -116,6 +122,8 @@ def recurring(
         Which parts; None: all.
     least, shortest : int
         How often a sequence occurs, and how many symbols it has, at least.
+    sample : int or None
+        How many captures are looked through at the most; None: all.
     patience : Patience, optional
         How long it may take, and who is told how far it is.
 
@@ -133,6 +141,8 @@ def recurring(
     if not 2 <= shortest <= LONGEST:
         raise UsageError(f"{shortest}", place="--length", wanted=f"2 to {LONGEST}")
     roster, columns = library.columns(names, chosen)
+    of, places = len(roster), sampled(len(roster), sample)
+    roster = roster.taken(places)
     found: list[Motif] = []
     told: list[str] = []
     for done, part in enumerate(names):
@@ -140,8 +150,8 @@ def recurring(
         own_columns = columns.pop(part)
         if not len(own_columns):
             continue
-        line = line_in(own_columns, roster.number)
-        own = motifs(part, line, least=least, shortest=shortest)
+        line = line_in(own_columns.taken(places), roster.number)
+        own = motifs(part, line, least=least, shortest=shortest, watch=watch)
         if own.cut:
             told.append(f"{part}: too many places for motifs of {own.cut} steps and more")
         found += own.found
@@ -160,4 +170,4 @@ def recurring(
         )
         for motif in told_first(found)
     ]
-    return Motifs(listed, len(roster), told)
+    return Motifs(listed, len(roster), of, told)

@@ -11,10 +11,14 @@ from lanindex.library.store import Store
 from lanindex.model import Capture
 from lanindex.pipeline.example import laid_out
 from lanindex.pipeline.patience import Patience, silent
+from lanindex.pipeline.sampling import sampled
 from lanindex.search.example.groups import Grouped, grouped
 
 ALIKE = 0.4
 """The mean likeness down to which groups are joined where nothing else is said."""
+
+SAMPLE = 2000
+"""Captures that are compared where nothing else is said: of more, so many taken at random."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,14 +45,17 @@ class Groups:
     ----------
     groups : list of Similar
         The largest first; a capture that is like no other is a group by itself.
-    captures, pairs : int
-        How many there are, and how many pairs were aligned.
+    captures, of : int
+        How many were compared, and of how many.
+    pairs : int
+        How many pairs of them were aligned.
     every : bool
         Whether those were all pairs.
     """
 
     groups: list[Similar]
     captures: int
+    of: int
     pairs: int
     every: bool
 
@@ -59,6 +66,7 @@ def similar(
     *,
     least: float = ALIKE,
     wanted: int | None = None,
+    sample: int | None = SAMPLE,
     patience: Patience | None = None,
 ) -> Groups:
     """Return the captures of a library in groups.
@@ -72,7 +80,9 @@ def similar(
     least : float
         The mean likeness of a group's captures, pair by pair, at least.
     wanted : int, optional
-        How many groups there shall be, instead.
+        How many groups there shall be, instead; fewer where there are fewer captures.
+    sample : int or None
+        How many captures are compared at the most; None: all.
     patience : Patience, optional
         How long it may take, and who is told how far it is.
 
@@ -87,13 +97,15 @@ def similar(
         raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
     limbs = [part for part in library.parts(checked=False) if kind_of(part) == "gesture"]
     roster, clips = laid_out(library, chosen, limbs)
-    found = Grouped([], 0, True)
+    found, numbers = Grouped([], 0, True), roster.number
     if clips is not None:
         watch = patience or Patience(silent, None)
-        found = grouped(clips, least=least, wanted=wanted, watch=watch)
-    captures = library.some(roster.number.tolist())
+        places = sampled(len(clips), sample)
+        some, numbers = clips.taken(places, watch), numbers[places]
+        found = grouped(some, least=least, wanted=wanted, watch=watch)
+    captures = library.some(numbers.tolist())
     groups = [
         Similar(tuple(captures[one] for one in group.members), group.likeness)
         for group in found.groups
     ]
-    return Groups(groups, len(captures), found.pairs, found.every)
+    return Groups(groups, len(captures), len(roster), found.pairs, found.every)

@@ -29,8 +29,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
+    def call(*words: str, main: str = MAIN) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-W", "error", "-c", main, *words]
         env = {**os.environ, "NO_COLOR": "1", "LANINDEX_DB": "own.db"}
         return subprocess.run(
             command, cwd=place, capture_output=True, text=True, env=env, check=False
@@ -72,6 +72,33 @@ def test_motifs_are_told(run, place: Path) -> None:
     assert shown[0] == motifs[0]["pattern"]
     assert shown[1].strip().startswith(f"{motifs[0]['hits']} hits in ")
     assert "are shown, --limit shows more" in shown[2]
+
+
+def test_a_sample_says_so(run) -> None:
+    small = "import lanindex.pipeline.{0} as verb; verb.SAMPLE = 2; " + MAIN
+    asked = {
+        "similar": ["similar"],
+        "motifs": ["motifs", "--min-count", "2", "--length", "2", "--part", "r_arm"],
+    }
+    for verb, words in asked.items():
+        done = run(*words, "--json", main=small.format(verb))
+        assert done.stderr.startswith("2 of 3 captures, taken at random, were "), done.stderr
+        assert "--all " in done.stderr
+        assert "in 2 captures" in done.stderr or "of 2 captures" in done.stderr
+        lines = [json.loads(line) for line in done.stdout.splitlines()]
+        # nothing recurs in the two that are drawn
+        assert {(line["sampled"], line["of"]) for line in lines} == (
+            {(2, 3)} if verb == "similar" else set()
+        )
+        every = run(*words, "--all", "--json", main=small.format(verb))
+        assert "taken at random" not in every.stderr
+        lines = [json.loads(line) for line in every.stdout.splitlines()]
+        assert {(line["sampled"], line["of"]) for line in lines} == {(3, 3)}
+
+
+def test_groups_that_are_wanted_are_counted(run) -> None:
+    done = run("similar", "--groups", "2")
+    assert done.stderr == "2 groups of 3 captures, 1 of them of one capture\n"
 
 
 @pytest.mark.parametrize(

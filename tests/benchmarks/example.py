@@ -27,7 +27,7 @@ mae_openni
 
 So what a search ranks by beats edit distance and warping in all four figures of both sets, plain in
 an eighty-fifth (bandai2) and a hundred-and-sixtieth (mae_openni) of the processor's time that
-warping takes, on a busy machine; compiled in less than a hundredth (2.1 and 0.8 ms).
+warping takes, on a busy machine.
 
 What was tried, on bandai2; on mae_openni:
 
@@ -67,7 +67,6 @@ from lanindex.alphabet import PARTS
 from lanindex.encode import encode
 from lanindex.formats import read
 from lanindex.pipeline.labels import read_labels
-from lanindex.search import compiled
 from lanindex.search.example import align, moves, nearest
 from lanindex.search.example.candidates import promises
 from lanindex.search.example.moves import Clips, clips_of
@@ -255,7 +254,6 @@ def told(name: str, own: Set, far: Ranking) -> None:
 
 
 def main() -> None:
-    compiled.chosen = lambda name, cells: None  # compiled loops keep the costs they began with
     for name in STYLES:
         own = loaded(name)
         print(f"{name}: {len(own.labels)} clips        1-NN all, others; MAP all, others")
@@ -316,22 +314,6 @@ def timed(own: Set, ways: dict[str, Ranking]) -> None:
             nearest.nearest(query, seconds, clips, many.frames, many.rates, limit)
             times.append(1000 * (process_time() - begin))
         print(f"  the best {limit} of {len(many.frames)} clips{'':24} {median(times):.1f}")
-    print(f"  {'alignment with angles, compiled':44} {compiled_time(own, chosen):.2f}")
-
-
-def compiled_time(own: Set, chosen: np.ndarray) -> float:
-    """Return the milliseconds of a ranking by the compiled alignment, not a number without it."""
-    if compiled.loaded("example") is None:
-        return float("nan")
-    kept, compiled.chosen = compiled.chosen, lambda name, cells: compiled.loaded(name)
-    far, times = aligned(own), []
-    far(0)  # compiles
-    for one in chosen:
-        begin = process_time()
-        far(int(one))
-        times.append(1000 * (process_time() - begin))
-    compiled.chosen = kept
-    return median(times)
 
 
 if __name__ == "__main__":

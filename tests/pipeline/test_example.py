@@ -88,7 +88,8 @@ def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:
     rows = [{part: one.symbols for part, one in tracks.items()} for _, tracks in held]
     rates = [float(capture.rate) for capture, _ in held]
     wanted = clips_of(rows, rates, library.parts())
-    roster, found = laid_out(library, None, library.parts())
+    roster, lazy = laid_out(library, None, library.parts())
+    found = lazy.taken(np.arange(len(lazy)))
     assert roster.number.tolist() == [capture.id for capture, _ in held]
     assert np.array_equal(found.first, wanted.first)
     for name in ("points", "sizes", "paces", "swings", "starts", "stops", "rows"):

@@ -7,6 +7,7 @@ from dances import BOW, RAISE, dance
 
 from lanindex.errors import UsageError
 from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.sampling import sampled
 
 
 @pytest.fixture
@@ -37,6 +38,36 @@ def test_captures_that_are_alike_are_a_group(library: Library) -> None:
         {"bow", "bow_again"}
     ]
     assert library.similar(where={"label": "none"}).groups == []
+
+
+def test_there_are_as_many_groups_as_are_wanted(library: Library) -> None:
+    for wanted in range(1, 6):
+        assert len(library.similar(groups=wanted).groups) == wanted
+    assert len(library.similar(groups=9).groups) == 5
+
+
+def test_of_a_large_library_a_sample_is_looked_at(library: Library) -> None:
+    found = library.similar(sample=3)
+    assert (found.captures, found.of) == (3, 5)
+    assert sum(len(group.captures) for group in found.groups) == 3
+    assert named(found.groups[0]) <= {"raise", "raise_fast", "raise_slow", "bow", "bow_again"}
+    every = library.similar(sample=None)
+    assert (every.captures, every.of) == (5, 5)
+    motifs = library.motifs(min_count=2, length=2, sample=3)
+    assert (motifs.captures, motifs.of) == (3, 5)
+    places = {place.capture.path for motif in motifs.found for place in motif.places}
+    assert len(places) <= 3
+    assert library.motifs(sample=None).captures == 5
+    for verb in (library.similar, library.motifs):
+        with pytest.raises(UsageError, match="a sample of 0, wanted 1 or more"):
+            verb(sample=0)
+
+
+def test_a_sample_is_the_same_each_time_and_in_order() -> None:
+    places = sampled(1000, 50)
+    assert places.tolist() == sorted(set(places.tolist())) == sampled(1000, 50).tolist()
+    assert len(places) == 50
+    assert sampled(7, 50).tolist() == sampled(7, None).tolist() == list(range(7))
 
 
 @pytest.mark.parametrize(

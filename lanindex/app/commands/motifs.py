@@ -10,7 +10,7 @@ from lanindex.app import options
 from lanindex.app.output import Output, end_progress
 
 if TYPE_CHECKING:
-    from lanindex.pipeline.motifs import Recurring
+    from lanindex.pipeline.motifs import Motifs, Recurring
 
 ON_A_TERMINAL = 20
 """Motifs that a terminal shows where no limit is set."""
@@ -30,6 +30,9 @@ def run(
         int | None,
         typer.Option("--limit", "-n", min=1, help="Motifs to show: 20 on a terminal, else all."),
     ] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Look through all captures, where else 5,000 are taken.")
+    ] = False,
     within: options.In = None,
     where: options.Where = None,
     timeout: options.Timeout = None,
@@ -48,6 +51,7 @@ def run(
     out = Output(json, quiet, verbose, color)
     from lanindex.app.formatting import counted
     from lanindex.pipeline import open_library
+    from lanindex.pipeline.motifs import SAMPLE
 
     with open_library(db, readonly=True) as library:
         library.tell, library.watch = out.note, out.watch
@@ -55,6 +59,7 @@ def run(
             min_count=least,
             length=length,
             parts=part,
+            sample=None if every else SAMPLE,
             within=within,
             where=options.where(where),
             timeout=timeout,
@@ -62,9 +67,12 @@ def run(
     end_progress()
     motifs = found.found
     shown = motifs[: limit or (ON_A_TERMINAL if out.terminal else None)]
-    _show(out, shown)
+    _show(out, shown, found)
     for line in found.told:
         out.note(line)
+    if found.captures < found.of:
+        sample = f"{found.captures:,} of {counted(found.of, 'capture')}"
+        out.note(f"{sample}, taken at random, were looked through: --all looks through all")
     cut = f"; {len(shown)} are shown, --limit shows more" if len(shown) < len(motifs) else ""
     captures = counted(found.captures, "capture")
     out.note(f"{counted(len(motifs), 'motif')} in {captures}{cut}")
@@ -72,20 +80,21 @@ def run(
         raise typer.Exit(1)
 
 
-def _show(out: Output, shown: list[Recurring]) -> None:
+def _show(out: Output, shown: list[Recurring], found: Motifs) -> None:
     from lanindex import records
     from lanindex.app.formatting import counted
 
     for motif in shown:
         if out.json:
             places = [(place.capture, place.span) for place in motif.places]
-            out.record(records.of_motif(motif.pattern, motif.part, motif.captures, places))
+            counts = motif.captures, places, found.captures, found.of
+            out.record(records.of_motif(motif.pattern, motif.part, *counts))
             continue
         first = motif.places[0]
         span = f"[{first.span.start}, {first.span.stop})"
         if not out.terminal:
             out.row([motif.hits, motif.captures, motif.pattern, first.capture.path, span])
             continue
-        counts = f"{counted(motif.hits, 'hit')} in {counted(motif.captures, 'capture')}"
+        told = f"{counted(motif.hits, 'hit')} in {counted(motif.captures, 'capture')}"
         out.line(out.paint(motif.pattern, "match"))
-        out.line(out.paint(f"    {counts}, first {first.capture.path} {span}", "dim"))
+        out.line(out.paint(f"    {told}, first {first.capture.path} {span}", "dim"))

@@ -21,6 +21,9 @@ def run(
         float | None,
         typer.Option("--alike", metavar="0..1", help="Their mean likeness at least: 0.4."),
     ] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Compare all captures, where else 2,000 are taken.")
+    ] = False,
     within: options.In = None,
     where: options.Where = None,
     timeout: options.Timeout = None,
@@ -38,7 +41,7 @@ def run(
     out = Output(json, quiet, verbose, color)
     from lanindex.errors import UsageError
     from lanindex.pipeline import open_library
-    from lanindex.pipeline.similar import ALIKE
+    from lanindex.pipeline.similar import ALIKE, SAMPLE
 
     if groups is not None and alike is not None:
         raise UsageError("--groups and --alike", wanted="one of them")
@@ -47,6 +50,7 @@ def run(
         found = library.similar(
             groups=groups,
             alike=ALIKE if alike is None else alike,
+            sample=None if every else SAMPLE,
             within=within,
             where=options.where(where),
             timeout=timeout,
@@ -64,7 +68,8 @@ def _show(out: Output, found: Groups) -> None:
     rows = []
     for number, group in enumerate(found.groups, 1):
         if out.json:
-            out.record(records.of_group(number, group.captures, group.likeness))
+            counts = found.captures, found.of
+            out.record(records.of_group(number, group.captures, group.likeness, *counts))
         elif out.terminal and len(group.captures) == 1:
             break  # the rest are by themselves, too; they are counted below
         else:
@@ -93,9 +98,14 @@ def _summary(out: Output, found: Groups, wanted: int | None) -> None:
     alone = len(found.groups) - len(several)
     pairs = "all" if found.every else "the nearest"
     out.detail(f"{found.pairs:,} pairs were compared: {pairs}")
+    if found.captures < found.of:
+        sample = f"{found.captures:,} of {counted(found.of, 'capture')}"
+        out.note(f"{sample}, taken at random, were compared: --all compares all")
     if not found.every:
         out.note("each capture was compared with those of like movements only, not with all")
-    if wanted is not None and len(found.groups) > wanted:
-        out.note(f"{len(found.groups)} groups are left: no two of them have anything in common")
+    captures = counted(found.captures, "capture")
+    if wanted is not None:
+        single = f", {alone:,} of them of one capture" if alone else ""
+        return out.note(f"{counted(len(found.groups), 'group')} of {captures}{single}")
     single = f"; {counted(alone, 'capture')} like no other" if alone else ""
-    out.note(f"{counted(len(several), 'group')} of {counted(found.captures, 'capture')}{single}")
+    out.note(f"{counted(len(several), 'group')} of {captures}{single}")

@@ -14,13 +14,13 @@ being told apart by their trembling. It is the same from either side and in the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search import compiled
-from lanindex.search.example.moves import Clips, Floats, Moves, Numbers, Windows
+from lanindex.model.columns import ranges
+from lanindex.search.example.moves import Clips, Floats, Moves, Numbers, Windows, distances, pieces
 
 REPLACED = 0.8
 """What a replaced movement costs, for each of how far apart both ends are."""
@@ -38,7 +38,7 @@ SQUARE = 1 << 20
 """Pairs of movements that are laid upon each other in one go; of longer parts, piece by piece."""
 
 _ROWS = 1 << 13
-"""Rows of the other side that are worked on at a time: what a processor keeps near."""
+"""Rows of the other side that are worked on at a time: what a processor's cache holds."""
 
 
 def likeness(apart: Floats, whole: Floats) -> Floats:
@@ -64,7 +64,22 @@ def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
     ndarray
         (B,) float32, 0 to 1. What only one of both has, a part too, is not shared.
     """
-    return paired(query, query.whole().some(np.zeros(len(windows), np.int64)), clips, windows)
+    asked = sizes(query.moves, query.whole())
+    whole = asked + sizes(clips.moves, windows)
+    saved = np.zeros_like(whole)
+    for part in range(len(query.parts)):
+        here = Windows(windows.low[part : part + 1], windows.high[part : part + 1])
+        low, high = query.first[part]
+        lanes = np.flatnonzero((here.low < here.high) & (low < high))
+        ours = Windows(np.full((1, len(lanes)), low), np.full((1, len(lanes)), high))
+        theirs, most = here.some(lanes), whole[part : part + 1, lanes]
+        if (high - low) * (theirs.high - theirs.low).max(initial=0) > SQUARE:
+            saved[part, lanes] = savings(query.moves, ours, clips.moves, theirs, most)[0]
+            continue
+        saved[part, lanes] = _begun(query.moves, ours.low[0], clips.moves, theirs.low[0])
+        own = query.moves.some(slice(low, high))
+        saved[part, lanes] += _shared(own, clips.moves, theirs.low[0], theirs.high[0], most[0])
+    return likeness((whole - saved).sum(axis=0), whole.sum(axis=0))
 
 
 def paired(one: Clips, ours: Windows, two: Clips, theirs: Windows) -> Floats:
@@ -114,18 +129,46 @@ def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, whole: Float
         found[tuple(lane)] = whole[tuple(lane)] - pieces
     low, begin = ours.low[both], theirs.low[both]
     more = np.zeros(len(low), np.float32)
-    fast = compiled.chosen("example", int((mine * others)[both].sum()))
-    if fast:
-        own = (one.points, one.sizes, one.paces, one.swings, low, ours.high[both])
-        other = (two.points, two.sizes, two.paces, two.swings, begin, theirs.high[both])
-        fast.savings(*own, *other, more)
-    else:
-        rows, counts, most = mine[both], others[both], whole[both]
-        for some in _lanes(rows, counts):
-            here = _flat(one, low[some], rows[some]), _flat(two, begin[some], counts[some])
-            more[some] = _saved(*here, most[some])
+    rows, counts, most = mine[both], others[both], whole[both]
+    for some in _lanes(rows, counts):
+        here = _flat(one, low[some], rows[some]), _flat(two, begin[some], counts[some])
+        more[some] = _best(counts[some], most[some], _pair_savings(*here))
     found[both] += more
     return found
+
+
+def _shared(query: Moves, clips: Moves, low: Numbers, high: Numbers, most: Floats) -> Floats:
+    """Return by how much stretches differ less than if all but the beginnings were left out: (B,).
+
+    What replacing a movement saves is worked out once for all stretches that it lies in.
+    """
+    found = np.zeros(len(low), np.float32)
+    for some in pieces(high - low, _ROWS):
+        first, last = low[some].min(), high[some].max()
+        bounds, places = ranges(low[some] - first, high[some] - first)
+        rows = savings_of(query, clips, slice(first, last))
+        found[some] = _best(np.diff(bounds), most[some], _taken(rows, places, bounds[:-1]))
+    return found
+
+
+def _taken(rows: Iterable[Floats], places: Numbers, first: Numbers) -> Iterator[Floats]:
+    """Yield rows of savings in these places; a beginning takes the place of none."""
+    for row in rows:
+        here = row.take(places)
+        here[first] = -np.inf
+        yield here
+
+
+def savings_of(query: Moves, others: Moves, rows: slice) -> Iterator[Floats]:
+    """Yield, movement by movement of one clip, what it saves in the place of each of others: (N,).
+
+    Its beginning is left out; what is first of the others saves nothing, a negative infinity.
+    """
+    mine, theirs = _columns(query, slice(None)), _columns(others, rows)
+    before = distances(mine[:3, :1], theirs)
+    for row in range(1, len(query.rows)):
+        saved, before = _saving(mine[:, row : row + 1], theirs, before)
+        yield saved
 
 
 def _cell(windows: Windows, lane: Numbers) -> Windows:
@@ -154,7 +197,7 @@ def _pieces(windows: Windows, count: int) -> Windows:
 
 
 def _begun(one: Moves, ours: Numbers, two: Moves, theirs: Numbers) -> Floats:
-    """Return what is saved by laying beginnings upon each other; less than 0 where far apart."""
+    """Return what laying beginnings upon each other saves; less than 0 where they are far apart."""
     away = one.points[ours] - two.points[theirs]
     saved: Floats = 2 * np.minimum(one.swings[ours], two.swings[theirs])
     saved -= np.float32(POSE) * np.sqrt(np.square(away).sum(axis=1))
@@ -164,8 +207,8 @@ def _begun(one: Moves, ours: Numbers, two: Moves, theirs: Numbers) -> Floats:
 def _lanes(rows: Numbers, counts: Numbers) -> Iterator[Numbers]:
     """Yield which pairs to work on together: those with most rows of the one side first."""
     order = np.argsort(-rows, kind="stable")
-    full = np.cumsum(counts[order]) // _ROWS
-    yield from np.split(order, np.flatnonzero(np.diff(full)) + 1) if len(order) else ()
+    for some in pieces(counts[order], _ROWS):
+        yield order[some]
 
 
 class _Flat(NamedTuple):
@@ -176,9 +219,7 @@ class _Flat(NamedTuple):
     first, counts : ndarray
         (L,) where each lane begins, and how many rows it has, its beginning counted.
     columns : ndarray
-        (6, N) float32: the three coordinates where each leads to, times `REPLACED`; what it costs,
-        less half of what follows; twice what its pace and its swings cost. So what two differ in
-        is what both cost, less the smaller of each.
+        (6, N) float32, as `_columns` makes them.
     """
 
     first: Numbers
@@ -188,52 +229,78 @@ class _Flat(NamedTuple):
 
 def _flat(moves: Moves, low: Numbers, counts: Numbers) -> _Flat:
     """Return so many rows from `low` on of each lane."""
-    first = np.cumsum(counts) - counts
-    rows = np.arange(counts.sum()) + np.repeat(low - first, counts)
-    columns = np.empty((6, len(rows)), np.float32)
-    columns[:3] = moves.points[rows].T
+    bounds, rows = ranges(low, low + counts)
+    return _Flat(bounds[:-1], counts, _columns(moves, rows))
+
+
+def _columns(moves: Moves, rows: slice | Numbers) -> Floats:
+    """Return what is worked with of some movements, (6, N).
+
+    The three coordinates where each leads to, times `REPLACED`; what it costs, less half of what
+    follows; twice what its pace and its swings cost. So what two differ in is what both cost, less
+    the smaller of each.
+    """
+    points = moves.points[rows]
+    columns = np.empty((6, len(points)), np.float32)
+    columns[:3] = points.T
     columns[:3] *= np.float32(REPLACED)
     columns[4], columns[5] = np.float32(PACE) * moves.paces[rows], moves.swings[rows]
     columns[3] = moves.sizes[rows] - columns[4] - columns[5]
     columns[4:] *= 2
-    return _Flat(first, counts, columns)
+    return columns
 
 
-def _saved(one: _Flat, two: _Flat, most: Floats) -> Floats:
-    """Return the most that each lane saves: row by row of the one side, all lanes at once.
+def _pair_savings(one: _Flat, two: _Flat) -> Iterator[Floats]:
+    """Yield, row by row of the one side, what it saves in the places of the other: (N,).
 
-    No lane can save as much as there is between where it and the next begin to count (`most` and a
-    little), so that what is saved before a place is a running maximum along all of them.
+    One side has fewer and fewer rows, lane by lane; N is as far as there are any.
     """
-    begun = np.cumsum(most + 1.0, dtype=np.float64) - most
-    best = np.repeat(begun, two.counts)
-    # Numbers above 0 are in order as integers are; a running maximum of these takes a fifth.
-    bits = best.view(np.int64)
-    own = np.repeat(one.first, two.counts)
+    own, ends = np.repeat(one.first, two.counts), two.first + two.counts
     two.columns[3, two.first] = -np.inf  # a beginning takes the place of none
-    ends = two.first + two.counts
-    before = _apart(one.columns[:3].take(own, axis=1), two.columns)
+    before = distances(one.columns[:3].take(own, axis=1), two.columns)
     for row in range(1, int(one.counts[0])):
         end = ends[np.searchsorted(-one.counts, -row) - 1]
-        mine, other = one.columns.take(own[:end] + row, axis=1), two.columns[:, :end]
-        here = _apart(mine, other)
-        saved = np.minimum(mine[4], other[4])
-        saved += np.minimum(mine[5], other[5])
-        saved += mine[3]
-        saved += other[3]
-        saved[1:] -= here[1:] + before[: end - 1]
+        mine = one.columns.take(own[:end] + row, axis=1)
+        saved, before = _saving(mine, two.columns[:, :end], before[:end])
+        yield saved
+
+
+def _saving(mine: Floats, other: Floats, before: Floats) -> tuple[Floats, Floats]:
+    """Return what movements save that replace others, (N,), and how far they lie from them.
+
+    `before` is how far those before them lie from the others; the first of all saves nothing.
+    """
+    here = distances(mine, other)
+    saved = np.minimum(mine[4], other[4])
+    saved += np.minimum(mine[5], other[5])
+    saved += mine[3]
+    saved += other[3]
+    saved[1:] -= here[1:] + before[:-1]
+    saved[0] = -np.inf
+    return saved, here
+
+
+def _best(counts: Numbers, most: Floats, savings: Iterable[Floats]) -> Floats:
+    """Return the most that each lane saves: row by row of the one side, all lanes at once.
+
+    Parameters
+    ----------
+    counts : ndarray
+        (L,) how many rows each lane has of the other side.
+    most : ndarray
+        (L,) no lane can save more. So what is saved before a place is a running maximum along all
+        of them, if each begins to count that much higher, and a little, than the one before it.
+    savings : iterable of ndarray
+        By row of the one side, what it saves in each place of the other: (N,), fewer and fewer.
+    """
+    begun = np.cumsum(most + 1.0, dtype=np.float64) - most
+    best = np.repeat(begun, counts)
+    bits = best.view(np.int64)  # numbers above 0 are in order as integers are, which is faster
+    for saved in savings:
+        end = len(saved)
         np.maximum(best[1:end], best[: end - 1] + saved[1:], out=best[1:end])
         np.maximum.accumulate(bits[:end], out=bits[:end])
-        before = here
-    return np.asarray(best[ends - 1] - begun, np.float32)
-
-
-def _apart(one: Floats, two: Floats) -> Floats:
-    """Return how far points lie apart, coordinates first."""
-    total = np.square(one[0] - two[0])
-    total += np.square(one[1] - two[1])
-    total += np.square(one[2] - two[2])
-    return np.asarray(np.sqrt(total, out=total), np.float32)
+    return np.asarray(best[np.cumsum(counts) - 1] - begun, np.float32)
 
 
 class Pair(NamedTuple):

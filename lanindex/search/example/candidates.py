@@ -12,11 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.example.align import POSE, REPLACED, changes, likeness
+from lanindex.search.example.align import POSE, REPLACED, likeness, savings_of
 from lanindex.search.example.moves import STEP, Clips, Floats, Moves, Numbers
-
-_CELLS = 1 << 20
-"""Pairs of movements that are compared at a time."""
 
 LONGEST = 2048
 """Movements of one part of the example that are each compared with every movement."""
@@ -80,14 +77,11 @@ def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
     if len(own.rows) > LONGEST:
         most += _most(own)[1:].sum()
         return most, np.where(beginning, np.float32(0), _most(rows))
-    step = max(1, _CELLS // max(1, len(rows.rows)))
-    for begin in range(1, len(own.rows), step):
-        some = own.some(slice(begin - 1, begin + step))
-        saving = some.sizes[1:, None] + rows.sizes - changes(some, rows)[1:]
-        saving[:, beginning] = 0
+    for saving in savings_of(own, rows, slice(None)):
         np.maximum(saving, 0, out=saving)
-        most += np.maximum.reduceat(saving, first, axis=1).sum(axis=0)
-        np.maximum(best, saving.max(axis=0), out=best)
+        saving[beginning] = 0
+        most += np.maximum.reduceat(saving, first)
+        np.maximum(best, saving, out=best)
     return most, best
 
 

@@ -5,6 +5,8 @@ is and no less than a threshold. Of few clips all pairs are aligned. Of many onl
 by a rough signature (how much each part moves to which cell) are, and what was not aligned counts
 as not alike; then each group is stood for by its medoid, the clip that is most like all others of
 it, and the medoids are grouped in the same way, round by round, until nothing is joined any more.
+Where a number of groups is wanted and those that are left have nothing in common, those are joined
+whose signatures are nearest.
 So the work grows with the number of clips, not with its square, and groups may be of any size.
 
 For their signatures clips are dealt out into blocks of neighbours, halved by the way from one clip
@@ -15,7 +17,7 @@ pairs that comparing all with all does, in a quarter of the time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
@@ -23,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.search.example.align import paired
-from lanindex.search.example.moves import POINTS, Clips, Floats, Numbers
+from lanindex.search.example.moves import POINTS, Clips, Floats, Numbers, Watch, unwatched
 
-PAIRS = 200_000
+PAIRS = 60_000
 """Pairs that are aligned, about; of each clip `FEWEST` at least."""
 
 FEWEST = 8
@@ -34,11 +36,17 @@ FEWEST = 8
 _AXES = 32
 """Numbers of a signature that are compared."""
 
-_AT_ONCE = 1 << 14
+_TURNS = 4
+"""How often these are turned towards where signatures differ most."""
+
+_AT_ONCE = 1 << 12
 """Pairs that are aligned at a time."""
 
 _NOTHING = 0.01
 """A likeness from which on two clips have nothing in common."""
+
+_NEAREST = 1e-6
+"""A likeness in the place of none, of clips whose signatures are the same, where some is wanted."""
 
 _BLOCK = 2048
 """Clips that are compared each with each for their neighbours."""
@@ -80,16 +88,8 @@ class Grouped(NamedTuple):
     every: bool
 
 
-Watch = Callable[[str, int, int], None]
-"""Is told what is gone through, how much of it is done, and of how much; it may raise."""
-
-
-def _unwatched(noun: str, done: int, total: int) -> None:
-    """Tell nobody."""
-
-
 def grouped(
-    clips: Clips, *, least: float, wanted: int | None = None, watch: Watch = _unwatched
+    clips: Clips, *, least: float, wanted: int | None = None, watch: Watch = unwatched
 ) -> Grouped:
     """Return clips in groups.
 
@@ -100,27 +100,30 @@ def grouped(
     least : float
         The mean likeness down to which groups are joined.
     wanted : int, optional
-        How many groups there shall be, instead; more are left where no more pairs are alike.
+        How many groups there shall be, instead; fewer where there are fewer clips.
     watch : callable, optional
         Is told how far it is.
     """
     found, known = signatures(clips), _Known(clips, watch)
     groups = [[clip] for clip in range(len(clips))]
-    rounds, floor, every = 0, least, False
-    while not every and floor > _NOTHING:
+    rounds, floor, every, settled = 0, least, False, False
+    while not every and (wanted or not settled):
         medoids = np.array([group[0] for group in groups], np.int64)
         reach = max(FEWEST, 2 * PAIRS // max(1, len(groups)))
         every = reach >= len(groups) - 1
         pairs = near(found[medoids], reach, watch)
         alike = known.alike(medoids[pairs])
+        if wanted:
+            apart = np.linalg.norm(np.diff(found[medoids[pairs]], axis=1)[:, 0], axis=1)
+            alike = np.maximum(alike, _NEAREST / (1 + apart))
         weights = [len(group) for group in groups]
-        last = 0.0 if wanted and every else floor
-        joined = linked(weights, pairs, alike, last, wanted or 1)
+        last = 0.0 if wanted and (every or floor <= _NOTHING) else floor
+        joined = linked(weights, pairs, alike, last, wanted or 1, watch)
         order = _medoids_first(joined, weights, pairs, alike)
         rounds += 1
         settled = len(order) == len(groups)
         groups = [[clip for one in group for clip in groups[one]] for group in order]
-        if len(groups) == wanted or (settled and not wanted):
+        if wanted and len(groups) <= wanted:
             break
         floor = floor / 2 if settled else floor
     aligned = len(known)
@@ -150,7 +153,8 @@ class _Known:
         """Return how alike pairs of clips are: (K,), of a clip with itself 1."""
         low, high = np.sort(pairs, axis=1).T
         keys = low * len(self._clips) + high
-        new = np.setdiff1d(keys[low < high], self._keys)
+        new = _distinct(keys[low < high])
+        new = new[~np.isin(new, self._keys, kind="sort")]
         every = np.concatenate([self._keys, new])
         order = np.argsort(every)
         self._values = np.concatenate([self._values, self._aligned(new)])[order]
@@ -170,7 +174,7 @@ class _Known:
         return np.concatenate(values)
 
 
-def near(found: Floats, reach: int, watch: Watch = _unwatched) -> Numbers:
+def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
     """Return the pairs that may be alike: (K, 2), the lower number first, each once.
 
     Parameters
@@ -201,8 +205,14 @@ def near(found: Floats, reach: int, watch: Watch = _unwatched) -> Numbers:
     order = np.lexsort((np.concatenate(ways)[once], owner))
     firsts = np.searchsorted(owner, np.arange(count))
     order = order[np.arange(len(order)) - firsts[owner] < reach]
-    pairs = np.sort(np.stack([owner, other], axis=1)[order], axis=1)
-    return np.unique(pairs, axis=0)
+    low, high = np.minimum(owner, other)[order], np.maximum(owner, other)[order]
+    return np.stack(np.divmod(_distinct(low * count + high), count), axis=1)
+
+
+def _distinct(keys: Numbers) -> Numbers:
+    """Return numbers in order, each once."""
+    ordered = np.sort(keys)
+    return ordered[np.diff(ordered, prepend=-1) > 0]
 
 
 def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
@@ -233,8 +243,11 @@ def signatures(clips: Clips) -> Floats:
         table[:, part * len(cells) : (part + 1) * len(cells)] = own.reshape(count, -1)
     table = np.sqrt(table)
     table -= table.mean(axis=0)
-    _, axes = np.linalg.eigh(table.T @ table)
-    found: Floats = table @ axes[:, -_AXES:]
+    # the axes along which they differ most, nearly: all of them would take longer than the rest
+    axes = np.random.default_rng(0).normal(size=(table.shape[1], _AXES)).astype(np.float32)
+    for _ in range(_TURNS):
+        axes, _ = np.linalg.qr(table.T @ (table @ axes))
+    found: Floats = table @ axes
     return found
 
 
@@ -244,6 +257,7 @@ def linked(
     alike: NDArray[np.float64],
     least: float,
     wanted: int,
+    watch: Watch = unwatched,
 ) -> list[list[int]]:
     """Return groups by average linkage; a pair that is not told is not alike.
 
@@ -257,11 +271,16 @@ def linked(
         The mean likeness down to which groups are joined.
     wanted : int
         How many groups shall be left.
+    watch : callable, optional
+        Is told how far it is.
     """
     sums: dict[int, dict[int, float]] = {one: {} for one in range(len(weights))}
-    for (one, two), value in zip(pairs.tolist(), alike.tolist(), strict=True):
-        if value > 0:
-            sums[one][two] = sums[two][one] = value * weights[one] * weights[two]
+    for first in range(0, len(pairs), _AT_ONCE):
+        watch("pairs", first, len(pairs))
+        some = slice(first, first + _AT_ONCE)
+        for (one, two), value in zip(pairs[some].tolist(), alike[some].tolist(), strict=True):
+            if value > 0:
+                sums[one][two] = sums[two][one] = value * weights[one] * weights[two]
     size = dict(enumerate(weights))
     members = {one: [one] for one in sums}
     queue = [
@@ -278,6 +297,7 @@ def linked(
             continue
         if -value < least:
             break
+        watch("captures", new - len(weights), len(weights))
         members[new] = members.pop(one) + members.pop(two)
         size[new] = size[one] + size[two]
         for third, total in _merged(sums, one, two, new).items():

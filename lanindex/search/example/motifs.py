@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import PASSING, Columns, codes_of
+from lanindex.search.example.moves import Watch, unwatched
 
 Numbers = NDArray[np.int64]
 
@@ -154,7 +155,14 @@ def line_in(columns: Columns, captures: NDArray[np.int64]) -> Line:
 
 
 def motifs(
-    part: str, line: Line, *, least: int, shortest: int, longest: int = LONGEST, most: int = MOST
+    part: str,
+    line: Line,
+    *,
+    least: int,
+    shortest: int,
+    longest: int = LONGEST,
+    most: int = MOST,
+    watch: Watch = unwatched,
 ) -> Motifs:
     """Return the motifs of a part.
 
@@ -170,6 +178,8 @@ def motifs(
         How many steps it has.
     most : int
         Places that are grown at the most.
+    watch : callable, optional
+        Is told how far it is; it may raise.
     """
     follows = _following(line)
     stand = _begun(line)
@@ -177,6 +187,7 @@ def motifs(
     counted: dict[tuple[int, ...], Motif] = {}
     cut = 0
     for steps in range(2, longest + 2):
+        watch("steps", steps - 2, longest)
         stand, names = _grown(line, follows, _frequent(stand, least), names)
         if len(stand.row) > most:
             cut = steps

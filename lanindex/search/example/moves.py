@@ -9,18 +9,27 @@ to both sides.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS, PLACE
-from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, codes_of
+from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, codes_of, ranges
 
 Floats = NDArray[np.float32]
 Numbers = NDArray[np.int64]
+
+Watch = Callable[[str, int, int], None]
+"""Is told what is gone through, how much of it is done, and of how much; it may raise."""
+
+
+def unwatched(noun: str, done: int, total: int) -> None:
+    """Tell nobody."""
+
 
 STEP = 0.25
 """What every movement costs that one clip has and the other has not, beside how far it goes."""
@@ -45,6 +54,9 @@ def _points() -> Floats:
 
 POINTS = _points()
 """Where each cell has its middle: (9, 3, 3), by direction and level, x right, y up, z forward."""
+
+_MIDDLES: Floats = np.append(POINTS.reshape(-1, 3), np.zeros((1, 3), np.float32), axis=0)
+_NOWHERE = len(_MIDDLES) - 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,46 +96,59 @@ class Moves:
 _COLUMNS = ("points", "sizes", "paces", "swings", "starts", "stops", "rows")
 
 
-def _moves(
-    rows: NDArray[Any], lengths: Numbers, rates: NDArray[np.float64]
-) -> tuple[Moves, Numbers]:
+Fields = Mapping[str, NDArray[Any]]
+"""Rows of symbols, field by field: some of those of a score's symbols, by their names."""
+
+
+def _moves(fields: Fields, lengths: Numbers, rates: NDArray[np.float64]) -> tuple[Moves, Numbers]:
     """Return the movements of one part in several clips, and how many rows each has."""
-    kept = _shown(rows)
+    kept = np.arange(lengths.sum())
+    if "passing" in fields:  # a score does not show what is merely passed
+        kept = np.flatnonzero(~fields["passing"])
     ends = np.cumsum(lengths)
     counts = np.diff(np.searchsorted(kept, ends), prepend=0)
-    shown = rows[kept]
+    shown = {name: field[kept] for name, field in fields.items()}
     kept = kept - np.repeat(ends - lengths, counts)
     starts, stops = shown["start"].astype(np.int64), shown["stop"].astype(np.int64)
     seconds = (stops - starts) / np.repeat(rates, counts)
     paces = np.log(np.maximum(seconds, BRIEFEST)).astype(np.float32)
-    swings = np.zeros(len(shown), np.float32)
-    if "swings" in (rows.dtype.names or ()):
+    swings = np.zeros(len(kept), np.float32)
+    if "swings" in shown:
         swings += np.float32(SWING) * shown["swings"]
     points = _placed(shown)
-    way = np.sqrt(np.square(np.diff(points, axis=0, prepend=points[:1])).sum(axis=1))
+    way = np.zeros(len(kept), np.float32)
+    way[1:] = distances(points[1:].T, points[:-1].T)
     moving = starts < stops
     moving[(np.cumsum(counts) - counts)[counts > 0]] = False
     sizes = swings + np.where(moving, np.float32(STEP) + way, np.float32(0))
     return Moves(points, sizes, paces, swings, starts, stops, kept), counts
 
 
-def _shown(rows: NDArray[Any]) -> Numbers:
-    """Return which rows a score shows: what is merely passed is left out."""
-    passing = "passing" in (rows.dtype.names or ())
-    return np.flatnonzero(~rows["passing"]) if passing else np.arange(len(rows))
+def distances(one: Floats, two: Floats) -> Floats:
+    """Return how far points lie apart: (N,) from (3, N) of each side, coordinates first."""
+    total = np.square(one[0] - two[0])
+    total += np.square(one[1] - two[1])
+    total += np.square(one[2] - two[2])
+    return np.asarray(np.sqrt(total, out=total), np.float32)
 
 
-def _placed(rows: NDArray[Any]) -> Floats:
+def _placed(fields: Fields) -> Floats:
     """Return where symbols lead to; one without direction or level leads to the centre."""
-    told = (rows["direction"] >= 0) & (rows["level"] >= 0)
-    cells = POINTS[rows["direction"], rows["level"]]
-    points: Floats = np.where(told[:, None], cells, np.float32(0))
-    if "runner_direction" in (rows.dtype.names or ()):
-        near = (rows["runner_direction"] >= 0) & (rows["runner_level"] >= 0) & told
-        share = np.where(near, 0.5 * (1.0 - np.clip(rows["margin"], 0.0, 1.0)), 0.0)
-        towards = POINTS[rows["runner_direction"], rows["runner_level"]] - points
-        points += share[:, None].astype(np.float32) * towards
+    cells = _cells(fields, "")
+    points = _MIDDLES[cells]
+    if "runner_direction" in fields:
+        runners = _cells(fields, "runner_")
+        margin = np.clip(fields["margin"], 0.0, 1.0)
+        share = np.where((runners < _NOWHERE) & (cells < _NOWHERE), 0.5 * (1.0 - margin), 0.0)
+        points += share[:, None].astype(np.float32) * (_MIDDLES[runners] - points)
     return points
+
+
+def _cells(fields: Fields, which: str) -> Numbers:
+    """Return the places of cells in `_MIDDLES`; `_NOWHERE` without direction or level."""
+    direction, level = fields[f"{which}direction"], fields[f"{which}level"]
+    told = (direction >= 0) & (level >= 0)
+    return np.where(told, direction.astype(np.int64) * len(LEVELS) + level, _NOWHERE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,28 +178,50 @@ class Clips:
         """Return the windows that hold all of each clip."""
         return Windows(self.first[:, :-1], self.first[:, 1:])
 
-    def windows(self, clip: int, begins: Numbers, ends: Numbers) -> Windows:
-        """Return stretches of one clip.
+    @property
+    def counts(self) -> Numbers:
+        """(C,) how many rows each clip has."""
+        counts: Numbers = np.diff(self.first, axis=1).sum(axis=0)
+        return counts
+
+    def taken(self, order: Numbers) -> Clips:
+        """Return some of the clips: (D,) which."""
+        pieces = [ranges(borders[order], borders[order + 1]) for borders in self.first]
+        rows = np.concatenate([rows for _, rows in pieces])
+        counts = np.stack([np.diff(bounds) for bounds, _ in pieces])
+        return Clips(self.parts, self.moves.some(rows), _borders(counts))
+
+    def windows(self, clips: Numbers, begins: Numbers, ends: Numbers) -> Windows:
+        """Return stretches of clips.
 
         Parameters
         ----------
-        clip : int
-            Which.
+        clips : ndarray
+            (B,) which.
         begins, ends : ndarray
-            (B,) frames of its source, half-open: what arrives in them.
+            (B,) frames of their sources, half-open: what arrives in them.
         """
-        low = np.zeros((len(self.parts), len(begins)), np.int64)
+        low = np.zeros((len(self.parts), len(clips)), np.int64)
         high = low.copy()
-        for part, (first, last) in enumerate(self.first[:, clip : clip + 2]):
-            stops = self.moves.stops[first:last]
-            low[part] = first + np.maximum(np.searchsorted(stops, begins, "right") - 1, 0)
-            high[part] = first + np.searchsorted(stops, ends, "right")
+        if not len(clips):
+            return Windows(low, high)
+        some = slice(clips.min(), clips.max() + 2)
+        far = max(self.moves.stops.max(initial=0), begins.max(), ends.max()) + 2
+        for part, borders in enumerate(self.first):
+            edges = borders[some]
+            stops = self.moves.stops[edges[0] : edges[-1]]
+            times = np.repeat(np.arange(len(edges) - 1) * far, np.diff(edges)) + stops
+            base = (clips - some.start) * far
+            first, last = borders[clips], borders[clips + 1]
+            before = np.searchsorted(times, base + np.maximum(begins, -1), "right") - 1
+            low[part] = np.maximum(edges[0] + before, first)
+            high[part] = edges[0] + np.searchsorted(times, base + np.maximum(ends, -1), "right")
             high[part] = np.where(first < last, np.maximum(high[part], low[part] + 1), low[part])
         return Windows(low, high)
 
     def cut(self, clip: int, begin: int, end: int) -> Clips:
         """Return one stretch of one clip as a clip by itself."""
-        window = self.windows(clip, np.array([begin]), np.array([end]))
+        window = self.windows(np.array([clip]), np.array([begin]), np.array([end]))
         low, high = window.low[:, 0], window.high[:, 0]
         index = np.concatenate([np.arange(*pair) for pair in zip(low, high, strict=True)])
         ends = np.cumsum(high - low)
@@ -228,53 +275,98 @@ def clips_of(
     for part in parts:
         own = [clip.get(part, some) for clip in tracks]
         lengths = np.array([len(rows) for rows in own], np.int64)
-        found.append(_moves(np.concatenate(own), lengths, np.array(rates, np.float64)))
+        rows = np.concatenate(own)
+        fields = {name: rows[name] for name in _FIELDS if name in (rows.dtype.names or ())}
+        found.append(_moves(fields, lengths, np.array(rates, np.float64)))
     return _clips(parts, found)
 
 
-def clips_in(
-    columns: Mapping[str, Columns], rates: NDArray[np.float64], parts: Sequence[str]
-) -> Clips:
-    """Return the captures of columns side by side.
+_LEAST = [("direction", "i1"), ("level", "i1"), ("start", "i4"), ("stop", "i4")]
+_FIELDS = (
+    *("direction", "level", "runner_direction", "runner_level"),
+    *("margin", "passing", "start", "stop", "swings"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class LazyClips:
+    """The captures of columns, laid out when they are asked for, so that memory holds but few.
+
+    Attributes
+    ----------
+    parts : tuple of str
+        In order.
+    columns : Mapping of str to Columns
+        By part, with their swings.
+    places : ndarray
+        (C,) where each clip stands in the columns.
+    rates : ndarray
+        (C,) of each clip: frames a second.
+    """
+
+    parts: tuple[str, ...]
+    columns: Mapping[str, Columns]
+    places: Numbers
+    rates: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        """Return the number of clips."""
+        return len(self.places)
+
+    @property
+    def counts(self) -> Numbers:
+        """(C,) how many rows each clip has, with those that are merely passed."""
+        counts = np.zeros(len(self), np.int64)
+        for part in self.parts:
+            counts += np.diff(self.columns[part].bounds)[self.places]
+        return counts
+
+    def taken(self, order: Numbers, watch: Watch = unwatched) -> Clips:
+        """Return some of the clips: (D,) which."""
+        found = []
+        for done, part in enumerate(self.parts):
+            watch("parts", done, len(self.parts))
+            own = self.columns[part].taken(self.places[order])
+            found.append(_moves(_fields(own), np.diff(own.bounds), self.rates[order]))
+        return _clips(self.parts, found)
+
+
+def _fields(columns: Columns) -> Fields:
+    """Return columns as the fields that a score's symbols have."""
+    direction, level = codes_of(columns.cell)
+    runner_direction, runner_level = codes_of(columns.runner)
+    swings = np.zeros(len(columns), np.int32) if columns.swings is None else columns.swings
+    return {
+        "direction": direction,
+        "level": level,
+        "runner_direction": runner_direction,
+        "runner_level": runner_level,
+        "margin": (columns.margin / THOUSANDTHS).astype(np.float32),
+        "passing": (columns.cell & PASSING) > 0,
+        "start": columns.start,
+        "stop": columns.stop,
+        "swings": swings,
+    }
+
+
+def pieces(counts: Numbers, most: int) -> Iterator[slice]:
+    """Yield which clips to work on at a time: as many as have so many rows, one at least.
 
     Parameters
     ----------
-    columns : Mapping of str to Columns
-        By part, with their swings.
-    rates : ndarray
-        (C,) of each capture: frames a second.
-    parts : sequence of str
-        Which parts, in order.
+    counts : ndarray
+        (C,) how many rows each clip has.
+    most : int
+        Rows, about.
     """
-    every = (columns[part] for part in parts)
-    return _clips(parts, [_moves(_rows(one), np.diff(one.bounds), rates) for one in every])
-
-
-_ROW = [
-    *(("direction", "i1"), ("level", "i1"), ("runner_direction", "i1"), ("runner_level", "i1")),
-    *(("margin", "f4"), ("passing", "?"), ("start", "i4"), ("stop", "i4"), ("swings", "i4")),
-]
-
-
-def _rows(columns: Columns) -> NDArray[Any]:
-    """Return columns as the rows that `clips_of` takes."""
-    rows = np.empty(len(columns), _ROW)
-    for name, cells in (("", columns.cell), ("runner_", columns.runner)):
-        direction, level = codes_of(cells)
-        rows[f"{name}direction"], rows[f"{name}level"] = direction, level
-    rows["margin"] = columns.margin / THOUSANDTHS
-    rows["passing"] = (columns.cell & PASSING) > 0
-    rows["start"], rows["stop"] = columns.start, columns.stop
-    rows["swings"] = 0 if columns.swings is None else columns.swings
-    return rows
+    full = np.cumsum(counts) // most
+    edges = np.flatnonzero(np.diff(full, prepend=-1, append=-1))
+    yield from (slice(*pair) for pair in pairwise(edges.tolist()))
 
 
 def _clips(parts: Sequence[str], found: Sequence[tuple[Moves, Numbers]]) -> Clips:
     counts = np.stack([counts for _, counts in found])
     return Clips(tuple(parts), _chained([moves for moves, _ in found]), _borders(counts))
-
-
-_LEAST = [("direction", "i1"), ("level", "i1"), ("start", "i4"), ("stop", "i4")]
 
 
 def _chained(pieces: Sequence[Moves]) -> Moves:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from lanindex.search.example.align import compared
 from lanindex.search.example.candidates import promises
-from lanindex.search.example.moves import Clips
+from lanindex.search.example.moves import Clips, LazyClips, Watch, pieces, unwatched
 from lanindex.search.example.stretches import reach_of, stretches
 
 LONGER = 4.0
@@ -20,6 +20,12 @@ MOST = 4096
 
 _BLOCK = 256
 """Clips that are aligned at a time."""
+
+_ROWS = 1 << 18
+"""Rows of clips that are laid out at a time."""
+
+_LONG = 16
+"""Rows a part of an example from which on these are fewer."""
 
 
 class Near(NamedTuple):
@@ -62,13 +68,13 @@ class Found(NamedTuple):
 def nearest(
     query: Clips,
     seconds: float,
-    clips: Clips,
+    clips: Clips | LazyClips,
     frames: Sequence[int],
     rates: Sequence[float],
     limit: int,
     *,
     most: int = MOST,
-    watch: Callable[[int, int], None] = lambda done, total: None,
+    watch: Watch = unwatched,
 ) -> Found:
     """Return the clips that are most like one.
 
@@ -87,29 +93,40 @@ def nearest(
     most : int
         How many are aligned at the most.
     watch : callable, optional
-        Is told how many of these are, and how many may be; it may raise.
+        Is told how far it is; it may raise.
     """
-    promise = promises(query, clips)
-    reach = reach_of(query, clips, promise)
+    # of a long example fewer clips at a time, so that whoever waits is told as often
+    work = clips.counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
+    whole, stretch = np.zeros((2, len(clips)), np.float32)
+    for some in pieces(work, _ROWS):
+        watch("captures", some.start, len(clips))
+        own = clips.taken(np.arange(some.start, some.stop))
+        whole[some], stretch[some], _ = promises(query, own)
     lasting = np.array(frames, np.int64)
     lengths = seconds * np.array(rates, np.float64)
     longer = lasting >= LONGER * lengths
-    hope = np.where(longer, np.maximum(promise.whole, promise.stretch), promise.whole)
+    hope = np.where(longer, np.maximum(whole, stretch), whole)
     order = np.argsort(-hope, kind="stable")
     near: list[Near] = []
     done, worst = 0, 0.0
     while done < min(most, len(order)) and hope[order[done]] > worst:
-        watch(done, min(most, len(order)))
-        block = order[done : done + _BLOCK]
-        whole = compared(query, clips, clips.whole().some(block))
-        whole_ones = zip(block.tolist(), lasting[block].tolist(), whole.tolist(), strict=True)
-        near += [Near(clip, 0, last, alike) for clip, last, alike in whole_ones]
-        near = _best(near, limit)
+        watch("candidates", done, min(most, len(order)))
+        block = order[done : min(done + _BLOCK, most)]
+        block = block[next(pieces(work[block], _ROWS))]
+        own = clips.taken(block)
+        alike = compared(query, own, own.whole()).tolist()
+        whole_ones = zip(block.tolist(), lasting[block].tolist(), alike, strict=True)
+        near = _best(
+            [*near, *(Near(clip, 0, last, value) for clip, last, value in whole_ones)], limit
+        )
         worst = near[-1].likeness if len(near) == limit else 0.0
-        some = block[longer[block] & (promise.stretch[block] > worst)].tolist()
-        found = stretches(query, clips, reach, some, lasting, lengths, worst)
-        near = _best([*near, *(Near(*one) for one in found)], limit)
-        worst = near[-1].likeness if len(near) == limit else 0.0
+        chosen = np.flatnonzero(longer[block] & (stretch[block] > worst))
+        if len(chosen):
+            reach = reach_of(query, own, promises(query, own))
+            found = stretches(query, own, reach, chosen, lasting[block], lengths[block], worst)
+            near += [Near(int(block[one.clip]), *one[1:]) for one in found]
+            near = _best(near, limit)
+            worst = near[-1].likeness if len(near) == limit else 0.0
         done += len(block)
     return Found(near, done, done >= len(order) or bool(hope[order[done]] <= worst))
 

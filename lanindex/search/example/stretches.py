@@ -7,12 +7,12 @@ the edges of the best are moved about, and the most promising of these aligned.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.model.columns import ranges
 from lanindex.search.example.align import CALM, compared
 from lanindex.search.example.candidates import Promise
 from lanindex.search.example.moves import Clips, Floats, Numbers, Windows
@@ -82,7 +82,7 @@ def stretches(
     query: Clips,
     clips: Clips,
     reach: Reach,
-    chosen: Sequence[int],
+    chosen: Numbers,
     frames: NDArray[np.int64],
     lengths: NDArray[np.float64],
     worst: float,
@@ -95,60 +95,80 @@ def stretches(
         The example, and all clips.
     reach : Reach
         Of these.
-    chosen : sequence of int
-        Which clips.
+    chosen : ndarray
+        Which clips, in order.
     frames, lengths : ndarray
         (C,) of each clip its length, and the example's at its rate.
     worst : float
         A likeness; what cannot be above it is left out.
     """
-    tries = []
-    for clip in chosen:
-        step = max(lengths[clip] / STEPS, frames[clip] / BEGINNINGS)
-        begins = np.arange(0, max(frames[clip] - lengths[clip] / 2, 1), step)
-        tries.append((clip, begins, begins + lengths[clip]))
-    first = _tried(query, clips, reach, tries, worst)
-    tries = []
-    for clip, begins, ends, likeness in first:
-        finals = np.argsort(-likeness, kind="stable")[:_FINALISTS]
-        step = lengths[clip] / STEPS
-        middles = ((begins[finals] + ends[finals]) / 2)[:, None] + step * np.arange(-1, 2) / 3
-        middle = np.repeat(middles.ravel(), len(_LENGTHS))
-        half = np.tile(lengths[clip] * _LENGTHS / 2, middles.size)
-        tries.append((clip, middle - half, middle + half))
-    found: dict[int, Stretch] = {}
-    for clip, begins, ends, likeness in [*first, *_tried(query, clips, reach, tries, worst)]:
-        best = int(np.argmax(likeness))
-        if clip not in found or likeness[best] > found[clip].likeness:
-            begin, end = max(0, int(begins[best])), min(int(frames[clip]), int(ends[best]))
-            found[clip] = Stretch(clip, begin, end, float(likeness[best]))
-    return list(found.values())
+    step = lengths / STEPS
+    each = np.maximum(step, frames / BEGINNINGS)
+    counts = np.ceil(np.maximum(frames - lengths / 2, 1) / each).astype(np.int64)[chosen]
+    _, place = ranges(np.zeros_like(counts), counts)
+    owner = np.repeat(chosen, counts)
+    begins = np.asarray(place * each[owner], np.float64)
+    first = _tried(query, clips, reach, owner, begins, begins + lengths[owner], worst)
+    finals = first.best(_FINALISTS)
+    middles = (finals.begins + finals.ends)[:, None] / 2
+    middles = middles + step[finals.clips, None] * np.arange(-1, 2) / 3
+    middle = np.repeat(middles.ravel(), len(_LENGTHS))
+    owner = np.repeat(finals.clips, middles.shape[1] * len(_LENGTHS))
+    half = lengths[owner] * np.tile(_LENGTHS, middles.size) / 2
+    again = _tried(query, clips, reach, owner, middle - half, middle + half, worst)
+    every = first.beside(again).best(1)
+    begins, ends = np.maximum(every.begins, 0), np.minimum(every.ends, frames[every.clips])
+    told = zip(every.clips, begins, ends, every.likeness, strict=True)
+    return [Stretch(int(c), int(b), int(e), float(alike)) for c, b, e, alike in told]
 
 
-_Try = tuple[int, NDArray[np.float64], NDArray[np.float64]]
+class _Tried(NamedTuple):
+    """Stretches that were aligned: whose, from which frame to which, how alike; (K,) each."""
+
+    clips: Numbers
+    begins: Numbers
+    ends: Numbers
+    likeness: Floats
+
+    def best(self, most: int) -> _Tried:
+        """Return the best of each clip, so many at the most."""
+        kept = _first(self.clips, -self.likeness, most)
+        clips, begins, ends, likeness = self
+        return _Tried(clips[kept], begins[kept], ends[kept], likeness[kept])
+
+    def beside(self, other: _Tried) -> _Tried:
+        """Return these, and others behind them."""
+        return _Tried(
+            np.append(self.clips, other.clips),
+            np.append(self.begins, other.begins),
+            np.append(self.ends, other.ends),
+            np.append(self.likeness, other.likeness),
+        )
 
 
 def _tried(
-    query: Clips, clips: Clips, reach: Reach, tries: Sequence[_Try], worst: float
-) -> list[tuple[int, Numbers, Numbers, Floats]]:
+    query: Clips,
+    clips: Clips,
+    reach: Reach,
+    owner: Numbers,
+    begins: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    worst: float,
+) -> _Tried:
     """Return the most promising stretches of each clip, and how alike they are."""
-    kept = []
-    windows = []
-    for clip, begins, ends in tries:
-        low, high = np.round(begins).astype(np.int64), np.round(ends).astype(np.int64)
-        here = clips.windows(clip, low, high)
-        most = reach.most(here)
-        order = np.argsort(-most, kind="stable")[:_TRIED]
-        order = order[most[order] > worst]
-        if len(order):
-            windows.append(here.some(order))
-            kept.append((clip, low[order], high[order]))
-    if not kept:
-        return []
-    together = Windows(
-        np.concatenate([one.low for one in windows], axis=1),
-        np.concatenate([one.high for one in windows], axis=1),
-    )
-    likeness = compared(query, clips, together)
-    borders = np.cumsum([len(one) for one in windows])[:-1]
-    return [(*one, alike) for one, alike in zip(kept, np.split(likeness, borders), strict=True)]
+    low, high = np.round(begins).astype(np.int64), np.round(ends).astype(np.int64)
+    windows = clips.windows(owner, low, high)
+    most = reach.most(windows)
+    kept = _first(owner, -most, _TRIED)
+    kept = kept[most[kept] > worst]
+    likeness = compared(query, clips, windows.some(kept))
+    return _Tried(owner[kept], low[kept], high[kept], likeness)
+
+
+def _first(owner: Numbers, value: NDArray[Any], most: int) -> Numbers:
+    """Return which have the least values of their owner's, so many of each, in that order."""
+    order = np.lexsort((value, owner))
+    fresh = np.flatnonzero(np.diff(owner[order], prepend=-1))
+    sizes = np.diff(fresh, append=len(order))
+    kept: Numbers = order[np.arange(len(order)) - np.repeat(fresh, sizes) < most]
+    return kept

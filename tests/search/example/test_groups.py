@@ -93,6 +93,20 @@ def test_so_many_groups_as_are_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(grouped(laid_out, least=0.9, wanted=5).groups) == 5
 
 
+@pytest.mark.parametrize("pairs", [60_000, 10])
+def test_groups_that_have_nothing_in_common_are_joined_where_fewer_are_wanted(
+    monkeypatch: pytest.MonkeyPatch, pairs: int
+) -> None:
+    monkeypatch.setattr(groups, "PAIRS", pairs)
+    cells = [(direction, level) for direction in range(8) for level in (0, 2)]
+    many = [dance([(8, 1), cell, (8, 1)]) for cell in cells]
+    many = [{PARTS[number % 3]: clip["r_arm"]} for number, clip in enumerate(many)]
+    laid_out = clips_of(many, [30.0] * len(many), PARTS)
+    for wanted in (1, 2, 7, 16):
+        assert len(grouped(laid_out, least=0.9, wanted=wanted).groups) == wanted
+    assert len(grouped(laid_out, least=0.9, wanted=17).groups) == 16
+
+
 def test_no_pair_stands_twice() -> None:
     pairs = near(signatures(families(20, 6)), 8)
     assert (pairs[:, 0] < pairs[:, 1]).all()

@@ -1,9 +1,11 @@
 """The best stretch of a long clip, and a bounded search through many."""
 
 import numpy as np
+import pytest
 from made_clips import dance
 
-from lanindex.search.example.moves import clips_of
+from lanindex.search.example import nearest as module
+from lanindex.search.example.moves import Clips, clips_of
 from lanindex.search.example.nearest import nearest
 
 RATE = 30.0
@@ -53,3 +55,26 @@ def test_few_are_aligned_where_few_are_wanted() -> None:
     assert found.near[0].clip == 2000
     assert found.sure
     assert found.aligned <= 512
+
+
+def test_few_clips_are_laid_out_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    many = laid_out(*(dance([*noise(seed, 30), *WAVE]) for seed in range(60)))
+    example = laid_out(dance([(0, 0), *WAVE]))
+    asked = example, 2.5, many, [525] * 60, [RATE] * 60, 20
+    wanted = nearest(*asked)
+    sizes, seen, plain = [], [], Clips.taken
+
+    def taken(self, order):
+        sizes.append(len(order))
+        return plain(self, order)
+
+    monkeypatch.setattr(Clips, "taken", taken)
+    monkeypatch.setattr(module, "_ROWS", 140)
+    found = nearest(*asked, watch=lambda noun, done, total: seen.append((noun, done, total)))
+    assert max(sizes) <= 5  # of 35 rows each
+    assert [one[:3] for one in found.near] == [one[:3] for one in wanted.near]
+    assert [near.likeness for near in found.near] == pytest.approx(
+        [near.likeness for near in wanted.near], abs=1e-6
+    )
+    assert seen[0] == ("captures", 0, 60)
+    assert len(seen) == len(sizes)  # whoever waits is told before each piece of work
