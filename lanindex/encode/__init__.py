@@ -11,7 +11,6 @@ from fractions import Fraction
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from lanindex.alphabet import PARTS
 from lanindex.errors import EncodeError
 
 if TYPE_CHECKING:
@@ -91,7 +90,7 @@ def encode(
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
     body = joints.Body(motion, chosen)
     turn = heading.heading(motion, chosen.rate, body)
-    stages = compiled.chosen(len(turn) * len(PARTS))
+    stages = compiled.chosen(len(turn))
     told = joints.told(motion)
     # feet take the most memory beside their rows, which are the fewest: they come first
     of_all, doubts = whole(body, turn)

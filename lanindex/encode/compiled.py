@@ -1,19 +1,14 @@
-"""Which way limbs are written down: the plain one, or the compiled one (extra ``fast``).
-
-To import numba and to make ready what it has compiled costs nine tenths of a second, a fifth of one
-where it compiles for something else already: a few short captures go the plain way.
-"""
+"""The loops over frames that have two ways: plain, and compiled (extra ``fast``)."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import compiled
 from lanindex.encode import bends, carriers, curves, ground, limbs, near, steps, swings, track, ways
 from lanindex.encode.carriers import Carriers
 from lanindex.encode.ground import Feet, Flags, Stood
@@ -24,12 +19,6 @@ from lanindex.encode.resample import Resampling
 from lanindex.encode.steps import Levels
 from lanindex.encode.swings import Angles
 from lanindex.encode.track import Written
-
-WORTH = 600_000
-"""Frames of parts, what the process wrote down before among them, from which on numba is wanted."""
-
-CHEAPER = 5
-"""By how much less it is to be had once numba has been imported for something else."""
 
 
 class Stages(NamedTuple):
@@ -64,35 +53,20 @@ PLAIN = Stages(
     steps.levels,
 )
 
-_FAST = "lanindex.encode.written_fast"
-_gone = 0
+
+def chosen(frames: int) -> Stages:
+    """Return the way for so many frames of a body: see `lanindex.compiled.chosen`."""
+    return fast() if compiled.chosen("encode", frames * compiled.FRAME) else PLAIN
 
 
-def chosen(work: int) -> Stages:
-    """Return the compiled way once it is there, or much has been done without; else the plain one.
+def fast() -> Stages:
+    """Return the compiled way; numba must be there."""
+    from lanindex.encode.carriers_fast import carriers
+    from lanindex.encode.curves_fast import arrivals, bends, mean, turns
+    from lanindex.encode.ground_fast import carried, levels, stood
+    from lanindex.encode.limbs_fast import calm, curves
+    from lanindex.encode.near_fast import nearest
+    from lanindex.encode.written_fast import written
 
-    Parameters
-    ----------
-    work : int
-        Frames of parts that are to be written down now.
-    """
-    global _gone
-    _gone += work
-    enough = _gone >= (WORTH // CHEAPER if "numba" in sys.modules else WORTH)
-    return (compiled() or PLAIN) if enough or _FAST in sys.modules else PLAIN
-
-
-@cache
-def compiled() -> Stages | None:
-    """Load the compiled way; without numba, or a folder for its cache, there is none."""
-    try:
-        from lanindex.encode.carriers_fast import carriers
-        from lanindex.encode.curves_fast import arrivals, bends, mean, turns
-        from lanindex.encode.ground_fast import carried, levels, stood
-        from lanindex.encode.limbs_fast import calm, curves
-        from lanindex.encode.near_fast import nearest
-        from lanindex.encode.written_fast import written
-    except (ImportError, RuntimeError):
-        return None
     of_curves = mean, bends, arrivals, turns
     return Stages(curves, written, calm, nearest, carriers, *of_curves, stood, carried, levels)

@@ -98,7 +98,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         found = f"{width} columns, {CHANNELS} has {channels.width} channels"
         raise CaptureError(found, place=f"{file.name}:1", wanted="a channel a column, no header")
     table = numbers.Table(lines, b"\t", width, channels.latency, channels.points)
-    heads, places = numbers.read(known, table, wanted.total)
+    heads, places = numbers.read(known, table)
     rates = (said.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)

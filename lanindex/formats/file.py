@@ -112,13 +112,9 @@ class Wanted:
     ----------
     body_only : bool
         Whether the joints of the body will do; else all of the file.
-    total : int
-        Bytes that are going to be read in all, this file's among them: whether a faster way is
-        worth its start.
     """
 
     body_only: bool = False
-    total: int = 0
 
 
 class _OnDisk:

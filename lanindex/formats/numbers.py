@@ -6,18 +6,16 @@ same arrays bit for bit.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import compiled
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import decimals
-from lanindex.formats.bvh.compiled import WORTH
 from lanindex.formats.bvh.hierarchy import LARGEST, line_of, text_of
 from lanindex.formats.file import Content, File, holding
 from lanindex.model import Motion
@@ -35,7 +33,6 @@ _PIECE = 1 << 17  # bytes looked through at a time
 _NOTHING = b" \t\r\n,;"
 _OPENS = np.isin(np.arange(256), list(b"0123456789+-."))
 _COMMA = bytes.maketrans(b",", b".")
-_FAST = "lanindex.formats.numbers_fast"
 
 Lines = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -115,7 +112,7 @@ def newline(head: bytes) -> bytes:
     return b"\r" if b"\r" in head and b"\n" not in head else b"\n"
 
 
-def read(file: File, table: Table, total: int) -> tuple[Floats, NDArray[np.float32]]:
+def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
     """Read the numbers of a table.
 
     Parameters
@@ -124,8 +121,6 @@ def read(file: File, table: Table, total: int) -> tuple[Floats, NDArray[np.float
         The file.
     table : Table
         Where they lie.
-    total : int
-        Bytes that are going to be read in all: see `lanindex.formats.file.Wanted`.
 
     Returns
     -------
@@ -145,7 +140,7 @@ def read(file: File, table: Table, total: int) -> tuple[Floats, NDArray[np.float
         raise _damaged(file, table, int(short[0]))
     heads = np.empty((len(lines), len(table.heads)))
     points = np.empty((len(lines), len(table.points)), np.float32)
-    parse = _parser(max(total, len(file.content)))
+    parse = _parser(len(file.content))
     for start in range(0, len(lines), BLOCK):
         block = lines[start : start + BLOCK]
         data, begin = holding(file.content, int(block[0, 0]), int(block[-1, 1]))
@@ -291,15 +286,9 @@ def _damaged(file: File, table: Table, row: int) -> CaptureError:
 
 
 def _parser(size: int) -> Parse:
-    """Return the compiled path for a large file, or once it has been loaded; else the plain one."""
-    return (compiled() or parse) if size >= WORTH or _FAST in sys.modules else parse
+    """Return the path for a file of so many bytes: see `lanindex.compiled.chosen`."""
+    if not compiled.chosen("tables", size):
+        return parse
+    from lanindex.formats import numbers_fast
 
-
-@cache
-def compiled() -> Parse | None:
-    """Load the compiled path; without numba, or a folder for its cache, there is none."""
-    try:
-        from lanindex.formats import numbers_fast
-    except (ImportError, RuntimeError):
-        return None
     return numbers_fast.parse

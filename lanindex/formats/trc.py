@@ -64,7 +64,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     The joints that its markers make, or are; the vertical axis is told from the body.
     """
     layout = scan(file)
-    heads, places = numbers.read(file, layout.table, wanted.total)
+    heads, places = numbers.read(file, layout.table)
     place, said = f"{file.name}:3", layout.said
     rate, doubts = rate_by(told, said.get("datarate", ""), heads[:, 1], place)
     stated = Stated(unit=said.get("units"))

@@ -12,6 +12,7 @@ from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
+from lanindex import compiled
 from lanindex.errors import CaptureError, UsageError
 from lanindex.pipeline.memory import affordable, size_of
 from lanindex.pipeline.prepare import Outcome, Task, prepare
@@ -19,6 +20,7 @@ from lanindex.pipeline.prepare import Outcome, Task, prepare
 if TYPE_CHECKING:
     from concurrent.futures import Future
     from multiprocessing.connection import Connection
+    from multiprocessing.synchronize import Lock
 
 Outcomes = tuple[Outcome, ...]
 
@@ -68,7 +70,9 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
 
     context = get_context("spawn")
     reader, needed = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(jobs, context, initializer=_settle, initargs=(reader,))
+    pool = ProcessPoolExecutor(
+        jobs, context, initializer=_settle, initargs=(reader, context.Lock())
+    )
 
     def begun(task: Task) -> Future[Outcomes]:
         with _interrupts_later():  # a process that starts now inherits that
@@ -121,8 +125,9 @@ def _interrupts_later() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _settle(needed: Connection) -> None:
+def _settle(needed: Connection, turn: Lock) -> None:
     """Leave Ctrl-C to the parent, and end when it does, or when it needs nothing any more."""
+    compiled.take_turns(turn)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_follow_parent, args=(needed,), daemon=True).start()
 

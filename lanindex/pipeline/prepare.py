@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from lanindex import formats
+from lanindex import compiled, formats
 from lanindex.errors import LanindexError, OutOfMemoryError
 from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
@@ -122,6 +122,7 @@ def prepare(task: Task) -> tuple[Outcome, ...]:
         One a person; with the score, if it is new or changed. None where it was only looked at,
         and is new or changed.
     """
+    compiled.expect(task.total)
     try:
         file = formats.opened(task.path)
         sha256, beside = file.sha256(), companions(task, file)
@@ -237,6 +238,6 @@ def _notated(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...
 def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.encode import encode
 
-    motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True, total=task.total))
+    motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True))
     score = encode(motion, task.profile, tempo=task.reading.tempo)
     return score, motion.source.format, (*motion.warnings, *score.warnings)

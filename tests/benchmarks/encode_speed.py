@@ -62,7 +62,6 @@ def clocked() -> Counter[str]:
             place, function = name.split(".")
             module = import_module(f"lanindex.encode.{place}")
             setattr(module, function, timed(stage, getattr(module, function), spent, inner))
-    compiled.compiled.cache_clear()
     compiled.PLAIN = compiled.PLAIN._replace(written=import_module("lanindex.encode.track").written)
     return spent
 
@@ -96,8 +95,7 @@ def share(name: str, motions: list[Motion], spent: Counter[str]) -> None:
 
 
 def ways() -> list[compiled.Stages]:
-    fast = compiled.compiled()
-    return [compiled.PLAIN, *([fast] if fast else [])]
+    return [compiled.PLAIN, compiled.fast()]
 
 
 def main(names: list[str]) -> None:

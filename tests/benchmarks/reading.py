@@ -25,7 +25,7 @@ from lanindex.formats.amc import layout as amc_layout
 from lanindex.formats.amc.asf import parse
 from lanindex.formats.amc.beside import skeleton_of
 from lanindex.formats.amc.numbers import Numbers
-from lanindex.formats.bvh.compiled import PLAIN, compiled
+from lanindex.formats.bvh.compiled import fast
 from lanindex.formats.c3d.layout import scan
 from lanindex.formats.c3d.people import names_of
 from lanindex.formats.c3d.places import places
@@ -64,8 +64,7 @@ def c3d_by_c3d(path: Path) -> None:
 def amc_numbers(path: Path) -> None:
     file = formats.opened(path)
     skeleton, _ = skeleton_of(file, Reading())
-    fast = compiled()
-    floats = Numbers(parse(skeleton).bones, (fast or PLAIN).parse)
+    floats = Numbers(parse(skeleton).bones, fast().parse)
     layout = amc_layout.scan(file.content, file.name)
     for start in range(0, len(layout.starts), 1024):
         stops, ends = layout.stops[start : start + 1024], layout.ends[start : start + 1024]
@@ -98,12 +97,12 @@ def mvnx_by_etree(path: Path) -> None:
 
 def trc_numbers(path: Path) -> None:
     file = formats.opened(path)
-    numbers.read(file, trc.scan(file).table, 0)
+    numbers.read(file, trc.scan(file).table)
 
 
 def table_numbers(path: Path) -> None:
     file = formats.opened(path)
-    numbers.read(file, layout_of(file).table, 0)
+    numbers.read(file, layout_of(file).table)
 
 
 def by_loadtxt(path: Path) -> None:

@@ -1,8 +1,6 @@
 """The compiled stages against the plain ones: the same rows, byte by byte."""
 
-import builtins
 import itertools
-import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -13,7 +11,7 @@ from made_motion import RATES, motion_of, swung, with_gaps
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.encode import arithmetic, compiled, encode
-from lanindex.encode.compiled import PLAIN, chosen
+from lanindex.encode.compiled import PLAIN
 from lanindex.encode.profile import BUILT_IN, Profile, load
 from lanindex.errors import LanindexError
 from lanindex.model import Motion
@@ -37,10 +35,8 @@ def facts(motion: Motion, profile: Profile) -> object:
 
 
 def assert_equal(motion: Motion, profile: Profile, monkeypatch: pytest.MonkeyPatch) -> None:
-    fast = compiled.compiled()
-    assert fast
     found = []
-    for stages in (PLAIN, fast):
+    for stages in (PLAIN, compiled.fast()):
         monkeypatch.setattr(compiled, "chosen", lambda work, stages=stages: stages)
         found.append(facts(motion, profile))
     assert found[0] == found[1]
@@ -105,35 +101,3 @@ def test_real_captures(captures: Path, monkeypatch: pytest.MonkeyPatch, profile:
             assert_equal(motion, load(profile), monkeypatch)
             read += 1
     assert read > 150
-
-
-def test_the_compiled_way_is_for_much_work_or_where_it_is_loaded(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    fast = compiled.compiled()
-    monkeypatch.setattr(compiled, "_gone", 0)
-    monkeypatch.delitem(sys.modules, "lanindex.encode.written_fast")
-    assert chosen(compiled.WORTH // compiled.CHEAPER - 1) is PLAIN
-    assert chosen(1) is fast  # numba is there
-    monkeypatch.setattr(compiled, "_gone", 0)
-    monkeypatch.delitem(sys.modules, "numba")
-    assert chosen(compiled.WORTH - 1) is PLAIN
-    assert chosen(1) is fast
-
-
-def test_without_numba_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = builtins.__import__
-
-    def refuse(name: str, *rest: object) -> object:
-        if name == "numba" or name.startswith("numba."):
-            raise ImportError(name)
-        return real(name, *rest)
-
-    names = ("carriers", "curves", "limbs", "moves", "near", "rows", "written")
-    for name in (f"{it}_fast" for it in names):
-        monkeypatch.delitem(sys.modules, f"lanindex.encode.{name}", raising=False)
-    monkeypatch.setattr(builtins, "__import__", refuse)
-    compiled.compiled.cache_clear()
-    assert compiled.compiled() is None
-    assert chosen(compiled.WORTH) is PLAIN
-    compiled.compiled.cache_clear()

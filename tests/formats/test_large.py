@@ -121,7 +121,7 @@ file.WHOLE, limbs.TOGETHER, joints.KEPT = 1 << 20, 1 << 16, 1 << 16
 for path in sys.argv[1:]:
     opened = formats.opened(path)
     opened.sha256()
-    encode(formats.read_file(opened, Reading(), formats.Wanted(body_only=True, total=10**9)))
+    encode(formats.read_file(opened, Reading(), formats.Wanted(body_only=True)))
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 

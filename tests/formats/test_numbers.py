@@ -65,7 +65,7 @@ def test_a_comma_for_the_point(monkeypatch, path):
         monkeypatch.setattr(numbers, "_parser", lambda size: path)
     data = b"1;0,5;1,25;-2,0;x\n2;0,6;;3,0;y\n"
     one = numbers.Table(numbers.rows(data, 0), b";", 5, (0,), (1, 2, 3), comma=True)
-    heads, points = numbers.read(File("a.csv", data), one, 0)
+    heads, points = numbers.read(File("a.csv", data), one)
     assert heads.tolist() == [[1], [2]]
     assert points[0, 0].tolist() == [0.5, 1.25, -2.0]
     assert np.isnan(points[1]).all()
@@ -76,7 +76,7 @@ def test_nothing_is_allocated_for_rows_that_are_too_short():
     columns = tuple(range(3 * 100_000))
     one = numbers.Table(numbers.rows(data, 0), b",", len(columns), (), columns)
     with pytest.raises(CaptureError, match="frame 0 has 1 cells, wanted 300000"):
-        numbers.read(File("a.csv", data), one, 0)
+        numbers.read(File("a.csv", data), one)
 
 
 def test_places_of_nothing():

@@ -12,7 +12,7 @@ from bodies import SIMPLE, hierarchy, motion, person
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError
-from lanindex.formats.bvh.compiled import PLAIN, WORTH, compiled, paths
+from lanindex.formats.bvh.compiled import PLAIN, fast
 
 READER = sys.modules["lanindex.formats.bvh.read"]
 
@@ -219,9 +219,7 @@ def test_the_plain_and_the_compiled_path_give_the_same_motion(monkeypatch):
     frames[:, :3] += (0, 92, 0)
     data = (hierarchy() + motion(frames.tolist())).encode()
     results = []
-    fast = compiled()
-    assert fast is not None
-    for chosen in (PLAIN, fast):
+    for chosen in (PLAIN, fast()):
         monkeypatch.setattr(READER, "paths", lambda size, it=chosen: it)
         results.append(formats.read("x.bvh", data=data))
     assert np.array_equal(results[0].positions, results[1].positions)
@@ -238,8 +236,8 @@ def test_without_numba_files_are_read_all_the_same(walk):
     code = (
         "import sys; sys.modules['numba'] = None\n"
         "from lanindex.formats import read\n"
-        "from lanindex.formats.bvh import compiled\n"
-        "compiled.WORTH = 0\n"
+        "from lanindex import compiled\n"
+        "compiled.KEPT, compiled.kept = 0, lambda name: True\n"
         f"print(len(read({str(walk)!r})))"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
@@ -264,15 +262,6 @@ def test_whose_turn_stands_first(compose, place):
     seen = formats.read("x.bvh", data=data, compose=compose, up="y", unit="cm")
     chest, neck = (seen.positions[0, seen.skeleton.names.index(name)] for name in ("Chest", "Neck"))
     assert neck - chest == pytest.approx(place, abs=1e-3)
-
-
-def test_the_compiled_path_is_for_much_work_or_where_it_is_loaded(monkeypatch):
-    fast = compiled()
-    assert fast is not None
-    assert paths(WORTH) is paths(0) is fast
-    monkeypatch.delitem(sys.modules, "lanindex.formats.bvh.floats_fast")
-    assert paths(WORTH - 1) is PLAIN
-    assert paths(WORTH) is fast
 
 
 def test_every_role_of_the_test_body_is_a_joint():

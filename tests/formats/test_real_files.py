@@ -16,7 +16,7 @@ from lanindex.body import kinematics
 from lanindex.body.rig import Rig
 from lanindex.body.understand import find_body
 from lanindex.formats.bvh import floats
-from lanindex.formats.bvh.compiled import PLAIN, compiled
+from lanindex.formats.bvh.compiled import PLAIN, fast
 from lanindex.formats.bvh.layout import Layout, scan
 from lanindex.model import Motion
 
@@ -184,12 +184,10 @@ def test_depth_camera_gestures_are_made_with_child_first_turns(captures):
 
 
 def test_plain_and_compiled_are_equal(captures, family, monkeypatch):
-    fast = compiled()
-    if fast is None:
-        pytest.skip("no numba")
+    pytest.importorskip("numba")
     for path in files(captures, family)[:: STEP.get(family, 1)]:
         found = []
-        for chosen in (PLAIN, fast):
+        for chosen in (PLAIN, fast()):
             monkeypatch.setattr(READER, "paths", lambda size, it=chosen: it)
             found.append(formats.read(path).positions)
         assert np.array_equal(*found), path

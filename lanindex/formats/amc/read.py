@@ -46,7 +46,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     skeleton = parse(asf)
     rate, rate_doubts = _rate(layout, told)
     names, parents, offsets = joints_of(skeleton.bones)
-    numbers = Numbers(skeleton.bones, paths(max(wanted.total, len(file.content))).parse)
+    numbers = Numbers(skeleton.bones, paths(len(file.content)).parse)
     radians = not skeleton.degrees if layout.radians is None else layout.radians
     turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
     axes, count = axes_of(skeleton.bones, tilt), len(layout.starts)

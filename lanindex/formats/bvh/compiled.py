@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import compiled
 from lanindex.body import kinematics
 from lanindex.body.kinematics import Plan
 from lanindex.formats.bvh import floats
-
-WORTH = 4_000_000
-"""Bytes to be read in a process from which on numba's import (half a second) is risked."""
-
-_FAST = "lanindex.formats.bvh.floats_fast"
 
 Floats = NDArray[np.float64]
 Parse = Callable[[bytes, NDArray[np.int64], int], tuple[Floats, int | None]]
@@ -35,22 +29,13 @@ PLAIN = Paths(floats.parse, kinematics.positions)
 
 
 def paths(size: int) -> Paths:
-    """Return the compiled path for a large file, or once it has been loaded; else the plain one.
-
-    Parameters
-    ----------
-    size : int
-        Bytes to be read.
-    """
-    return (compiled() or PLAIN) if size >= WORTH or _FAST in sys.modules else PLAIN
+    """Return the path for a file of so many bytes: see `lanindex.compiled.chosen`."""
+    return fast() if compiled.chosen("numbers", size) else PLAIN
 
 
-@cache
-def compiled() -> Paths | None:
-    """Load the compiled path; without numba, or a folder for its cache, there is none."""
-    try:
-        from lanindex.body import kinematics_fast
-        from lanindex.formats.bvh import floats_fast
-    except (ImportError, RuntimeError):
-        return None
+def fast() -> Paths:
+    """Return the compiled path; numba must be there."""
+    from lanindex.body import kinematics_fast
+    from lanindex.formats.bvh import floats_fast
+
     return Paths(floats_fast.parse, kinematics_fast.positions)

@@ -41,7 +41,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     joints = layout.hierarchy
     order, reason = _order(told.compose, joints.names)
     work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
-    frames = _Frames(file, layout, work, paths(max(wanted.total, len(file.content))))
+    frames = _Frames(file, layout, work, paths(len(file.content)))
     values, poses, first = frames.looked_at()
     found = understand(joints.names, joints.parents, poses, first, rate, told, path)
     offsets = found.oriented(np.array(joints.offsets, np.float64))

@@ -35,7 +35,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     """
     layout = _layout(file, told)
     chosen, whose = _chosen(file, layout)
-    heads, places = numbers.read(file, layout.table, wanted.total)
+    heads, places = numbers.read(file, layout.table)
     places = layout.finish(places) if layout.finish else places
     if layout.states is not None:
         places[heads[:, layout.states :] == 0] = np.nan

@@ -1,0 +1,140 @@
+"""Whether loops over a capture run as plain numpy or compiled by numba (extra ``fast``).
+
+Both ways give the same bytes. Compiled loops are several times as fast, but importing numba and
+loading what it keeps on disk takes a third of a second, and compiling, which is done once after an
+install, takes seconds. So the work of the process decides, here and for the whole package (a
+search has its own loops, see `lanindex.search.compiled`).
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections import Counter
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+KEPT = 20_000_000
+"""Bytes of captures from which on loops that numba keeps compiled are worth loading."""
+
+FRAME = 500
+"""Bytes of a file for each frame of a capture, about, where only the frames are known."""
+
+
+class Loops(NamedTuple):
+    """Loops that are used together.
+
+    Attributes
+    ----------
+    modules : tuple of str
+        What has to be imported.
+    last : str
+        Module and name of the kernel that a capture calls last: once numba keeps that one, it
+        keeps the others.
+    worth : int
+        Bytes of captures from which on compiling them costs less than it saves.
+    """
+
+    modules: tuple[str, ...]
+    last: tuple[str, str]
+    worth: int
+
+
+_FLOATS = "lanindex.formats.bvh.floats_fast"
+_TABLES = "lanindex.formats.numbers_fast"
+_CURVES = "lanindex.encode.curves_fast"
+_ENCODE = ("carriers", "ground", "limbs", "near", "written")
+
+LOOPS = {
+    "numbers": Loops((_FLOATS, "lanindex.body.kinematics_fast"), (_FLOATS, "_frames"), 150_000_000),
+    "tables": Loops((_TABLES,), (_TABLES, "_rows"), 50_000_000),
+    "encode": Loops(
+        (_CURVES, *(f"lanindex.encode.{name}_fast" for name in _ENCODE)),
+        (_CURVES, "_arrivals"),
+        500_000_000,
+    ),
+}
+"""What is compiled together, and what that is worth."""
+
+
+class Turn(Protocol):
+    """A lock between processes: who holds it compiles, the others find it on disk later."""
+
+    def acquire(self, block: bool) -> bool:
+        """Take it, if nobody has it."""
+
+
+_done = Counter[str]()
+_expected = 0
+_turn: Turn | None = None
+_mine = True
+_chosen = set[str]()
+
+
+def expect(size: int) -> None:
+    """Say how many bytes of captures this process is going to read in all, as far as is known."""
+    global _expected
+    _expected = max(_expected, size)
+
+
+def take_turns(turn: Turn) -> None:
+    """Let only one of the processes that share a lock compile."""
+    global _turn, _mine
+    _turn, _mine = turn, False
+
+
+def chosen(name: str, size: int) -> bool:
+    """Tell whether to use compiled loops from now on.
+
+    Parameters
+    ----------
+    name : str
+        Which, of `LOOPS`.
+    size : int
+        Bytes of the capture that is to be worked on now.
+
+    Returns
+    -------
+    bool
+        True once the process has used them; or if it has done, or expects, so much work that
+        loading them pays, or compiling them where numba does not keep them. False without numba.
+    """
+    _done[name] += size
+    if name not in _chosen:
+        work = max(_done[name], _expected)
+        if work < KEPT or not (kept(name) or (work >= LOOPS[name].worth and _may_compile())):
+            return False
+        _chosen.add(name)
+    return imported(name)
+
+
+@cache
+def imported(name: str) -> bool:
+    """Import loops; tell whether numba, and a folder for what it compiles, are there."""
+    try:
+        for module in LOOPS[name].modules:
+            import_module(module)
+    except (ImportError, RuntimeError):
+        return False
+    return True
+
+
+def kept(name: str) -> bool:
+    """Tell whether numba keeps these loops on disk, where it puts them, without importing it."""
+    module, kernel = LOOPS[name].last
+    source = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")
+    python = "".join(map(str, sys.version_info[:2]))
+    index = f"{source.stem}.{kernel}-*.py{python}*.nbi"
+    told = os.environ.get("NUMBA_CACHE_DIR")
+    of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
+    folders = [Path(told)] if told else [source.parent / "__pycache__", of_user]
+    found = [path for one in folders for path in (*one.glob(index), *one.glob(f"*/{index}"))]
+    return any(path.stat().st_mtime >= source.stat().st_mtime for path in found)
+
+
+def _may_compile() -> bool:
+    global _mine
+    _mine = _mine or (_turn is not None and _turn.acquire(False))
+    return _mine
