@@ -122,7 +122,10 @@ def imported(name: str) -> bool:
 
 
 def kept(name: str) -> bool:
-    """Tell whether numba keeps these loops on disk, where it puts them, without importing it."""
+    """Tell whether numba keeps these loops on disk, where it puts them, without importing it.
+
+    What it keeps of an older source looks the same: that is compiled anew when it is called.
+    """
     module, kernel = LOOPS[name].last
     source = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")
     python = "".join(map(str, sys.version_info[:2]))
@@ -130,8 +133,7 @@ def kept(name: str) -> bool:
     told = os.environ.get("NUMBA_CACHE_DIR")
     of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
     folders = [Path(told)] if told else [source.parent / "__pycache__", of_user]
-    found = [path for one in folders for path in (*one.glob(index), *one.glob(f"*/{index}"))]
-    return any(path.stat().st_mtime >= source.stat().st_mtime for path in found)
+    return any(any((*one.glob(index), *one.glob(f"*/{index}"))) for one in folders)
 
 
 def _may_compile() -> bool:

@@ -1,6 +1,5 @@
 """One place decides, by the work of the process, whether loops are plain or compiled."""
 
-import os
 import subprocess
 import sys
 from multiprocessing import get_context
@@ -68,14 +67,6 @@ def test_one_process_of_several_compiles_and_the_others_find_it(tmp_path, monkey
     assert not chosen("numbers", 1)
     keep("numbers", tmp_path)
     assert chosen("numbers", 1)
-
-
-def test_what_an_older_source_was_compiled_to_is_not_kept(tmp_path):
-    keep("encode", tmp_path)
-    assert compiled.kept("encode")
-    (index,) = tmp_path.rglob("*.nbi")
-    os.utime(index, (0, 0))
-    assert not compiled.kept("encode")
 
 
 def test_what_numba_keeps_is_found_where_numba_puts_it(tmp_path):

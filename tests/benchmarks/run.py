@@ -12,7 +12,16 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 ALL = (
-    *("startup", "read_speed", "encode_speed", "ingest_speed", "memory", "columns", "retrieval"),
+    *(
+        "startup",
+        "read_speed",
+        "encode_speed",
+        "ingest_speed",
+        "first_ingest",
+        "memory",
+        "columns",
+        "retrieval",
+    ),
     *("fuzzy", "laws", "performers", "dictionary", "example", "search", "peers", "agreement"),
 )
 
