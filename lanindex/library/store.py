@@ -11,6 +11,7 @@ import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from lanindex.alphabet import TRACKS
+from lanindex.errors import UsageError
 from lanindex.library import read, rows, segments, state
 from lanindex.library.called import texts_of
 from lanindex.library.choosing import Choosing
@@ -328,6 +329,19 @@ class Store(Choosing):
             else:
                 found = set(segments.part_names(connection))
         return [part for part in TRACKS if part in found] + sorted(found.difference(TRACKS))
+
+    def check_parts(self, named: Iterable[str]) -> None:
+        """Refuse a part that neither the alphabet nor any capture has.
+
+        Raises
+        ------
+        UsageError
+            With those that there are.
+        """
+        for part in named:
+            if part not in TRACKS and part not in (held := self.parts(checked=False)):
+                wanted = f"one of {' '.join(dict.fromkeys((*TRACKS, *held)))}"
+                raise UsageError(f'"{part}"', place="--part", wanted=wanted)
 
     def columns(
         self,

@@ -130,12 +130,10 @@ def recurring(
     Raises
     ------
     UsageError
-        Where a number makes no sense, or the library has no such part.
+        Where a number makes no sense, or there is no such part.
     """
-    known, watch = library.parts(checked=False), patience or Patience(silent, None)
-    for part in (names := list(parts or known)):
-        if part not in known:
-            raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(known))
+    watch, names = patience or Patience(silent, None), list(parts or library.parts(checked=False))
+    library.check_parts(names)
     if least < 2:
         raise UsageError(f"{least}", place="--min-count", wanted="2 or more")
     if not 2 <= shortest <= LONGEST:

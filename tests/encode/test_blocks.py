@@ -68,7 +68,7 @@ from made_motion import motion_of, swung
 from lanindex.encode import compiled, encode
 from lanindex.model import Motion
 way, frames = sys.argv[1], int(sys.argv[2])
-stages = compiled.PLAIN if way == "plain" else compiled.compiled()
+stages = compiled.PLAIN if way == "plain" else compiled.fast()
 compiled.chosen = lambda work: stages
 some = motion_of(swung(3, 3000, Fraction(60), 5.0), Fraction(60))
 encode(some)

@@ -6,6 +6,7 @@ import pytest
 from dances import BOW
 from sample import sample_score
 
+from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, PatternError, UsageError
 from lanindex.pipeline import Library, open_library
 
@@ -92,3 +93,9 @@ def test_what_would_be_found_is_what_is_found(library: Library) -> None:
 def test_brackets_with_a_length_are_tried_as_well(library: Library) -> None:
     advice = library.suggest("(r_arm forward -> low) <0.5s")
     assert str(advice.left_out[0]) == 'without "<0.5s": 1 hit, the nearest takes 2.25 s'
+
+
+def test_no_verb_refuses_a_part_of_the_alphabet(library: Library) -> None:
+    library.check_parts(TRACKS)
+    with pytest.raises(UsageError, match=r'--part: "tail", wanted one of r_arm .* head torso'):
+        library.check_parts(["r_arm", "tail"])

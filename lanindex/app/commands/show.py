@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lanindex.model import Capture, Track
-    from lanindex.pipeline import Library
 
     Found = Iterable[tuple[Capture, dict[str, Track]]]
 
@@ -79,7 +78,7 @@ def run(
         elif where:
             numbers = library.numbers(where=options.where(where))
         if part:
-            _check_parts(part, library)
+            library.check_parts(part)
         symbols = 0
         # what stands beside some parts may belong to them: feet that hold the weight
         every = library.tracks(numbers, None if staff else part)
@@ -126,13 +125,6 @@ def _saved(output: Path, form: str, found: Found, force: bool) -> int:
 
     write_all([(output, into)], force=force)
     return count
-
-
-def _check_parts(wanted: list[str], library: Library) -> None:
-    parts = library.parts(checked=False)
-    for part in wanted:
-        if part not in parts:
-            raise UsageError(f'"{part}"', place="--part", wanted="one of " + " ".join(parts))
 
 
 def _drawn(
