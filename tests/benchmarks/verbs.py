@@ -37,6 +37,10 @@ VERBS = {
     "search, one hit": "search PATTERN --limit 1",
     "search, all hits": "search PATTERN",
     "search --json, all hits": "search PATTERN --json",
+    "search --like ID:FROM-TO": "search --like 5:20-80",
+    "similar": "similar",
+    "similar --groups 10": "similar --groups 10",
+    "motifs": "motifs",
     "db check": "db check",
 }
 """Command lines by name; in each, the library is named after them."""
