@@ -17,6 +17,7 @@ import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -129,9 +130,8 @@ def _opener(
     return connect
 
 
-def _text(stored: bytes) -> str:
-    # Bytes that are no UTF-8 were not stored so: a checksum tells, and names the capture.
-    return stored.decode("utf-8", "surrogateescape")
+_text = partial(str, encoding="utf-8", errors="surrogateescape")
+"""Read a text. Bytes that are no UTF-8 were not stored so: a checksum names the capture."""
 
 
 def _begin(connection: Connection) -> None:

@@ -337,6 +337,12 @@ class Store(Choosing):
         ------
         UsageError
             With those that there are.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.check_parts(["r_arm", "body_turn"])
         """
         for part in named:
             if part not in TRACKS and part not in (held := self.parts(checked=False)):

@@ -40,7 +40,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["search", "r_arm high"], "0/2 captures"),
         (["search", "--like", "one.bvh"], "0/1 captures"),
         (["similar"], "0/1 pairs"),
-        (["motifs", "--min-count", "2"], "0/38 parts"),
+        (["motifs", "--min-count", "2"], "0/31 parts"),
         (["evaluate", ".", "--labels", "labels.csv", "--patterns", "up.toml"], "0/1 patterns"),
     ],
 )

@@ -103,7 +103,7 @@ def parse(
             )
         return read(str(text))
     except PatternError as error:
-        offer_reading(error, read)
+        offer_reading(error, read, vocabulary.parts)
         if isinstance(text, Saved):
             error.place = text.place(error.start)
         raise

@@ -7,15 +7,15 @@ a step. Whatever is not understood to the last word is not guessed at.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
 
 from lanindex.errors import PatternError
 from lanindex.model.measures import GRADES
 from lanindex.search.language.phrases import SINGLE, Meaning, UnclearError, meanings
+from lanindex.search.language.query import Query
 from lanindex.search.language.words import VALUES, Vocabulary
 
 _LONGEST = 200
@@ -51,7 +51,9 @@ def reading(text: str) -> str | None:
         return None
 
 
-def offer_reading(error: PatternError, understood: Callable[[str], Any]) -> None:
+def offer_reading(
+    error: PatternError, understood: Callable[[str], Query], held: Collection[str]
+) -> None:
     """Let the error of a pattern offer the one that was probably meant, if that is plain.
 
     Parameters
@@ -60,13 +62,17 @@ def offer_reading(error: PatternError, understood: Callable[[str], Any]) -> None
         Of the whole text.
     understood : callable
         Reads a pattern, or raises a PatternError.
+    held : collection of str
+        The parts that the library has: what names none of them is not offered.
     """
     read = reading(error.text)
     if read is None:
         return
     try:
-        understood(read)
+        parts = understood(read).parts
     except PatternError:
+        return
+    if parts.isdisjoint(held):
         return
     found = _GUESS.sub("", error.found)
     stop = "" if found.endswith((".", "?")) else "."
