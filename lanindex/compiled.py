@@ -1,7 +1,7 @@
 """Whether loops over a capture run as plain numpy or compiled by numba (extra ``fast``).
 
 Both ways give the same bytes. Compiled loops are several times as fast, but importing numba and
-loading what it keeps on disk takes a third of a second, and compiling, which is done once after an
+loading its cache takes a third of a second, and compiling, which is done once after an
 install, takes seconds. So the work of the process decides, here and for the whole package (a
 search has its own loops, see `lanindex.search.compiled`).
 """
@@ -16,8 +16,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-KEPT = 20_000_000
-"""Bytes of captures from which on loops that numba keeps compiled are worth loading."""
+LOAD = 20_000_000
+"""Bytes of captures from which on loops in the cache of numba are worth loading."""
 
 FRAME = 500
 """Bytes of a file for each frame of a capture, about, where only the frames are known."""
@@ -31,8 +31,8 @@ class Loops(NamedTuple):
     modules : tuple of str
         What has to be imported.
     last : str
-        Module and name of the kernel that a capture calls last: once numba keeps that one, it
-        keeps the others.
+        Module and name of the kernel that a capture calls last: once it is in the cache of numba,
+        so are the others.
     worth : int
         Bytes of captures from which on compiling them costs less than it saves.
     """
@@ -99,12 +99,12 @@ def chosen(name: str, size: int) -> bool:
     -------
     bool
         True once the process has used them; or if it has done, or expects, so much work that
-        loading them pays, or compiling them where numba does not keep them. False without numba.
+        loading them pays, or compiling them where they are not cached. False without numba.
     """
     _done[name] += size
     if name not in _chosen:
         work = max(_done[name], _expected)
-        if work < KEPT or not (kept(name) or (work >= LOOPS[name].worth and _may_compile())):
+        if work < LOAD or not (cached(name) or (work >= LOOPS[name].worth and _may_compile())):
             return False
         _chosen.add(name)
     return imported(name)
@@ -121,10 +121,10 @@ def imported(name: str) -> bool:
     return True
 
 
-def kept(name: str) -> bool:
-    """Tell whether numba keeps these loops on disk, where it puts them, without importing it.
+def cached(name: str) -> bool:
+    """Tell whether loops are in the cache of numba, without importing it.
 
-    What it keeps of an older source looks the same: that is compiled anew when it is called.
+    The cache of an older source looks the same: it is compiled anew when it is called.
     """
     module, kernel = LOOPS[name].last
     source = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")

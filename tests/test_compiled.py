@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from lanindex import compiled
-from lanindex.compiled import KEPT, LOOPS, chosen
+from lanindex.compiled import LOAD, LOOPS, chosen
 
 
 @pytest.fixture(autouse=True)
 def anew(monkeypatch, tmp_path):
-    """Let each test begin as a process does after an install: nothing done, nothing kept."""
+    """Let each test begin as a process does after an install: nothing done, nothing cached."""
     pytest.importorskip("numba")
     for name, value in (("_expected", 0), ("_turn", None), ("_mine", True)):
         monkeypatch.setattr(compiled, name, value)
@@ -40,15 +40,15 @@ def test_nothing_is_compiled_before_it_pays(name):
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_what_is_kept_is_loaded_after_little_work(name, tmp_path):
+def test_what_is_cached_is_loaded_after_little_work(name, tmp_path):
     keep(name, tmp_path)
-    assert not chosen(name, KEPT - 1)
+    assert not chosen(name, LOAD - 1)
     assert chosen(name, 1)
 
 
 def test_small_files_in_a_loop_count_together(tmp_path):
     keep("numbers", tmp_path)
-    found = [chosen("numbers", KEPT // 10) for _ in range(12)]
+    found = [chosen("numbers", LOAD // 10) for _ in range(12)]
     assert found == [False] * 9 + [True] * 3
 
 
@@ -73,9 +73,9 @@ def test_what_numba_keeps_is_found_where_numba_puts_it(tmp_path):
     code = (
         "import numpy as np; from lanindex import compiled\n"
         "from lanindex.formats.bvh.compiled import fast\n"
-        "print(compiled.kept('numbers'))\n"
+        "print(compiled.cached('numbers'))\n"
         "fast().parse(b'1 2', np.array([[0, 3]]), 2)\n"
-        "print(compiled.kept('numbers'))\n"
+        "print(compiled.cached('numbers'))\n"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert found.stdout.split() == ["False", "True"], found.stderr

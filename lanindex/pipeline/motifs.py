@@ -16,7 +16,7 @@ from lanindex.pipeline.sampling import sampled
 from lanindex.search.example.motifs import LONGEST, Motif, line_in, motifs, told_first
 
 SAMPLE = 5000
-"""Captures that are looked through where nothing else is said: of more, so many at random."""
+"""Captures that the command looks through: of more, so many taken at random."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def recurring(
     *,
     least: int,
     shortest: int,
-    sample: int | None = SAMPLE,
+    sample: int | None = None,
     patience: Patience | None = None,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library.

@@ -18,7 +18,7 @@ ALIKE = 0.4
 """The mean likeness down to which groups are joined where nothing else is said."""
 
 SAMPLE = 2000
-"""Captures that are compared where nothing else is said: of more, so many taken at random."""
+"""Captures that the command compares: of more, so many taken at random."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ def similar(
     *,
     least: float = ALIKE,
     wanted: int | None = None,
-    sample: int | None = SAMPLE,
+    sample: int | None = None,
     patience: Patience | None = None,
 ) -> Groups:
     """Return the captures of a library in groups.

@@ -237,7 +237,7 @@ def test_without_numba_files_are_read_all_the_same(walk):
         "import sys; sys.modules['numba'] = None\n"
         "from lanindex.formats import read\n"
         "from lanindex import compiled\n"
-        "compiled.KEPT, compiled.kept = 0, lambda name: True\n"
+        "compiled.LOAD, compiled.cached = 0, lambda name: True\n"
         f"print(len(read({str(walk)!r})))"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

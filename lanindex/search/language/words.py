@@ -292,8 +292,8 @@ class Vocabulary:
     Parameters
     ----------
     parts : collection of str, optional
-        The parts that the library has; none by default. A pattern may also name each part of the
-        alphabet: one that no capture has never moves.
+        The parts that the library has; by default those of the alphabet. A pattern may name
+        these in any case: one that no capture has never moves.
     """
 
     def __init__(self, parts: Collection[str] | None = None) -> None:
