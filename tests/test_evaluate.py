@@ -9,6 +9,7 @@ import pytest
 from dances import BOW, RAISE, dance
 from hypothesis import given
 from hypothesis import strategies as st
+from plain_matcher import find
 
 from lanindex.encode.profile import load
 from lanindex.errors import LanindexError, UsageError
@@ -23,7 +24,6 @@ from lanindex.evaluate import (
 )
 from lanindex.model import Capture
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 UP = Expectation("up", "r_arm high", parse("r_arm high"), frozenset({"raise"}))
 

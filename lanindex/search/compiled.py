@@ -24,8 +24,6 @@ class Loops(NamedTuple):
 
 
 LOOPS = {
-    "joins": Loops("lanindex.search.fast.joins_fast", 4_000_000),
-    "chains": Loops("lanindex.search.fast.planes_fast", 20_000_000),
     "fuzzy": Loops("lanindex.search.fuzzy.scan_fast", 20_000_000),
 }
 """Work is counted in rows that are gone through, in steps of them, or in pairs of them."""

@@ -3,7 +3,7 @@
 Random patterns of the whole grammar, each on a few small random captures, with overlaps and
 without: capture, frames and fit must be the same, and the symbols of each line and label those of
 one of the ways that are as good. Every other one as in a large library, of which most is left out
-at once; two of four with what is compiled; one of three of the whole body. 20,000 cases take about
+at once; one of three of the whole body. 20,000 cases take about
 ten minutes.
 """
 
@@ -13,18 +13,16 @@ from random import Random
 from time import perf_counter
 
 import places  # noqa: F401  (finds the tests)
-from both_ways import fast, plain
 from fast_search import find_fast
 from grammar_patterns import random_pattern
+from plain_matcher import ties
 from random_library import DIRECTIONS, PARTS, WHOLE, random_library
 
 from lanindex.errors import LanindexError
 from lanindex.model import Hit
-from lanindex.search import compiled
 from lanindex.search.fast import find as find_module
 from lanindex.search.fast import order
 from lanindex.search.language import parse
-from lanindex.search.plain import ties
 
 
 def told(hit: Hit) -> tuple[object, ...]:
@@ -56,7 +54,6 @@ def differs(text: str, recordings: list, overlaps: str) -> str:
 def set_up(case: int) -> None:
     """Choose the ways that the engine goes."""
     find_module.MANY = 1 if case % 2 else 1000
-    compiled.chosen = fast if case % 4 < 2 else plain
 
 
 def main(cases: int = 20_000, seed: int = 1) -> int:

@@ -5,18 +5,7 @@ of three symbols at most. hyperscan, where it is installed, is given the cells a
 symbol, with a byte between captures, and asked for the same: capture and last frame of each match.
 It tells all ends, we the first end of each beginning, so ours are to be among its. Passing symbols,
 which no regular expression can step over, are left out for both; patterns are read beforehand,
-expressions compiled. Median milliseconds of the processor, one thread, all in turn; "alone" is
-without frames: which rows match and how well, a scan without a handler. On an AMD EPYC with other
-work on it, Python 3.11, numpy 2.4:
-
-=========  =============  =============  =============
-           compiled       numpy          hyperscan
-           all    alone   all    alone   all    alone
-=========  =====  ======  =====  ======  =====  ======
-exact        2.7     1.4    3.3     2.1    4.1     0.8
-classes     25.0    13.2   38.5    29.4  105.1    30.2
-gap         11.0     5.9   14.4     9.7   29.8     5.0
-=========  =====  ======  =====  ======  =====  ======
+expressions compiled. Median milliseconds of the processor, one thread, all in turn.
 """
 
 import importlib.util
@@ -27,13 +16,10 @@ from statistics import median
 
 import numpy as np
 import synthetic
-from both_ways import fast, plain
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import CELL, PASSING, Columns, Roster, cell_of
-from lanindex.search import compiled as loops
-from lanindex.search.automaton import plan
-from lanindex.search.fast import Finder, chains, planes
+from lanindex.search.fast import Finder
 from lanindex.search.language import parse
 
 CAPTURES = 400_000
@@ -76,30 +62,16 @@ EXPRESSIONS = {
 
 
 class Ours:
-    """The engine, with the compiled loops or without."""
+    """The engine."""
 
-    def __init__(self, roster: Roster, columns: Columns, compiled: bool) -> None:
-        self.roster, self.columns, self.compiled = roster, columns, compiled
-
-    def _chosen(self) -> None:
-        loops.chosen = fast if self.compiled else plain
-        if self.compiled and not loops.loaded("chains"):
-            raise SystemExit("numba is missing: pip install lanindex[fast]")
+    def __init__(self, roster: Roster, columns: Columns) -> None:
+        self.roster, self.columns = roster, columns
 
     def frames(self, name: str) -> tuple:
-        self._chosen()
         search = Finder(parse(PATTERNS[name]), self.roster, {"r_arm": self.columns}, nothing)
         begun = time.process_time()
         found = search.find("all")
         return time.process_time() - begun, (found.place, found.high)
-
-    def alone(self, name: str) -> tuple:
-        self._chosen()
-        part = planes.part_of(self.columns)
-        (program,) = plan(parse(PATTERNS[name]))
-        begun = time.process_time()
-        rows, _ = chains.answers(part, chains.chains_of(program))
-        return time.process_time() - begun, len(rows)
 
 
 class Hyperscan:
@@ -132,11 +104,6 @@ class Hyperscan:
         high = self.stop[last - capture]
         return time.process_time() - begun, (capture, high)
 
-    def alone(self, name: str) -> tuple:
-        begun = time.process_time()
-        self.databases[name].scan(self.text, match_event_handler=None)
-        return time.process_time() - begun, None
-
 
 def nothing(places, parts) -> list:
     return []
@@ -160,22 +127,18 @@ def in_turn(peers: dict[str, Callable], name: str) -> dict[str, tuple]:
 def one_part_told(captures: int) -> None:
     roster, columns = one_part(captures)
     print(f"one part, {len(columns) / 1e6:.1f} M symbols", flush=True)
-    peers = {"compiled": Ours(roster, columns, True), "numpy": Ours(roster, columns, False)}
+    peers = {"ours": Ours(roster, columns)}
     if importlib.util.find_spec("hyperscan"):
         peers["hyperscan"] = Hyperscan(columns)
     else:
         print("  hyperscan is not installed: left out")
     for name in PATTERNS:
         full = in_turn({peer: it.frames for peer, it in peers.items()}, name)
-        alone = in_turn({peer: it.alone for peer, it in peers.items()}, name)
         told = {peer: ends(*answer) for peer, (_, answer) in full.items()}
-        hits = len(full["numpy"][1][0])
+        hits = len(full["ours"][1][0])
         for peer in peers:
-            print(
-                f"  {name:8} {peer:10} {full[peer][0]:8.2f} ms, alone {alone[peer][0]:6.2f} ms"
-                f"  {hits} hits, {len(told[peer])} ends"
-            )
-        if not told["compiled"] == told["numpy"] <= told.get("hyperscan", told["numpy"]):
+            print(f"  {name:8} {peer:10} {full[peer][0]:8.2f} ms  {hits} hits")
+        if not told["ours"] <= told.get("hyperscan", told["ours"]):
             raise SystemExit(f"{name}: the answers differ")
 
 

@@ -12,12 +12,10 @@ import time
 
 import numpy as np
 import synthetic
-from both_ways import fast, plain
 from peers import in_turn, nothing
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model.columns import CELL, PASSING, STARTING, Columns, Roster
-from lanindex.search import compiled as loops
 from lanindex.search.fast import Finder
 from lanindex.search.language import parse
 
@@ -45,14 +43,12 @@ def two_parts(captures: int) -> tuple[Roster, dict[str, Columns]]:
 
 
 class Ours:
-    """The engine, with the compiled loops or without."""
+    """The engine."""
 
-    def __init__(self, roster: Roster, columns: dict[str, Columns], compiled: bool) -> None:
+    def __init__(self, roster: Roster, columns: dict[str, Columns]) -> None:
         self.roster, self.columns = roster, columns
-        self.way = fast if compiled else plain
 
     def ask(self, name: str) -> tuple:
-        loops.chosen = self.way
         first, second, beside = PATTERNS[name]
         query = parse(f"r_arm {first} -> {second} with l_arm {beside}")
         begun = time.process_time()
@@ -118,10 +114,7 @@ def said(table: str, words: str) -> str:
 def main(captures: int = CAPTURES) -> None:
     roster, columns = two_parts(captures)
     print(" + ".join(f"{len(it) / 1e6:.1f} M symbols" for it in columns.values()), flush=True)
-    peers = {
-        "compiled": Ours(roster, columns, True).ask,
-        "numpy": Ours(roster, columns, False).ask,
-    }
+    peers = {"ours": Ours(roster, columns).ask}
     if importlib.util.find_spec("duckdb"):
         peers["duckdb"] = DuckDB(columns).ask
     else:

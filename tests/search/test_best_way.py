@@ -1,10 +1,10 @@
 """Which of several ways is told: the clearest of those that end first and begin last."""
 
+from plain_matcher import find
 from query_cases import recordings_of
 
 from lanindex.model import Hit, Track
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 
 def hits(text: str, tracks: str, **margins: list[float]) -> list[Hit]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fast_search import find_fast
+from plain_matcher import find
 from query_cases import recordings_of, track
 from sample import ENCODING
 
@@ -19,7 +20,6 @@ from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence
 from lanindex.search.explain.nearness import away
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 TEXT = (
     "fps 10 frames 60; step: place mid 0 0, forward mid 5 10, left low 10 20; "

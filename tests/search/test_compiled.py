@@ -30,13 +30,6 @@ def test_they_are_loaded_once_much_has_been_done_without_them(name, fresh):
     assert compiled.chosen(name, 0) is found
 
 
-def test_the_next_ones_cost_less(fresh):
-    worth = compiled.LOOPS["joins"].worth
-    assert compiled.chosen("joins", worth // compiled.CHEAPER) is None
-    assert compiled.loaded("chains") is not None
-    assert compiled.chosen("joins", 0) is not None
-
-
 def test_without_numba_there_are_none(fresh, monkeypatch):
     plain = builtins.__import__
 

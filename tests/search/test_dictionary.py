@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from plain_matcher import find
 
 from lanindex.encode import encode
 from lanindex.errors import UsageError
@@ -22,7 +23,6 @@ from lanindex.search.dictionary import (
 )
 from lanindex.search.language import parse
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
-from lanindex.search.plain import find
 
 WORDS = load()
 RAISING = ("conductor_four", "conductor_three", "jumping_jacks", "radio_gymnastics", "semaphore")

@@ -4,12 +4,12 @@ import made_patterns
 import pytest
 from grammar_patterns import random_patterns
 from hypothesis import assume, given, settings
+from plain_matcher import find
 from query_cases import cases, recordings_of
 
 from lanindex.errors import PatternError
 from lanindex.search.explain import explanation, obstacle, order, sentence, step_counts
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 FOUND = [case for case in cases() if not case.error]
 

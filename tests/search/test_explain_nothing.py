@@ -8,6 +8,7 @@ import made_patterns
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plain_matcher import find
 from query_cases import recordings_of
 
 from lanindex.errors import PatternError
@@ -20,7 +21,6 @@ from lanindex.search.explain.tree import everywhere, places
 from lanindex.search.language import parse
 from lanindex.search.language.query import Repeat, Skips
 from lanindex.search.language.times import Clock, Length, Time
-from lanindex.search.plain import find
 
 
 def read(text):

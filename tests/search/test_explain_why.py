@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import pytest
 from grammar_patterns import random_patterns
+from plain_matcher import find
 from query_cases import cases, recordings_of
 
 from lanindex.model import Symbol
@@ -12,7 +13,6 @@ from lanindex.search.explain import trace
 from lanindex.search.explain.nearness import away, doubts, nearest
 from lanindex.search.explain.trace import records_of
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 (RECORDING,) = recordings_of(
     "fps 10 frames 100; "

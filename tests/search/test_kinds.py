@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 import pytest
+from plain_matcher import find
 from plain_search import find_plainly
 from query_cases import track
 
@@ -11,7 +12,6 @@ from lanindex.errors import PatternError
 from lanindex.model import Capture, Track
 from lanindex.search.explain import sentence
 from lanindex.search.language import parse, words
-from lanindex.search.plain import find
 
 CAPTURE = Capture(1, "", "", "0" * 64, "", Fraction(10), 100)
 PARTS = ("travel", "r_twist", "l_twist", "r_arm")

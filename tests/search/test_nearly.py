@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import pytest
+from plain_matcher import find
 from query_cases import recordings_of
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model import Track
 from lanindex.search import nearly
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 TRACKS = (
     "fps 10 frames 60; r_arm: place low 0 0, right mid 5 12, place high 20 30; head: left mid 0 0"

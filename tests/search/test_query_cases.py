@@ -1,10 +1,10 @@
 import pytest
+from plain_matcher import find
 from query_cases import Case, cases, told
 
 from lanindex.errors import PatternError
 from lanindex.search.hits import Hits
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 from lanindex.search.stages import piped
 
 CASES = list(cases())

@@ -3,13 +3,13 @@
 from fractions import Fraction
 
 import pytest
+from plain_matcher import find
 from query_cases import recordings_of, track
 
 from lanindex.errors import UsageError
 from lanindex.model import Capture, Meter, Span, Track
 from lanindex.model.symbol import blank
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 
 def found(tracks: str, pattern: str, **options) -> list[tuple[int, int]]:

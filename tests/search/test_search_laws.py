@@ -9,6 +9,7 @@ import pytest
 from grammar_patterns import random_pattern
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plain_matcher import find
 from plain_search import find_plainly
 
 from lanindex.alphabet import MIRRORED, mirrored_part
@@ -17,7 +18,6 @@ from lanindex.model import Track
 from lanindex.search.automaton import counts
 from lanindex.search.language import Query, parse
 from lanindex.search.language.query import Bracket, mirrored
-from lanindex.search.plain import find
 
 LINES = made_patterns.lines(depth=1)
 PATTERNS = made_patterns.patterns(depth=1, most=2)

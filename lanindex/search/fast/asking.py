@@ -18,8 +18,6 @@ from lanindex.search.fast.answers import (
 )
 from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import Contested, contested
-from lanindex.search.fast.company import Company
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import Backwards, limited, remembers
@@ -29,9 +27,8 @@ from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Alive, Setting, alive_in
-from lanindex.search.fast.soon import FAIRLY_SOON, SOON, settled, wanders, widening
+from lanindex.search.fast.soon import SOON, settled, widening
 from lanindex.search.fast.tails import enough
-from lanindex.search.fast.walk import NotCovered
 
 FEW = 4
 """What is less than one in so many captures is gone through on its own."""
@@ -54,65 +51,12 @@ def answers_of(
         return remembering(setting, number, program, parts)
     bare, lengths = limited(program)
     if remembers(bare):
-        try:
-            return with_company(setting.block, number, program, parts)
-        except (NotCovered, TooMuch) as error:
-            if isinstance(error, TooMuch) and len(setting.block) > 1:
-                raise  # fewer captures are tried this way first
         return in_some(setting, number, program, parts)
     found, passing = of_line(setting.block, number, bare, parts)
     found = [lasting(setting.block, it, lengths) for it in found]
     if passing:
         found += remembering(setting, number, program, parts, passing_only=True)
     return found
-
-
-def with_company(
-    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> list[Answers]:
-    """Return the answers of a program with lines beside; their fits are not known.
-
-    Raises
-    ------
-    NotCovered
-        Where ways must remember more than that.
-    """
-    claims, found, tables = contested(program), [], []
-    left = [roots(block, program, entry) for entry in program.entries]
-    for within in widening(block, left, FAIRLY_SOON if wanders(program) else None):
-        entry, root, low, high = _leading(block, program, left, within, claims)
-        best = settled(block, program, left, within, (entry, root, high))
-        tables.append((entry[best], root[best], low[best], high[best]))
-    entries, roots_at, low, high = (np.concatenate(it) for it in zip(*tables, strict=True))
-    for place, way_in in enumerate(program.entries):
-        own = entries == place
-        state = program.states[way_in.state]
-        events = block.events(state).at(roots_at[own])
-        ends = low[own], high[own], ~events.cost
-        found.append(table(number, state, parts, events, ends))
-    return found
-
-
-def _leading(
-    block: Block, program: Program, left: list[Mask], within: Whole | None, claims: Contested
-) -> tuple[Whole, Whole, Whole, Whole]:
-    """Return the best ways from some beginnings: looked for in their captures, if these are few."""
-    captures = [block.events(program.states[it.state]).capture for it in program.entries]
-    there = np.zeros(len(block), bool)
-    for capture, fits in zip(captures, left, strict=True):
-        there[capture[fits]] = True
-    places = np.flatnonzero(there)
-    if FEW * len(places) > len(block) or not len(places):
-        return Company(block, claims).leading(program, left, within)
-    own = [np.flatnonzero(there[capture]) for capture in captures]
-    some = [fits[at] for fits, at in zip(left, own, strict=True)]
-    company = Company(block.taken(places), claims)
-    entry, root, low, high = company.leading(
-        program, some, None if within is None else within[places]
-    )
-    for place, at in enumerate(own):
-        root[entry == place] = at[root[entry == place]]
-    return entry, root, low, high
 
 
 def possible(block: Block, program: Program, alive: Alive | None = None) -> Mask:
@@ -210,11 +154,13 @@ def _best_of_all(
 ) -> list[Found]:
     """Return the best ways from some beginnings; from fewer at once where one capture has many."""
     tables, left = [], [fits.copy() for fits in begun]
-    soon = SOON if recall.wanders and not program.open_ended else None
+    soon = SOON if recall.wanders else None
     try:
         for within in widening(setting.block, left, soon):
             found = recall.found(left, within)
             found = found.at(_best(setting, program, recall, found, partners))
+            if within is not None and program.open_ended:
+                found = found.at(~recall.is_cut_off(found.node))
             ways = found.entry, found.root, found.high
             tables.append(found.at(settled(setting.block, program, left, within, ways)))
         return tables

@@ -10,14 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search import compiled
-from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, best_of_each, spread, starts_of
-from lanindex.search.fast.ways import Used, smallest, stacked
+from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, spread, starts_of
 
 FORBIDDEN = ("without", "never")
 """Relations of what must not happen."""
@@ -36,8 +33,6 @@ class Stretches:
         (N,) int64.
     alone : ndarray
         (N,) bool: whether it is no more than a starting position.
-    used : tuple of Used
-        What they took that another line could want.
     """
 
     capture: Whole
@@ -46,7 +41,6 @@ class Stretches:
     low: Whole
     high: Whole
     alone: Mask
-    used: tuple[Used, ...] = ()
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -54,9 +48,7 @@ class Stretches:
 
     def at(self, chosen: Whole | Mask) -> Stretches:
         """Return some of them."""
-        found = Stretches(*(getattr(self, name)[chosen] for name in _FIELDS))
-        found.used = tuple(it.at(chosen) for it in self.used)
-        return found
+        return Stretches(*(getattr(self, name)[chosen] for name in _FIELDS))
 
     @property
     def plain(self) -> bool:
@@ -72,25 +64,7 @@ def gathered(tables: list[Stretches]) -> Stretches:
     capture, start, until, low, high, alone = (
         np.concatenate([getattr(it, name) for it in tables]) for name in _FIELDS
     )
-    found = Stretches(capture, start, until, low, high, alone)
-    found.used = stacked([(it.used, len(it)) for it in tables])
-    return found
-
-
-def different(lines: Stretches) -> Stretches:
-    """Return each line once, in order of capture, start and end."""
-    starts = lines.capture * FAR + lines.start
-    if (starts[1:] > starts[:-1]).all():
-        return lines
-    columns: list[Numbers] = [lines.capture, lines.start, lines.until]
-    if lines.alone.any():
-        columns.append(lines.alone.astype(np.int8))
-    if not lines.plain:
-        columns += [lines.low, lines.high]
-    columns += [rows for it in lines.used for rows in it[1:]]
-    chosen = best_of_each(tuple(columns), ())
-    grown = chosen[1:] > chosen[:-1]
-    return lines if len(chosen) == len(lines) and grown.all() else lines.at(chosen)
+    return Stretches(capture, start, until, low, high, alone)
 
 
 class Others:
@@ -252,26 +226,11 @@ def hulls(
         Which line, growing, and low and high.
     """
     if relation == "with":
-        fast = compiled.chosen("joins", len(lines) + len(others))
-        if fast and others.lines.plain:
-            return _compiled_hulls(fast, lines, others, limits(relation, lines, margins))
         line, other = _sharing(lines, others, limits(relation, lines, margins))
     else:
         line, other = pairs(relation, lines, others, margins)
     low = np.minimum(lines.low[line], others.lines.low[other])
     return smallest(line, low, np.maximum(lines.high[line], others.lines.high[other]))
-
-
-def _compiled_hulls(
-    fast: ModuleType, lines: Stretches, others: Others, limit: Limits
-) -> tuple[Whole, Whole, Whole]:
-    """Return the same as `hulls` of lines that share frames with others which stand alone."""
-    own = lines.capture * FAR, lines.low, lines.high, limit.begin_last, limit.end_first
-    heads, their = others.heads, others.lines
-    found: tuple[Whole, Whole, Whole] = fast.sharing_hulls(
-        *own, others.starts[heads[:-1]], heads, their.start, their.until, others.latest
-    )
-    return found
 
 
 def _sharing(lines: Stretches, others: Others, limit: Limits) -> tuple[Whole, Whole]:
@@ -309,14 +268,13 @@ def matched(one: Whole, other: Whole) -> tuple[Whole, Whole]:
     return spread(first, np.searchsorted(other, one, "right"))
 
 
-def outermost(lines: Stretches) -> Whole:
-    """Return the lines that no other one of their capture holds: what they share, it shares too."""
-    found = []
-    for alone in (False, True):
-        own = np.flatnonzero(lines.alone == alone)
-        order = own[np.lexsort((-lines.until[own], lines.start[own], lines.capture[own]))]
-        until = (lines.capture * FAR + lines.until)[order]
-        kept = np.ones(len(order), bool)
-        kept[1:] = until[1:] > np.maximum.accumulate(until)[:-1]
-        found.append(order[kept])
-    return np.concatenate(found)
+def smallest(line: Whole, low: Whole, high: Whole) -> tuple[Whole, Whole, Whole]:
+    """Return the hulls of each line that hold no other one of its own, in order of the lines."""
+    if (line[1:] > line[:-1]).all():
+        return line, low, high
+    order = in_order((line, high, -low))
+    line, low, high = line[order], low[order], high[order]
+    best = np.maximum.accumulate(line * FAR + low)
+    kept = np.ones(len(line), bool)
+    kept[1:] = (line[1:] * FAR + low[1:]) > best[:-1]
+    return line[kept], low[kept], high[kept]

@@ -16,7 +16,7 @@ from lanindex.alphabet import MOST_AMOUNT
 from lanindex.model.arrays import frozen
 from lanindex.model.columns import CELL, THOUSANDTHS
 from lanindex.model.measures import GRADES
-from lanindex.search import compiled, nearly
+from lanindex.search import nearly
 from lanindex.search.automaton import State
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole, spread
 from lanindex.search.fast.rows import Rows
@@ -136,11 +136,7 @@ def _movements(rows: Rows, fits: Mask, cost: Whole) -> Events:
 
 
 def _stays(rows: Rows, fits: Mask, cost: Whole) -> Events:
-    if fast := compiled.chosen("joins", len(rows)):
-        own = rows.start, rows.stop, rows.passing, rows.starting, rows.stretch, rows.stretch_end
-        first, last, start, end, cost = fast.stays(fits, cost, *own)
-    else:
-        first, last, start, end, cost = staying(rows, fits, cost)
+    first, last, start, end, cost = staying(rows, fits, cost)
     nothing = np.zeros(len(first), bool)
     capture = rows.capture[first].astype(np.int64)
     return Events(capture, (first,), (last,), start, end, end, cost, nothing, nothing)

@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from lanindex.alphabet import is_limb
 from lanindex.errors import LanindexError, OutOfMemoryError
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
@@ -20,19 +19,13 @@ from lanindex.search.fast import overlaps as staying
 from lanindex.search.fast.answers import (
     Answers,
     best,
-    firsts,
     joined,
-    lasting,
     own_rows,
 )
 from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.asking import answers_of
 from lanindex.search.fast.block import Block, slabs
-from lanindex.search.fast.chains import chains_of
-from lanindex.search.fast.chains import table as table_of
 from lanindex.search.fast.found import Found
-from lanindex.search.fast.lines import limited
-from lanindex.search.fast.linked import Linked, covered
 from lanindex.search.fast.mirrored import repeats
 from lanindex.search.fast.narrow import Narrowing
 from lanindex.search.fast.ragged import TooMuch, Whole
@@ -110,15 +103,8 @@ class Finder:
         best : int, optional
             Only so many, those that fit best, the clearest first.
         """
-        pieces = self._chained(watch)
-        if pieces is None:
-            pieces = self._linked(watch)
-        blocks: list[Whole] = []
-        if pieces is None:
-            pieces, blocks = [], slabs(self._columns.values(), self._possible(), MOST_ROWS)
-        for places in blocks:
-            pieces += self._among(places, watch)
-        answers = joined(pieces)
+        blocks = slabs(self._columns.values(), self._possible(), MOST_ROWS)
+        answers = joined([it for places in blocks for it in self._among(places, watch)])
         if (answers.capture[1:] < answers.capture[:-1]).any():
             answers = answers.at(np.argsort(answers.capture, kind="stable"))
         answers = self._in_those_asked_for(answers)
@@ -128,43 +114,6 @@ class Finder:
         self._watch = watch  # not of hits that are looked at later on
         found = found.by_fit(best)[:best]
         self._watch = None
-        return found
-
-    def _chained(self, watch: Watch | None) -> list[Answers] | None:
-        """Return all answers where no program is more than chains, else None."""
-        if self._asked:
-            return None
-        lines = [limited(program) for program in self._programs]
-        chained = [chains_of(program) for program, _ in lines]
-        found: list[Answers] = []
-        for number, chains in enumerate(chained):
-            if chains is None:
-                return None
-            if watch:
-                watch(0, len(self._roster))
-            state = self._programs[number].states[0]
-            place, _ = firsts(state, self._parts)
-            if None not in chained and state.members[0] in self._columns:
-                columns = self._columns[state.members[0]]
-                answers = table_of(columns, chains, number, place)
-                if lengths := lines[number][1]:
-                    answers = lasting(self._block(np.arange(len(self._roster))), answers, lengths)
-                found.append(answers)
-        every = best(joined(found))
-        return [own_rows(every, self._parts, lambda part: self._columns[part].bounds)]
-
-    def _linked(self, watch: Watch | None) -> list[Answers] | None:
-        """Return all answers where all lines are linked movements of one part, else None."""
-        broken = any(len(it.gaps) and not is_limb(it.part) for it in self._columns.values())
-        chains = None if self._asked or broken else covered(self._programs)
-        if chains is None:
-            return None
-        linked = Linked(self._roster, self._columns, self._programs, self._tolerance)
-        found = []
-        for done, answers in linked.answers(chains, self._parts):
-            if watch:
-                watch(done, len(self._roster))
-            found.append(answers)
         return found
 
     def fetch(self, places: Sequence[int]) -> None:

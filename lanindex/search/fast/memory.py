@@ -143,6 +143,25 @@ class Nodes:
         self._after.append(own[which[fits]])
         return own
 
+    def leading_to(self, nodes: Whole) -> Mask:
+        """Return which nodes are some of these, or go on in one of them, (nodes,) bool."""
+        found = np.zeros(self.many, bool)
+        before, bounds = self._backwards()
+        todo = nodes
+        while len(todo):
+            found[todo] = True
+            _, place = spread(bounds[todo], bounds[todo + 1])
+            todo = np.unique(before[place])
+            todo = todo[~found[todo]]
+        return found
+
+    def _backwards(self) -> tuple[Whole, Whole]:
+        """Return the nodes that each one comes from, one after the other, and their bounds."""
+        before = np.concatenate(self._before or [np.empty(0, np.int64)])
+        after = np.concatenate(self._after or [np.empty(0, np.int64)])
+        order = np.argsort(after, kind="stable")
+        return before[order], np.searchsorted(after[order], np.arange(self.many + 1))
+
     def behind(self, line: Whole, node: Whole, most: int) -> Mask:
         """Tell, of nodes of some lines, which go on in another one of the same line, (N,) bool.
 
@@ -158,10 +177,7 @@ class Nodes:
         TooMuch
             Where there are more.
         """
-        before = np.concatenate(self._before or [np.empty(0, np.int64)])
-        after = np.concatenate(self._after or [np.empty(0, np.int64)])
-        order = np.argsort(after, kind="stable")
-        before, bounds = before[order], np.searchsorted(after[order], np.arange(self.many + 1))
+        before, bounds = self._backwards()
         lines, own = np.unique(line, return_inverse=True)
         if len(lines) * self.many > most:
             raise TooMuch

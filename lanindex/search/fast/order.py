@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import PASSING, STARTING, Columns
-from lanindex.search import compiled
 from lanindex.search.automaton import Edge, Program, State
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import cells_of
@@ -173,15 +172,7 @@ def in_order(order: Order, columns: Columns, captures: Whole, block: Block) -> M
     block : Block
         Of all captures.
     """
-    fast = compiled.chosen("joins", len(columns))
-    limits = _limits(order, block)
-    if fast is None:
-        return plainly(order, columns, captures, limits)
-    found = np.zeros(len(captures), bool)
-    own = columns.cell, columns.start, columns.stop, columns.bounds
-    asked = order.accepts, order.first, order.last, order.following
-    fast.in_order(*own, captures, *asked, *limits, found)
-    return found
+    return plainly(order, columns, captures, _limits(order, block))
 
 
 def _limits(order: Order, block: Block) -> tuple[Bits, Whole]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lanindex.search import compiled
 from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, starts_of
 
 
@@ -26,10 +25,6 @@ def from_left(capture: Whole, low: Whole, high: Whole) -> Mask:
         (H,) in order of capture, start, end.
     """
     kept: Mask = np.zeros(len(low), bool)
-    fast = compiled.chosen("joins", len(low))
-    if fast:
-        fast.from_left(capture, low, high, kept)
-        return kept
     after = np.searchsorted(capture * FAR + low, capture * FAR + high)
     here = np.flatnonzero(starts_of(capture)) if len(low) else after
     while len(here):

@@ -10,7 +10,7 @@ import numpy as np
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.fast import beside, taken
 from lanindex.search.fast.abreast import standing
-from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches
+from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches, smallest
 from lanindex.search.fast.forgiven import by_line, paired, unforgiven
 from lanindex.search.fast.memory import distinct
 from lanindex.search.fast.others import MOST_MARKS, Others, gathered
@@ -19,7 +19,6 @@ from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
 from lanindex.search.fast.tails import LONGER_BESIDE, enough_beside
 from lanindex.search.fast.taken import Taken, filled, sets_together
-from lanindex.search.fast.ways import smallest
 
 _BOTH = ("start", "until")
 _COMPARED = {

@@ -84,11 +84,11 @@ class Recall:
     @property
     def wanders(self) -> bool:
         """Whether the line may go on for long before it ends."""
-        free = self._tails.free if self._tails and self._tails.few else [False] * len(self._open)
+        settled = self._tails.settled if self._tails else [False] * len(self._open)
         return any(
             edge.arrow.later or edge.entry.state <= state
             for state, edges in enumerate(self._program.edges)
-            for edge in (() if free[state] else edges)
+            for edge in (() if settled[state] else edges)
         )
 
     def roots(self) -> list[Mask]:
@@ -114,6 +114,7 @@ class Recall:
             Where there are too many.
         """
         self._followed, self._within = 0, within
+        self._cut_off = [np.empty(0, np.int64)]
         self._settling: list[Memory] = []
         program, ends = self._program, []
         at: dict[int, list[Memory]] = {state: [] for state in range(len(program.states))}
@@ -374,27 +375,40 @@ class Recall:
             self._reaches[id(edge)] = reach, ends if (np.diff(ends) >= 0).all() else None
         reach, in_order = self._reaches[id(edge)]
         low, high, targets = reach.listed()
-        low, high, latest = low[event], high[event], self._latest(edge, rows)
+        low, high = low[event], high[event]
+        latest, horizon = self._latest(edge, rows)
         if targets is None and in_order is not None:
-            high = np.minimum(high, np.searchsorted(in_order, latest, "right"))
+            beyond = np.minimum(high, np.searchsorted(in_order, latest, "right"))
+            high = np.minimum(high, np.searchsorted(in_order, np.minimum(latest, horizon), "right"))
+            self._cut_off.append(rows.came[high < beyond])
         sources, places = spread(low, high)
         if targets is not None:
             places = targets[places]
         ends = events.capture[places] * FAR + events.end[places]
         fits = ends <= latest[sources]
+        soon = ends <= horizon[sources]
+        self._cut_off.append(rows.came[sources[fits & ~soon]])
+        fits &= soon
         return sources[fits], places[fits]
 
-    def _latest(self, edge: Edge, rows: Memory) -> Whole:
-        """Return when what follows ways has to be over, with the captures, as one number."""
+    def is_cut_off(self, nodes: Whole) -> Mask:
+        """Return which nodes may go on beyond the frames in which ways were looked for."""
+        return self.nodes.leading_to(np.concatenate(self._cut_off))[nodes]
+
+    def _latest(self, edge: Edge, rows: Memory) -> tuple[Whole, Whole]:
+        """Return when what follows ways has to be over, and until when ways are looked for.
+
+        Both with the capture, as one number.
+        """
         before = self._block.events(self._program.states[edge.exit.state])
         capture = before.capture[rows.columns[EVENT]]
         frames = self._block.frames[capture]
+        horizon = frames
         if self._within is not None:
-            frames = np.minimum(frames, rows.columns[GROUPS + START] + self._within[capture])
+            horizon = np.maximum(rows.columns[GROUPS + START] + self._within[capture], 0)
         groups = self._open[edge.exit.state]
         for level, group in enumerate(groups[: len(groups) - len(edge.exit.closes)], 1):
             if group.length:
                 begun = rows.columns[GROUPS + 3 * level + START]
                 frames = np.minimum(frames, begun + self._block.bounds(group.length)[1][capture])
-        latest: Whole = capture * FAR + np.maximum(frames, 0)
-        return latest
+        return capture * FAR + np.maximum(frames, 0), capture * FAR + horizon

@@ -16,12 +16,14 @@ from lanindex.search.fast.arrows import NONE
 from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block
-from lanindex.search.fast.claims import MANNERS, manner_of, touching
 from lanindex.search.fast.conditions import Clauses, Source, Told
 from lanindex.search.fast.lines import Backwards, components, reached
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
 from lanindex.search.fast.taken import Taken, nothing, one_each
 from lanindex.search.language.clauses import Condition
+
+MANNERS = ("move", "at", "hold")
+"""As what a symbol may be taken."""
 
 
 @dataclass(slots=True, eq=False)
@@ -370,3 +372,20 @@ def _kinds(program: Program) -> list[tuple[State, list[int]]]:
         key = (state.members, state.manner, fits)
         kinds.setdefault(key, (state, []))[1].append(state.number)
     return list(kinds.values())
+
+
+def manner_of(state: State) -> str:
+    """Return as what a state takes what it takes: what is gone through is a movement."""
+    return state.manner if state.manner in MANNERS else MANNERS[0]
+
+
+def touching(one: State, other: State) -> bool:
+    """Tell whether two states can take the same symbol, whatever as."""
+    if one.near or other.near:  # a symbol near a border may be on either side of it
+        return not set(one.members).isdisjoint(other.members)
+    return any(
+        part == another and all(said[kind] & told[kind] for kind in said.keys() & told.keys())
+        for (part, said), (another, told) in product(
+            zip(one.members, one.fits, strict=True), zip(other.members, other.fits, strict=True)
+        )
+    )

@@ -16,9 +16,8 @@ from lanindex.search.fast.block import Block
 from lanindex.search.fast.ragged import Mask, Whole
 from lanindex.search.language.times import Length, Time
 
-SOON, FAIRLY_SOON = 4, 16
-"""Seconds that are soon: where ways remember much, and where each costs little; the next are so
-many times as many."""
+SOON = 4
+"""Seconds that are soon; the next are so many times as many."""
 
 
 def widening(block: Block, left: list[Mask], soon: int | None) -> Iterator[Whole | None]:
@@ -35,15 +34,6 @@ def widening(block: Block, left: list[Mask], soon: int | None) -> Iterator[Whole
                 return
             within = soon * within
     yield None
-
-
-def wanders(program: Program) -> bool:
-    """Tell whether a line may go on for long before it ends."""
-    return any(
-        edge.arrow.later or edge.entry.state <= state
-        for state, edges in enumerate(program.edges)
-        for edge in edges
-    )
 
 
 def settled(

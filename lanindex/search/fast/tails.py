@@ -83,8 +83,8 @@ class Tails:
     best : list of ndarray
         By state, of each event: the frame in which the best way ends that takes nothing more that
         another line could want, -1: there is none.
-    few : bool
-        Whether only a few ways have to go on, of which others could want something.
+    settled : list of bool
+        By state, whether no ways, or only a few, go on one by one.
     on, ending, entered : list of ndarray
         By state, (N,) bool: from which events ways go on nevertheless, at which they may end, and
         which they may enter from a free state.
@@ -98,7 +98,7 @@ class Tails:
             self.free[state] &= not (begins & setting.alive(program)[state]).any()
         wanted = [setting.wanted(program, it.number) for it in program.states]
         alive = zip(wanted, setting.alive(program), strict=True)
-        self.few = sum((one & other).sum() for one, other in alive) <= FEW * len(setting.block)
+        few = sum((one & other).sum() for one, other in alive) <= FEW * len(setting.block)
         starting = [setting.block.events(state).starting for state in program.states]
         if end == ONLY:
             if any(it.any() for it in wanted):
@@ -108,12 +108,16 @@ class Tails:
             self.best = [np.where(one == other, one, -1) for one, other in both]
             self.on = self.ending = [it < 0 for it in self.best]
             self.entered = [np.ones(len(it), bool) for it in self.best]
+            self.settled = [
+                free and not on.any() for free, on in zip(self.free, self.on, strict=True)
+            ]
             return
         self.best, self.ending = _best(setting, program, wanted, end), starting
         self.on = [np.zeros(len(it), bool) for it in wanted]
         if any(it.any() for it in wanted):
             self.on = [it < NONE for it in _Leading(setting, program, wanted).beyond]
         self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
+        self.settled = [few and free for free in self.free]
 
 
 def _best(setting: Setting, program: Program, wanted: list[Mask], end: str) -> list[Whole]:

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTIONS, LEVELS, MID, PLACE
 from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns, begins_of
 from lanindex.search.automaton import State
-from lanindex.search.fast.planes import packed
 from lanindex.search.language.words import WORD_KINDS
 
 UNIT = 64
@@ -200,8 +199,16 @@ class Kinds:
     @cached_property
     def passed(self) -> NDArray[np.uint64]:
         """The passing rows as a plane, with a word of 0 before it."""
-        plane = packed(self.passing[self.code])
+        plane = _packed(self.passing[self.code])
         return np.concatenate((plane[:0], np.zeros(1, plane.dtype), plane))
+
+
+def _packed(mask: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    """Return a mask as a plane."""
+    bits = np.packbits(mask, bitorder="little")
+    plane = np.zeros(len(mask) // 64 + 2, "<u8")
+    plane.view(np.uint8)[: len(bits)] = bits
+    return plane
 
 
 _known: WeakKeyDictionary[Columns, Kinds] = WeakKeyDictionary()

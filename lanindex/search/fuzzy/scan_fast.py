@@ -8,11 +8,14 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from lanindex.search.fast.planes_fast import listed
 from lanindex.search.fuzzy.align import BLUR, COST, FIRST, LATEST, NOTHING
 from lanindex.search.fuzzy.net import MISSING, SKIPPED
 
-_ONE = np.uint64(1)
+_ONE, _NIL = np.uint64(1), np.uint64(0)
+# each six bits in a row of this number are others, so that they tell how far it was moved
+_SPREAD = np.uint64(0x03F79D71B4CB0A89)
+_LOWEST = np.zeros(64, np.uint64)
+_LOWEST[(_SPREAD << np.arange(64, dtype=np.uint64)) >> np.uint64(58)] = np.arange(64)
 _MISSING, _SKIPPED = np.int64(MISSING) << COST, np.int64(SKIPPED) << COST
 
 
@@ -221,4 +224,26 @@ def between(own, near, far, narrow, by_kind, ends, counts, passed):
             for word in range(1, len(plane) - 1):
                 plane[word] &= _away(there, word, 2 * way) | _away(passed, word, way)
     found = np.empty(counts[own].sum(), np.int64)
-    return found[: listed(plane[1:-1], 0, np.empty(len(plane), np.int64), found)]
+    return found[: _listed(plane[1:-1], 0, np.empty(len(plane), np.int64), found)]
+
+
+@numba.njit(inline="always")
+def _lowest(word):
+    """Return which bit of a word, not 0, is the lowest that is set."""
+    return _LOWEST[((word & (~word + _ONE)) * _SPREAD) >> np.uint64(58)]
+
+
+@numba.njit(cache=True, nogil=True)
+def _listed(plane, first, some, found):
+    """Write which places a plane holds, counted from a first one; return how many there are."""
+    words = many = 0
+    for place in range(len(plane)):  # which words hold any is found out without a branch
+        some[words] = place
+        words += plane[place] != _NIL
+    for place in some[:words]:
+        word = plane[place]
+        while word != _NIL:
+            found[many] = first + place * 64 + np.int64(_lowest(word))
+            word &= word - _ONE
+            many += 1
+    return many

@@ -6,12 +6,12 @@ from itertools import pairwise, product
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_matcher import find
 
 from lanindex.model import Capture, Span, Track
 from lanindex.model.symbol import blank
 from lanindex.search.example.motifs import LONGEST, line_of, motifs, told_first
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 
 @st.composite

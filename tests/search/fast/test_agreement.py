@@ -7,12 +7,12 @@ import numpy as np
 from fast_search import find_fast, numbered, told
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plain_matcher import find
 
 from lanindex.errors import PatternError
 from lanindex.model import Track
 from lanindex.model.symbol import SYMBOL
 from lanindex.search.language import Query, parse
-from lanindex.search.plain import find
 
 
 @st.composite

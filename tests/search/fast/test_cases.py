@@ -2,10 +2,10 @@
 
 import pytest
 from fast_search import find_fast
+from plain_matcher import find
 from query_cases import Case, cases
 
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 CASES = [case for case in cases() if not case.error and "|" not in case.pattern]
 

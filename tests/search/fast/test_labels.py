@@ -2,10 +2,10 @@
 
 import pytest
 from fast_search import find_fast
+from plain_matcher import find
 from query_cases import recordings_of
 
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 ARMS = (
     "fps 10 frames 100; r_arm: place low 0 0, right mid 10 20, right high 20 30, place high 30 36, "

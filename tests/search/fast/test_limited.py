@@ -5,14 +5,14 @@ from random import Random
 import numpy as np
 import pytest
 from fast_search import find_fast, numbered, told
+from plain_matcher import find
 from random_library import random_library
 
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.automaton import plan
-from lanindex.search.fast import arrows, block, chains
+from lanindex.search.fast import arrows, block
 from lanindex.search.fast.lines import limited
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 LIMITED = {
     "(r_arm low ... high -> low) <4s": ["<4s"],
@@ -54,8 +54,7 @@ def test_a_line_that_shall_be_short_is_told_as_it_is_plainly(
         assert not bare.brackets
     wanted = told(find(parse(text), recordings, overlaps=overlaps))
     assert told(find_fast(parse(text), recordings, overlaps=overlaps)) == wanted != []
-    for module in (arrows, chains):
-        monkeypatch.setattr(module, "AT_ONCE", 3)
+    monkeypatch.setattr(arrows, "AT_ONCE", 3)
     assert told(find_fast(parse(text), recordings, overlaps=overlaps)) == wanted
 
 

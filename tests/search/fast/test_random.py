@@ -5,18 +5,16 @@ from fractions import Fraction
 from random import Random
 
 import pytest
-from both_ways import fast, plain
 from fast_search import find_fast, told
 from grammar_patterns import random_pattern
+from plain_matcher import ties
 from random_library import DIRECTIONS, PARTS, TOUCHES, WHOLE, random_library
 
 from lanindex.model import Hit
-from lanindex.search import compiled
-from lanindex.search.fast import arrows, chains, order
+from lanindex.search.fast import arrows, order
 from lanindex.search.fast import find as find_module
 from lanindex.search.language import parse
 from lanindex.search.nearly import NEAR
-from lanindex.search.plain import ties
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -25,8 +23,6 @@ def test_a_hundred_patterns_of_the_whole_grammar(seed: int, monkeypatch) -> None
         monkeypatch.setattr(find_module, "MANY", 1)
         monkeypatch.setattr(order, "FEW", 0)
         monkeypatch.setattr(arrows, "AT_ONCE", 2)
-        monkeypatch.setattr(chains, "AT_ONCE", 2)
-    monkeypatch.setattr(compiled, "chosen", fast if seed % 4 < 2 else plain)
     for case in range(100):
         random = Random(f"{seed} {case}")
         parts = random.sample(WHOLE if case % 8 == 3 else TOUCHES, 3) if case % 4 == 3 else PARTS

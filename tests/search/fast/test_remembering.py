@@ -7,6 +7,7 @@ from random import Random
 import numpy as np
 import pytest
 from fast_search import find_fast, told
+from plain_matcher import find
 from query_cases import recordings_of
 from random_library import random_library
 
@@ -16,7 +17,6 @@ from lanindex.search.fast.ragged import FAR, TooMuch
 from lanindex.search.fast.taken import Taken, beside_each_other, one_each
 from lanindex.search.language import parse
 from lanindex.search.nearly import NEAR
-from lanindex.search.plain import find
 
 PATTERNS = [
     # conditions on one step, on several, on what is missing

@@ -5,6 +5,7 @@ from random import Random
 import numpy as np
 import pytest
 from fast_search import find_fast, told
+from plain_matcher import find
 from random_library import random_library
 
 from lanindex.search.automaton import plan
@@ -14,9 +15,7 @@ from lanindex.search.fast.beside import Margins, Stretches
 from lanindex.search.fast.forgiven import paired, unforgiven
 from lanindex.search.fast.ragged import FAR
 from lanindex.search.fast.taken import Taken, filled, one_each
-from lanindex.search.fast.walk import NotCovered
 from lanindex.search.language import parse
-from lanindex.search.plain import find
 
 PATTERNS = [
     # the end that comes first, and the one that comes last
@@ -55,16 +54,6 @@ RUNNING = [
     "arm any x3+ with arm any x3+",
     "arm low ... any without r_arm any -> end",
 ]
-
-
-@pytest.fixture(autouse=True)
-def remembering(monkeypatch) -> None:
-    """Let every line go the way that remembers, also where a quicker one would do."""
-
-    def refuse(*given):
-        raise NotCovered
-
-    monkeypatch.setattr(asking, "with_company", refuse)
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)

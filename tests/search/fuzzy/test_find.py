@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_matcher import find as find_exactly
 from query_cases import recordings_of
 
 from lanindex.errors import LanindexError, UsageError
@@ -19,7 +20,6 @@ from lanindex.search.fuzzy.found import Source
 from lanindex.search.fuzzy.overlaps import PATIENCE, ROUNDS, staying
 from lanindex.search.hits import Lazy
 from lanindex.search.language import parse
-from lanindex.search.plain import find as find_exactly
 
 TRACKS = (
     "fps 10 frames 100; r_arm: place low 0 0, right mid 5 12, r_forward high 12 20, "

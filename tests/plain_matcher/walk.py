@@ -13,11 +13,11 @@ from math import floor
 
 from lanindex.errors import LanindexError
 from lanindex.search.automaton import Companion, Edge, Exit, Group, Program
-from lanindex.search.plain.candidates import Recording
-from lanindex.search.plain.clauses import Clauses
-from lanindex.search.plain.relations import FORBIDDEN, Stretch, stands
-from lanindex.search.plain.track import Claim
-from lanindex.search.plain.ways import Node, Open, Past, Way, longest
+from plain_matcher.candidates import Recording
+from plain_matcher.clauses import Clauses
+from plain_matcher.relations import FORBIDDEN, Stretch, stands
+from plain_matcher.track import Claim
+from plain_matcher.ways import Node, Open, Past, Way, longest
 
 MOST_WAYS = 100_000
 """How many steps are taken in one capture, and lines joined, before it is given up."""

@@ -13,6 +13,6 @@ is what the engine (``lanindex.search.fast``) is held against. Read it in this o
 7. ``find``: the best from each place, and which of them are hits.
 """
 
-from lanindex.search.plain.find import find, ties
+from plain_matcher.find import find, ties
 
 __all__ = ["find", "ties"]

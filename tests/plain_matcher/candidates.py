@@ -11,7 +11,7 @@ from lanindex.model import Capture, Symbol, Track
 from lanindex.search.automaton import State
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.times import Clock, Length
-from lanindex.search.plain.track import Claim, Event, Origin, Timeline
+from plain_matcher.track import Claim, Event, Origin, Timeline
 
 First = frozenset[tuple[str, int]]
 """The first symbols of a match: parts and rows. They tell the places where a pattern can start."""

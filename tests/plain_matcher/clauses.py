@@ -15,8 +15,8 @@ from lanindex.model import Hit, Span, Symbol
 from lanindex.search.conditions import holds, names_in
 from lanindex.search.language.clauses import CLIP
 from lanindex.search.language.query import Query
-from lanindex.search.plain.candidates import Match, Recording
-from lanindex.search.plain.ways import Seen, Way
+from plain_matcher.candidates import Match, Recording
+from plain_matcher.ways import Seen, Way
 
 _OFF = Fraction(1, 4)
 """How far a step of a rhythm may be off, in proportion to its share."""

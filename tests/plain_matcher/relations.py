@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from lanindex.search.automaton import Companion
-from lanindex.search.plain.candidates import Recording
+from plain_matcher.candidates import Recording
 
 
 class Stretch(NamedTuple):

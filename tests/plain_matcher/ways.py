@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 from lanindex.search.automaton import State
-from lanindex.search.plain.candidates import Match
-from lanindex.search.plain.relations import NO_FRAMES, Stretch
-from lanindex.search.plain.track import Claim, forgiving
+from plain_matcher.candidates import Match
+from plain_matcher.relations import NO_FRAMES, Stretch
+from plain_matcher.track import Claim, forgiving
 
 
 class Open(NamedTuple):

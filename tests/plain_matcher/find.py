@@ -10,10 +10,10 @@ from lanindex.model import Capture, Hit, Span, Track
 from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.plain.candidates import First, Recording
-from lanindex.search.plain.clauses import Clauses, labels_of
-from lanindex.search.plain.walk import Walker
-from lanindex.search.plain.ways import Way
+from plain_matcher.candidates import First, Recording
+from plain_matcher.clauses import Clauses, labels_of
+from plain_matcher.walk import Walker
+from plain_matcher.ways import Way
 
 OVERLAPS = ("none", "all")
 """Whether a capture's hits may overlap."""
@@ -60,7 +60,7 @@ def find(
     --------
     >>> import lanindex
     >>> from lanindex.search.language import parse
-    >>> from lanindex.search.plain import find
+    >>> from plain_matcher import find
     >>> with lanindex.open_library("dance.db") as library:
     ...     for hit in find(parse("r_arm place high -> place mid"), library.tracks()):
     ...         print(hit.capture.path, hit.span)
