@@ -44,12 +44,15 @@ class Memory:
         something; filled up with `FAR`.
     came : ndarray
         (N,) int64: the node that they come from, -1: they begin there.
+    link : ndarray
+        (N,) int64: what joined since that node, a number in `Joins`; -1: nothing.
     """
 
     columns: Whole
     taken: Taken
     owed: Whole
     came: Whole
+    link: Whole
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -58,7 +61,8 @@ class Memory:
     def at(self, chosen: Numbers) -> Memory:
         """Return some of them."""
         return Memory(
-            self.columns[:, chosen], self.taken.at(chosen), self.owed[:, chosen], self.came[chosen]
+            *(self.columns[:, chosen], self.taken.at(chosen), self.owed[:, chosen]),
+            *(self.came[chosen], self.link[chosen]),
         )
 
     def alike(self) -> tuple[Memory, Whole]:
@@ -101,7 +105,7 @@ def beginning(columns: Whole) -> Memory:
     """Return ways that have just begun."""
     many = columns.shape[1]
     none = np.empty((0, many), np.int64)
-    return Memory(columns, taken.nothing(many), none, np.full(many, -1))
+    return Memory(columns, taken.nothing(many), none, np.full(many, -1), np.full(many, -1))
 
 
 def carry_out(columns: Whole, own: int, end: Whole) -> None:
@@ -123,6 +127,7 @@ def together(tables: list[Memory]) -> Memory:
         taken.beside_each_other([it.taken for it in tables]),
         filled([it.owed for it in tables]),
         np.concatenate([it.came for it in tables]),
+        np.concatenate([it.link for it in tables]),
     )
 
 

@@ -28,6 +28,8 @@ class Others:
         What they remember, as in `Memory`.
     node : ndarray
         (N,) int64: where they end.
+    end : ndarray
+        (N,) int64: numbers in `Joins`.
     nodes : Nodes or None
         What goes on in what, of a line that runs on as long as it can.
     """
@@ -37,6 +39,7 @@ class Others:
     owed: Whole
     seen: Whole
     node: Whole
+    end: Whole
     nodes: Nodes | None
 
     def __len__(self) -> int:
@@ -46,7 +49,8 @@ class Others:
     def at(self, chosen: Numbers) -> Others:
         """Return some of them."""
         memory = self.taken.at(chosen), self.owed[:, chosen], self.seen[:, chosen]
-        return Others(self.lines.at(chosen), *memory, self.node[chosen], self.nodes)
+        ends = self.node[chosen], self.end[chosen]
+        return Others(self.lines.at(chosen), *memory, *ends, self.nodes)
 
     @property
     def free(self) -> bool:
@@ -78,5 +82,6 @@ def gathered(tables: list[Others]) -> Others:
         filled([it.owed for it in tables]),
         np.concatenate([it.seen for it in tables], axis=1),
         np.concatenate([it.node for it in tables]),
+        np.concatenate([it.end for it in tables]),
         None,
     )

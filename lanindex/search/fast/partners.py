@@ -149,7 +149,8 @@ class Partners:
         had = memory.taken if program in self._setting.outside else taken.nothing(len(memory))
         seen = memory.columns[len(memory.columns) - len(asked.columns) :]
         nodes = recall.nodes if program.open_ended else None
-        others = Others(lines, had, owed, seen, found.node, nodes)
+        ends = self._setting.joins.ended(recall, len(memory))
+        others = Others(lines, had, owed, seen, found.node, ends, nodes)
         conditions = [it for it in asked.conditions if it not in asked.of_all]
         return others.at(self._setting.met_where_known(conditions, found.capture, seen))
 
@@ -229,7 +230,8 @@ class Partners:
             high = np.maximum(high, others.lines.high[other])
         had = hulls.taken.at(way).with_those(others.taken.at(other))
         owed = sets_together(hulls.owed[:, way], others.owed[:, other])
-        return Hulls(hulls.line[way], low, high, had, owed, seen)
+        link = self._setting.joins.add(hulls.link[way], others.end[other])
+        return Hulls(hulls.line[way], low, high, had, owed, seen, link)
 
     def _with_free(
         self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
@@ -338,5 +340,6 @@ def _all_hulls(tables: list[Hulls]) -> Hulls:
     had = taken.beside_each_other([it.taken for it in tables])
     owed = filled([it.owed for it in tables])
     seen = np.concatenate([it.seen for it in tables], axis=1)
-    hulls = Hulls(line, low, high, had, owed, seen)
+    link = np.concatenate([it.link for it in tables])
+    hulls = Hulls(line, low, high, had, owed, seen, link)
     return hulls.at(np.argsort(hulls.line, kind="stable"))

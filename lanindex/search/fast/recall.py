@@ -330,13 +330,14 @@ class Recall:
         high = np.maximum(rows.columns[own + BEYOND], end)
         lines = Stretches(capture, start, until, low, high, alone)
         seen = rows.columns[self._seen :]
-        hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, rows.taken, rows.owed, seen)
+        memory = rows.taken, rows.owed, seen, rows.link
+        hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, *memory)
         whole = group is self._program.whole
         hulls = self._setting.company.close(group, lines, hulls, whole=whole)
         rows = rows.at(hulls.line)
         rows.columns[self._seen :] = hulls.seen
         rows.columns[own + LOW], rows.columns[own + BEYOND] = hulls.low, hulls.high
-        rows.taken, rows.owed = hulls.taken, hulls.owed
+        rows.taken, rows.owed, rows.link = hulls.taken, hulls.owed, hulls.link
         return rows
 
     def _over(self, edge: Edge, rows: Memory) -> Memory:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +22,19 @@ from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
 from lanindex.search.fast.taken import Taken, nothing, one_each
 from lanindex.search.language.clauses import Condition
 
+
+class Joins:
+    """Which ends of other lines joined ways: noted only where hits are told."""
+
+    def ended(self, line: Any, many: int) -> Whole:
+        """Return numbers for the ends of a line, (many,) int64."""
+        return np.full(many, -1)
+
+    def add(self, link: Whole, end: Whole) -> Whole:
+        """Return the links of ways that some ends join, (N,) int64 each."""
+        return link
+
+
 MANNERS = ("move", "at", "hold")
 """As what a symbol may be taken."""
 
@@ -34,8 +47,8 @@ class Hulls:
     ----------
     line, low, high : ndarray
         (N,) int64: of which line, and the hull.
-    taken, owed, seen
-        What they remember, as in `Memory`.
+    taken, owed, seen, link
+        As in `Memory`.
     """
 
     line: Whole
@@ -44,12 +57,14 @@ class Hulls:
     taken: Taken
     owed: Whole
     seen: Whole
+    link: Whole
 
     def at(self, chosen: Numbers) -> Hulls:
         """Return some of them."""
         return Hulls(
             *(self.line[chosen], self.low[chosen], self.high[chosen]),
             *(self.taken.at(chosen), self.owed[:, chosen], self.seen[:, chosen]),
+            self.link[chosen],
         )
 
 
@@ -148,7 +163,7 @@ class Setting:
     def __init__(
         self, block: Block, asked: Asked, source: Source, tick: Callable[[], None]
     ) -> None:
-        self.block, self.asked, self.tick = block, asked, tick
+        self.block, self.asked, self.tick, self.joins = block, asked, tick, Joins()
         self.clauses, self._source = Clauses(asked, block, source), source
         self.contested: dict[Program, set[int]] = {}
         self.outside: set[Program] = set()

@@ -2,8 +2,7 @@
 
 A search tells where hits are. For those that are shown their captures alone are walked once more,
 from the first symbols of these hits: now each way notes how clear it is, and where it comes from.
-Of the ways that have the frames of a hit the clearest is told, of those the one of most steps. What
-stood beside it is found by closing its brackets again, with all that could stand there.
+Of the ways that have the frames of a hit the clearest is told, of those the one of most steps.
 """
 
 from __future__ import annotations
@@ -15,28 +14,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.automaton import Group, Program, State
+from lanindex.search.automaton import Program, State
 from lanindex.search.fast.answers import firsts
 from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.asking import asked_for
-from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Stretches
+from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.conditions import Source
 from lanindex.search.fast.ends import Found
-from lanindex.search.fast.lines import may_leave
-from lanindex.search.fast.memory import EVENT, Memory, Nodes, distinct, together
+from lanindex.search.fast.memory import EVENT, Memory, Nodes
 from lanindex.search.fast.mirrored import Mirrored, Mirroring, repeats
-from lanindex.search.fast.others import Others
-from lanindex.search.fast.partners import Partners, Standing
+from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
 from lanindex.search.fast.recall import Recall
-from lanindex.search.fast.setting import Due, Hulls, Setting
+from lanindex.search.fast.setting import Due, Joins, Setting
 from lanindex.search.fast.told import Taken, Told, took
 from lanindex.search.language.query import Query
 
-COST, STEPS, END = range(-3, 0)
-"""What is noted besides of each way, in its last columns: what is missing to a fit of 1, of how
-many steps it is, and, while brackets close again, with which end of which line."""
+COST, STEPS = range(-2, 0)
+"""What is noted besides of each way, in its last columns: what is missing to a fit of 1, and of how
+many steps it is."""
 
 
 class Place(NamedTuple):
@@ -114,7 +111,7 @@ class _Noting(Asked):
 
     def __init__(self, query: Query) -> None:
         super().__init__(query)
-        for it in ("cost", "steps", "end"):
+        for it in ("cost", "steps"):
             self.columns["", it] = len(self.columns)
 
     def noted(self, block: Block, state: State, events: Whole, seen: Whole) -> Whole:
@@ -128,6 +125,7 @@ class _Setting(Setting):
     """What the lines of a program share in one capture."""
 
     company: _Partners
+    joins: _Joins
 
     def __init__(
         self,
@@ -138,6 +136,7 @@ class _Setting(Setting):
         program: Program,
     ) -> None:
         super().__init__(block, _Noting(query), source, tick)
+        self.joins = _Joins()
         self._program, self._clauses_alone = program, Asked(query)
         self.lying_in = _lying_in(program)
         self.span = np.empty(0, np.int64), np.empty(0, np.int64)
@@ -186,7 +185,7 @@ class _Line(Recall):
 
     def __init__(self, setting: _Setting, program: Program, *, timed: bool = False) -> None:
         super().__init__(setting, program, timed=timed, tracked=True)
-        self._nodes: tuple[list[int], list[int], list[int]] | None = None
+        self._nodes: tuple[list[int], ...] | None = None
 
     def found(self, begun: list[Mask] | None = None, within: Whole | None = None) -> Found:
         """Return all ways; of a line beside those that can lie in the hit, if they have to."""
@@ -206,7 +205,6 @@ class _Line(Recall):
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1
-            columns[END] = setting.company.numbers(self, columns.shape[1])
             found = replace(found, memory=replace(found.memory, columns=columns))
         return found
 
@@ -221,7 +219,8 @@ class _Line(Recall):
         best = rows.at(order[starts_of(which[order])])
         self._begins.append(self.nodes.many)
         self._tables.append((state, best))
-        return replace(best, came=self.nodes.add(len(best), rows.came, which))
+        came = self.nodes.add(len(best), rows.came, which)
+        return replace(best, came=came, link=np.full(len(best), -1))
 
     def best(self, owners: list[Whole], low: Whole, high: Whole) -> Iterator[tuple[int, int]]:
         """Yield the best end of each hit, and which hit that is.
@@ -254,154 +253,82 @@ class _Line(Recall):
         """Yield what the line took on its way to an end, then what each one beside it took."""
         if self._nodes is None:
             self._nodes = self._listed()
-        states, events, came = self._nodes
-        way, node = list[int](), int(self.ends.node[end])
+        states, events, came, links = self._nodes
+        way, joined, node = list[int](), [int(self.ends.memory.link[end])], int(self.ends.node[end])
         while node >= 0:
             way.append(node)
+            joined.append(links[node])
             node = came[node]
-        program = self._program
-        yield [took(self._block, program.states[states[it]], events[it]) for it in reversed(way)]
-        if not any(group.companions for group in (program.whole, *program.brackets)):
-            return
-        state, here = self._node(way[0])
-        beside = [self._left(state, here, self.ends.at(np.array([end])).memory)]
-        for node in way[1:]:
-            number, before = self._node(node)
-            beside.append(self._left(number, before, here, state))
-            state, here = number, before
-        for joined in reversed(beside):
-            for other, place in joined:
-                yield from other.lines(place)
+        own = self._program.states
+        yield [took(self._block, own[states[it]], events[it]) for it in reversed(way)]
+        for link in reversed(joined):
+            for line, place in self._setting.joins.listed(link):
+                yield from line.lines(place)
 
-    def _listed(self) -> tuple[list[int], list[int], list[int]]:
-        """Return of each node its state, its event, and the node that it comes from."""
+    def _listed(self) -> tuple[list[int], ...]:
+        """Return of each node its state, its event, the node that it comes from, and its link."""
+        tables = [rows for _, rows in self._tables]
         states = [state for state, rows in self._tables for _ in range(len(rows))]
-        events = [event for _, rows in self._tables for event in rows.columns[EVENT].tolist()]
-        return states, events, [one for _, rows in self._tables for one in rows.came.tolist()]
+        events = [event for rows in tables for event in rows.columns[EVENT].tolist()]
+        came, links = (
+            [one for rows in tables for one in getattr(rows, name).tolist()]
+            for name in ("came", "link")
+        )
+        return states, events, came, links
 
-    def _node(self, node: int) -> tuple[int, Memory]:
-        """Return the state of a node, and what it remembers."""
-        table = bisect(self._begins, node) - 1
-        state, rows = self._tables[table]
-        return state, rows.at(np.array([node - self._begins[table]]))
 
-    def _left(self, state: int, here: Memory, wanted: Memory, to: int | None = None) -> _Joined:
-        """Return what joined where a way left a state, by what it remembers then.
+class _Joins(Joins):
+    """Which ends of lines joined ways, one after the other."""
 
-        Parameters
-        ----------
-        state, here
-            Where it left.
-        wanted : Memory
-            What it remembers at the next state or, if that is None, at the end.
-        to : int, optional
-            The next state.
-        """
-        event, company = int(here.columns[EVENT, 0]), self._setting.company
-        edges = [it for it in self._program.edges[state] if it.entry.state == to]
-        exits = self._program.exits[state] if to is None else [it.exit for it in edges]
-        if not any(group.companions for way in exits for group in way.closes):
-            return ()
-        for place, way in enumerate(exits):
-            if not may_leave(self._block, self._program, way)[event]:
-                continue
-            company.again(int(wanted.columns[COST, 0]))
-            rows, told = self._closed(here.at(np.array([0])), state, way.closes), company.done()
-            rows.came = np.arange(len(rows))
-            if to is not None:
-                rows = self._over(edges[place], rows)
-            like = _like(rows, wanted)
-            if len(like):
-                return told[int(rows.came[like[0]])]
-        raise AssertionError("a way that is not there")
+    def __init__(self) -> None:
+        self._lines: list[_Line] = []
+        self._begins = [0]
+        self._many = 0
+        self._added: list[tuple[Whole, Whole]] = []
+        self._listed: list[tuple[int, int]] = []
+
+    def ended(self, line: Recall, many: int) -> Whole:
+        """Return numbers for the ends of a line."""
+        assert isinstance(line, _Line)
+        begin = self._begins[-1]
+        self._lines.append(line)
+        self._begins.append(begin + many)
+        return np.arange(begin, begin + many)
+
+    def add(self, link: Whole, end: Whole) -> Whole:
+        """Return the links of ways that some ends join."""
+        own = np.arange(self._many, self._many + len(end))
+        self._many += len(end)
+        self._added.append((link, end))
+        return own
+
+    def listed(self, link: int) -> list[tuple[_Line, int]]:
+        """Return the ends that a link tells of, the first that joined first: lines and places."""
+        for before, ends in self._added:
+            self._listed += zip(before.tolist(), ends.tolist(), strict=True)
+        self._added.clear()
+        found: list[tuple[_Line, int]] = []
+        while link >= 0:
+            link, end = self._listed[link]
+            place = bisect(self._begins, end) - 1
+            found.append((self._lines[place], end - self._begins[place]))
+        return found[::-1]
 
 
 _Best = tuple[tuple[int, int], "_Line | Mirrored", int]
 """What decides between ways to a hit, less being better; the line, and the place of the way."""
 
-_Joined = tuple[tuple[_Line, int], ...]
-"""The lines that joined, each with its end."""
-
 
 class _Partners(Partners):
-    """What stands beside lines: once more, to tell which of them it was."""
-
-    _setting: _Setting
-
-    def __init__(self, setting: _Setting, program: Program) -> None:
-        super().__init__(setting, program)
-        self._told: list[_Joined] | None = None
-        self._most = 0
-        self._lines: list[_Line] = []
-        self._begins = [0]
+    """What stands beside lines: looked for in the hit alone, where it has to lie in that."""
 
     def forget(self, programs: set[Program]) -> None:
         """Forget the ways of some lines."""
         self._found = {it: found for it, found in self._found.items() if it[0] not in programs}
 
-    def numbers(self, line: _Line, ends: int) -> Whole:
-        """Return numbers by which the ends of a line are known."""
-        begin = self._begins[-1]
-        self._lines.append(line)
-        self._begins.append(begin + ends)
-        return np.arange(begin, begin + ends)
-
-    def _joined(self, number: int) -> tuple[_Line, int]:
-        place = bisect(self._begins, number) - 1
-        return self._lines[place], number - self._begins[place]
-
-    def again(self, most: int) -> None:
-        """Tell from now on what joins where brackets close at one node, if it is clear enough."""
-        self._told, self._most = [()], most
-
-    def done(self) -> list[_Joined]:
-        """Return what joined in each of the ways in which they can close."""
-        told, self._told = self._told, None
-        return told or []
-
-    def close(self, group: Group, lines: Stretches, hulls: Hulls, *, whole: bool) -> Hulls:
-        """Return the ways in which a group can close."""
-        if self._told is None:
-            return super().close(group, lines, hulls, whole=whole)
-        origin = hulls.line
-        for companion in sorted(group.companions, key=lambda it: it.relation in FORBIDDEN):
-            forbidden = companion.relation in FORBIDDEN
-            if forbidden and not self._programs(companion):
-                continue
-            lines, hulls.line = lines.at(hulls.line), np.arange(len(hulls.line))
-            hulls = (self._without if forbidden else self._with)(
-                companion, lines, hulls, whole=whole
-            )
-            hulls = self._noted(hulls, origin)
-            origin = origin[hulls.line]
-        hulls.line = origin
-        return hulls
-
-    def _noted(self, hulls: Hulls, origin: Whole) -> Hulls:
-        """Take note of what joined; go on with those that are no less clear than the hit."""
-        assert self._told is not None
-        hulls = hulls.at(np.flatnonzero(hulls.seen[COST] <= self._most))
-        ends = hulls.seen[END].copy()
-        hulls.seen[END] = -1
-        keys = [origin[hulls.line], hulls.low, hulls.high, *hulls.taken.first, *hulls.taken.last]
-        chosen = np.sort(distinct([*keys, *hulls.owed, *hulls.seen], len(ends))[0])
-        hulls = hulls.at(chosen)
-        self._told = [
-            (*self._told[line], *([self._joined(end)] if end >= 0 else []))
-            for line, end in zip(hulls.line.tolist(), ends[chosen].tolist(), strict=True)
-        ]
-        return hulls
-
     def _walk(self, program: Program, enough: str | None) -> Recall:
+        assert isinstance(self._setting, _Setting)
         return _Line(self._setting, program)
-
-    def _with_each(
-        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
-    ) -> Hulls:
-        joined = super()._with_each(relation, line, hulls, others, whole=whole)
-        if self._told is None:
-            joined.seen[END] = -1
-        return joined
 
 
 def _lying_in(program: Program) -> set[Program]:
@@ -419,9 +346,3 @@ def _lying_in(program: Program) -> set[Program]:
                     (inside if lies else outside).add(inner)
                     todo.append((inner, lies))
     return inside - outside
-
-
-def _like(rows: Memory, wanted: Memory) -> Whole:
-    """Return the places of the ways that remember what another one does."""
-    which = together([rows, wanted]).alike()[1]
-    return np.flatnonzero(which[:-1] == which[-1])
