@@ -8,12 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lanindex.search.automaton import Entry, Program, State
-from lanindex.search.fast.arrows import NONE, begins
+from lanindex.search.fast.arrows import begins
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import Events
-from lanindex.search.fast.lines import Backwards, cost_of, end_of
 from lanindex.search.fast.ragged import Mask, Whole, best_of_each, in_order
-from lanindex.search.language.times import Length
 
 
 @dataclass(slots=True, eq=False)
@@ -106,40 +104,6 @@ def table(
         rows[:, column] = events.first[member]
     many = len(events)
     return Answers(events.capture, *ends, np.full(many, number), np.full(many, place), rows)
-
-
-def of_line(
-    block: Block, number: int, program: Program, parts: list[tuple[str, ...]]
-) -> tuple[list[Answers], bool]:
-    """Return the answers of a line alone, and whether others begin with a passing symbol.
-
-    What goes on from a passing symbol may reach back before it.
-    """
-    backwards = Backwards(block, program)
-    passing = False
-    found = []
-    for entry in program.entries:
-        state = program.states[entry.state]
-        values = backwards.values[entry.state]
-        fits = roots(block, program, entry) & (values < NONE)
-        if program.edges[entry.state]:
-            before = fits & block.events(state).passing
-            passing |= bool(before.any())
-            fits &= ~before
-        chosen = np.flatnonzero(fits)
-        events, values = block.events(state).at(chosen), values[chosen]
-        found.append(
-            table(number, state, parts, events, (events.start, end_of(values), cost_of(values)))
-        )
-    return found, passing
-
-
-def lasting(block: Block, answers: Answers, lengths: tuple[Length, ...]) -> Answers:
-    """Return the answers that last as long as they shall."""
-    for length in lengths:
-        frames = answers.high - answers.low
-        answers = answers.at(block.meets(answers.capture, frames, length))
-    return answers
 
 
 def best(answers: Answers) -> Answers:

@@ -10,8 +10,6 @@ from lanindex.search.automaton import Program
 from lanindex.search.fast.answers import (
     Answers,
     joined,
-    lasting,
-    of_line,
     own_rows,
     roots,
     table,
@@ -20,7 +18,7 @@ from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
-from lanindex.search.fast.lines import Backwards, limited, remembers
+from lanindex.search.fast.lines import Backwards
 from lanindex.search.fast.mirrored import Mirroring, repeats
 from lanindex.search.fast.others import MOST_MARKS
 from lanindex.search.fast.partners import Partners
@@ -49,14 +47,7 @@ def answers_of(
         if lines:
             return Mirroring(setting.block, lines).answers(number, parts, setting.tick)
         return remembering(setting, number, program, parts)
-    bare, lengths = limited(program)
-    if remembers(bare):
-        return in_some(setting, number, program, parts)
-    found, passing = of_line(setting.block, number, bare, parts)
-    found = [lasting(setting.block, it, lengths) for it in found]
-    if passing:
-        found += remembering(setting, number, program, parts, passing_only=True)
-    return found
+    return in_some(setting, number, program, parts)
 
 
 def possible(block: Block, program: Program, alive: Alive | None = None) -> Mask:
@@ -204,7 +195,8 @@ def _answers(
         own = np.flatnonzero(found.entry == place)
         state = program.states[entry.state]
         events = setting.block.events(state).at(found.root[own])
-        frames = found.low[own], found.high[own], ~events.cost
+        cost = np.where(found.cost[own] >= 0, found.cost[own], ~events.cost)
+        frames = found.low[own], found.high[own], cost
         answers.append(table(number, state, parts, events, frames))
     return answers
 

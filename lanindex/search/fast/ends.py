@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lanindex.search.automaton import Program
+from lanindex.search.fast.lines import cost_of, end_of
 from lanindex.search.fast.memory import BEYOND, EVENT, GROUPS, LOW, ROOT, START, Memory, together
 from lanindex.search.fast.ragged import Mask, Numbers, Whole
 from lanindex.search.fast.setting import Setting
@@ -26,6 +27,8 @@ class Found:
         (N,) bool: whether it is no more than a starting position.
     part, row : ndarray
         (N,) int64: its last symbol.
+    cost : ndarray
+        (N,) int64: what is missing to a fit of 1, in thousandths; -1: that is not known.
     node : ndarray
         (N,) int64.
     memory : Memory
@@ -42,6 +45,7 @@ class Found:
     alone: Mask
     part: Whole
     row: Whole
+    cost: Whole
     node: Whole
     memory: Memory
 
@@ -62,6 +66,7 @@ _ENDS = (
     "alone",
     "part",
     "row",
+    "cost",
     "node",
 )
 
@@ -80,15 +85,18 @@ def ends_of(
     firsts : list of ndarray
         By entry, at which events ways began.
     ends : list of tuple of int and Memory
-        States, and the ways that end there; of state -1 it is known only in which frame: instead
-        of events.
+        States, and the ways that end there; of state -1 only their values are known, as from
+        `value_of`: instead of events.
     """
     memory = together([rows for _, rows in ends])
     many = [len(rows) for _, rows in ends]
     state = np.repeat([number for number, _ in ends], many)
-    columns = np.full((4, len(memory)), -1)
+    columns, cost = np.full((4, len(memory)), -1), np.full(len(memory), -1)
     alone = np.zeros(len(memory), bool)
-    columns[:2, state < 0] = memory.columns[EVENT][state < 0]
+    settled = memory.columns[EVENT][state < 0]
+    columns[:2, state < 0] = end_of(settled)
+    if not program.whole.companions:
+        cost[state < 0] = cost_of(settled)
     for number in set(state[state >= 0].tolist()):
         own = np.flatnonzero(state == number)
         told = program.states[number]
@@ -105,7 +113,7 @@ def ends_of(
     capture = captures_of(setting, program, firsts)[memory.columns[ROOT]]
     start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
     frames = (capture, start, until, low, high)
-    return Found(entry, first, *frames, alone, part, row, memory.came, memory)
+    return Found(entry, first, *frames, alone, part, row, cost, memory.came, memory)
 
 
 def captures_of(setting: Setting, program: Program, firsts: list[Whole]) -> Whole:

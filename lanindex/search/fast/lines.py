@@ -11,7 +11,6 @@ for every arrow leads on in time; it is worked off from its ends.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from lanindex.search.fast.arrows import NONE, Reach, begins, ends, way_of
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.events import Events
 from lanindex.search.fast.ragged import Mask, Whole, starts_of
-from lanindex.search.language.times import Length
 
 COST_BITS = 10
 """Of a value: the lowest ones tell what is missing to a fit of 1, in thousandths."""
@@ -51,34 +49,6 @@ def with_cost(value: Whole, cost: Whole) -> Whole:
 def chosen(beyond: Whole, own: Whole, runs_on: bool) -> Whole:
     """Return the values of going on, or of ending where one stands."""
     return np.where(beyond < NONE, beyond, own) if runs_on else np.minimum(beyond, own)
-
-
-def remembers(program: Program) -> bool:
-    """Tell whether a line has groups: brackets with a length, or with lines beside them."""
-    return any(
-        edge.entry.opens or edge.exit.closes for edges in program.edges for edge in edges
-    ) or any(entry.opens for entry in program.entries)
-
-
-def limited(program: Program) -> tuple[Program, tuple[Length, ...]]:
-    """Return a line without how long all of it may last at most, and these lengths.
-
-    Of the ways from one beginning that which ends first is the shortest: it alone need be known.
-    """
-    opened = {tuple(group.length for group in entry.opens) for entry in program.entries}
-    inner = any(edge.entry.opens or edge.exit.closes for edges in program.edges for edge in edges)
-    lengths = tuple(it for it in opened.pop() if it and it.form in ("<", "<="))
-    companions = [it for group in (program.whole, *program.brackets) for it in group.companions]
-    every = {len(lengths)} == {len(entry.opens) for entry in program.entries}
-    if not lengths or opened or inner or companions or program.open_ended or not every:
-        return program, ()
-    bare = replace(
-        program,
-        entries=tuple(replace(it, opens=()) for it in program.entries),
-        exits=tuple(tuple(replace(it, closes=()) for it in exits) for exits in program.exits),
-        brackets=(),
-    )
-    return bare, lengths
 
 
 def may_leave(block: Block, program: Program, leaving: Exit) -> Mask:

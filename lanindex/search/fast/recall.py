@@ -18,7 +18,7 @@ from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.asked import MET
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.ends import Found, captures_of, ends_of
-from lanindex.search.fast.lines import components, may_leave
+from lanindex.search.fast.lines import components, end_of, may_leave
 from lanindex.search.fast.memory import (
     BEYOND,
     EVENT,
@@ -132,7 +132,10 @@ class Recall:
         ends = [(0, beginning(none)), *ends]
         if self._settling:
             ends.append((-1, self._with_best_ends()))
-        return ends_of(self._setting, program, self._firsts, ends)
+        found = ends_of(self._setting, program, self._firsts, ends)
+        if not self._tails or not all(self._tails.settled[it.state] for it in program.entries):
+            found.cost[:] = -1  # of ways that settle later their first steps are not counted
+        return found
 
     def _begun(self, begun: list[Mask]) -> Iterator[Memory]:
         """Yield the ways that begin by each entry."""
@@ -277,20 +280,20 @@ class Recall:
     def _with_best_ends(self) -> Memory:
         """Return the ways that are settled with what stands beside them, and ends for events."""
         rows, program = together(self._settling), self._program
-        root, end = rows.columns[ROOT], rows.columns[EVENT]
+        root, end = rows.columns[ROOT], end_of(rows.columns[EVENT])
         if (root[1:] <= root[:-1]).any():
             keys = [*rows.columns[EVENT + 1 :], *rows.rest()]
             if self._enough == ONLY:
                 keys.append(end)
-            rank = -end if self._enough == LAST else end
+            rank = -end if self._enough == LAST else rows.columns[EVENT]
             rows = rows.at(best_of_each((root, *telling(keys)), (rank,)))
         if not program.whole.companions:
             return rows
-        end = rows.columns[EVENT]
+        end = end_of(rows.columns[EVENT])
         capture = captures_of(self._setting, program, self._firsts)[rows.columns[ROOT]]
         own = GROUPS + 3
         rows = self._beside(rows, program.whole, own, (capture, end, end, end < 0))
-        carry_out(rows.columns, own, rows.columns[EVENT])
+        carry_out(rows.columns, own, end_of(rows.columns[EVENT]))
         return rows
 
     def _closed(self, rows: Memory, state: int, closes: tuple[Group, ...]) -> Memory:

@@ -81,8 +81,8 @@ class Tails:
     free : list of bool
         By state, whether there may be best ends.
     best : list of ndarray
-        By state, of each event: the frame in which the best way ends that takes nothing more that
-        another line could want, -1: there is none.
+        By state, of each event: the value, as from `value_of`, of the best way that takes nothing
+        more that another line could want, -1: there is none.
     settled : list of bool
         By state, whether no ways, or only a few, go on one by one.
     on, ending, entered : list of ndarray
@@ -105,7 +105,7 @@ class Tails:
                 self.free = [False] * len(self.free)
             first, last = (_best(setting, program, wanted, it) for it in (FIRST, LAST))
             both = zip(first, last, strict=True)
-            self.best = [np.where(one == other, one, -1) for one, other in both]
+            self.best = [np.where(end_of(one) == end_of(other), one, -1) for one, other in both]
             self.on = self.ending = [it < 0 for it in self.best]
             self.entered = [np.ones(len(it), bool) for it in self.best]
             self.settled = [
@@ -121,15 +121,15 @@ class Tails:
 
 
 def _best(setting: Setting, program: Program, wanted: list[Mask], end: str) -> list[Whole]:
-    """Return by state and event where ways end first, or last, -1: nowhere."""
+    """Return by state and event the values of ways that end first, or last, -1: there is none."""
     found = []
     if end == FIRST and not any(it.any() for it in wanted):
         ahead = setting.values(program)
     else:
         ahead = _Ahead(setting, program, wanted, end).values
     for values in ahead:
-        frames = end_of(values)
-        found.append(np.where(values < NONE, frames if end == FIRST else _LATEST - frames, -1))
+        told = values if end == FIRST else value_of(_LATEST - end_of(values), values * 0)
+        found.append(np.where(values < NONE, told, -1))
     return found
 
 
