@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import floor
 from typing import NamedTuple
 
 import numpy as np
@@ -61,9 +60,6 @@ class Partners:
         beside_it = program.whole.companions
         self._standing = {companion: standing(program, companion) for companion in beside_it}
         self._setting, self._block = setting, setting.block
-        clocks, own = self._block.clocks()
-        slack = [floor(self._block.tolerance * clock.rate) for clock in clocks]
-        self._slack = np.array(slack, np.int64)[own]
         self._found: dict[tuple[Program, str | None], Others] = {}
         self._last: dict[Program, Others] = {}
         self._alone: dict[tuple[Program, ...], tuple[Others, int]] = {}
@@ -158,10 +154,10 @@ class Partners:
         none = np.zeros(len(self._block), np.int64)
         if companion.within:
             least, most = self._block.bounds(companion.within)
-            return Margins(least, most, self._slack)
+            return Margins(least, most, self._setting.slack)
         if companion.relation in ("after", "before"):
-            return Margins(none, none + (FAR >> 1), self._slack)
-        return Margins(none, none - 1, self._slack)
+            return Margins(none, none + (FAR >> 1), self._setting.slack)
+        return Margins(none, none - 1, self._setting.slack)
 
     def _with(self, companion: Companion, lines: Stretches, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return the ways to which a line comes that must be there."""

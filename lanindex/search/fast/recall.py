@@ -18,6 +18,7 @@ from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.asked import MET
 from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.ends import Found, captures_of, ends_of
+from lanindex.search.fast.expiry import Expiry
 from lanindex.search.fast.lines import components, end_of, may_leave
 from lanindex.search.fast.memory import (
     BEYOND,
@@ -79,6 +80,7 @@ class Recall:
         self._enough, self._tails = enough, None
         if enough and not setting.asked:
             self._tails = Tails(setting, program, enough)
+        self._expiry = Expiry(setting, program)
         self._reaches: dict[int, tuple[Reach, Whole | None]] = {}
 
     @property
@@ -216,7 +218,7 @@ class Recall:
 
     def _settled(self, state: int, tables: list[Memory]) -> Memory:
         """Return ways, those as one that stand at the same event and remember the same."""
-        rows = self._together(tables)
+        rows = self._expiry.dropped(state, self._together(tables))
         alike, which = rows.alike()
         if self._tracked:
             alike.came = self.nodes.add(len(alike), rows.came, which)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations_with_replacement, product
+from math import floor
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from lanindex.search.automaton import Group, Program, State
+from lanindex.search.automaton import Companion, Group, Program, State
 from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import NONE
@@ -18,7 +20,9 @@ from lanindex.search.fast.beside import Stretches
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.conditions import Clauses, Source, Told
 from lanindex.search.fast.lines import Backwards, components, reached
+from lanindex.search.fast.others import Others
 from lanindex.search.fast.ragged import FAR, Mask, Numbers, Whole
+from lanindex.search.fast.rows import Rows
 from lanindex.search.fast.taken import Taken, nothing, one_each
 from lanindex.search.language.clauses import Condition
 
@@ -77,6 +81,9 @@ class Closing(Protocol):
 
     def close(self, group: Group, lines: Stretches, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return the ways in which a group can close."""
+
+    def others(self, program: Program, companion: Companion) -> Others:
+        """Return the ways of a line that stands beside another."""
 
 
 class Settled(NamedTuple):
@@ -259,7 +266,7 @@ class Setting:
             if not wanted.any():
                 continue
             rows = self.block.rows(part)
-            lane = self._lane(manner_of(state), part)
+            lane = self.lane(manner_of(state), part)
             passing = rows.passing[first]
             begin = lane + np.where(passing, len(rows) + 1 + first, rows.rank[first])
             end = lane + np.where(passing, len(rows) + 1 + last, rows.rank[last])
@@ -267,7 +274,18 @@ class Setting:
             found = found.with_those(one_each(begin, end))
         return found
 
-    def _lane(self, manner: str, part: str) -> int:
+    def claimed(self) -> list[tuple[str, Rows]]:
+        """Return the parts of which anything is claimed, with their rows."""
+        return [(part, self.block.rows(part)) for part in self._lanes]
+
+    @cached_property
+    def slack(self) -> Whole:
+        """By how many frames edges may differ that should agree, by capture."""
+        clocks, own = self.block.clocks()
+        slack = [floor(self.block.tolerance * clock.rate) for clock in clocks]
+        return np.array(slack, np.int64)[own]
+
+    def lane(self, manner: str, part: str) -> int:
         """Return from where on the claims of a part's movements, stays or rests are counted."""
         if part not in self._lanes:
             self._lanes[part] = len(self._widths)

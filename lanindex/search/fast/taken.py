@@ -63,6 +63,16 @@ class Taken:
         return _joined(first, np.take_along_axis(last, order, axis=0))
 
 
+def in_sets(first: Whole, last: Whole) -> Taken:
+    """Return ranges, in any order and some of them empty, as sets."""
+    gone = first > last
+    first, last = np.where(gone, FAR, first), np.where(gone, FAR, last)
+    order = np.argsort(first, axis=0, kind="stable")
+    many = int((first < FAR).sum(axis=0).max(initial=0))
+    first = np.take_along_axis(first, order, axis=0)[:many]
+    return Taken(first, np.take_along_axis(last, order, axis=0)[:many])
+
+
 def _joined(first: Whole, last: Whole) -> Taken:
     """Return ranges in order, those that follow each other as one."""
     lines = np.arange(first.shape[1])

@@ -210,7 +210,7 @@ class _Line(Recall):
 
     def _settled(self, state: int, tables: list[Memory]) -> Memory:
         """Return ways; of those that remember the same the clearest, and of most steps."""
-        rows = self._together(tables)
+        rows = self._expiry.dropped(state, self._together(tables))
         cost, steps = rows.columns[COST].copy(), rows.columns[STEPS].copy()
         rows.columns[COST] = rows.columns[STEPS] = 0
         which = rows.alike()[1]

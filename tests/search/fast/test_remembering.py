@@ -71,6 +71,19 @@ PATTERNS = [
     "r_arm any x2+ without arm any",
     "r_arm any x1+ after[<1s] l_arm any x1+",
     "head via any -> any with r_arm any",
+    # claims that nothing can want any more
+    "(r_arm any x1+ with l_arm any) x2+",
+    "(r_arm any x1..2 with l_arm any -> any) x2+",
+    "(r_arm any with arm any) x2+ with l_arm any",
+    "(r_arm any during l_arm any x2) x1+ with arm any",
+    "(r_arm any x1+ ending with l_arm any) x1+ during head any",
+    "(r_arm any with l_arm at any) x2+ with l_arm hold",
+    "(r_arm any before l_arm any) x2 with l_arm any",
+    "(r_arm any after l_arm any) x2+",
+    "(r_arm any with[0.2s] l_arm any) x2+",
+    "(r_arm any with l_arm any) x2 without l_arm high",
+    "(r_arm any with (l_arm any with head any)) x2+ with head any",
+    "(arms any with l_arm at any) x1+ with arm at any",
 ]
 
 
