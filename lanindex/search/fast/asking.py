@@ -16,13 +16,13 @@ from lanindex.search.fast.answers import (
 )
 from lanindex.search.fast.beside import FORBIDDEN
 from lanindex.search.fast.block import Block
+from lanindex.search.fast.budget import TooMuch
 from lanindex.search.fast.conditions import Told
 from lanindex.search.fast.ends import Found
 from lanindex.search.fast.lines import Backwards
 from lanindex.search.fast.mirrored import Mirroring, repeats
-from lanindex.search.fast.others import MOST_MARKS
 from lanindex.search.fast.partners import Partners
-from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Alive, Setting, alive_in
 from lanindex.search.fast.soon import SOON, settled, widening
@@ -91,7 +91,9 @@ def in_some(
     if setting.asked or FEW * len(places) > len(block):
         return remembering(setting, number, program, parts)
     some = block.taken(places)
-    found = joined(remembering(setting.inside(some), number, program, parts))
+    inside = setting.inside(some)
+    found = joined(remembering(inside, number, program, parts))
+    setting.refused[places] |= inside.refused
     found = own_rows(
         found, parts, lambda part: some.rows(part).bounds[:-1] - block.rows(part).bounds[places]
     )
@@ -183,7 +185,7 @@ def asked_for(
     chosen = _whole(setting, program, found, partners)
     if program.open_ended:
         node = found.node[chosen]
-        chosen = chosen[~recall.nodes.behind(np.zeros(len(node), np.int64), node, MOST_MARKS)]
+        chosen = chosen[~recall.nodes.behind(np.zeros(len(node), np.int64), node)]
     return chosen
 
 

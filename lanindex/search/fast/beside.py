@@ -200,6 +200,20 @@ def _some(keys: Whole, first: Whole, last: Whole) -> Mask:
     return some
 
 
+def many(relation: str, lines: Stretches, others: Others, margins: Margins) -> Whole:
+    """Return how many others `pairs` looks at for each line, (N,) int64."""
+    base, limit = lines.capture * FAR, limits(relation, lines, margins)
+    if relation in ("after", "ending with"):
+        first = np.searchsorted(others.ends, base + limit.end_first)
+        last = np.searchsorted(others.ends, base + limit.end_last, "right")
+    else:
+        first = np.searchsorted(others.starts, base + limit.begin_first)
+        first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
+        last = np.searchsorted(others.starts, base + limit.begin_last, "right")
+    found: Whole = np.maximum(last - first, 0)
+    return found
+
+
 def pairs(relation: str, lines: Stretches, others: Others, margins: Margins) -> tuple[Whole, Whole]:
     """Return all pairs of a line and another one that stands beside it."""
     base, limit = lines.capture * FAR, limits(relation, lines, margins)

@@ -25,10 +25,11 @@ from lanindex.search.fast.answers import (
 from lanindex.search.fast.asked import Asked
 from lanindex.search.fast.asking import answers_of
 from lanindex.search.fast.block import Block, slabs
+from lanindex.search.fast.budget import TooMuch, limited_to
 from lanindex.search.fast.found import Found
 from lanindex.search.fast.mirrored import repeats
 from lanindex.search.fast.narrow import Narrowing
-from lanindex.search.fast.ragged import TooMuch, Whole
+from lanindex.search.fast.ragged import Whole
 from lanindex.search.fast.setting import Setting
 from lanindex.search.fast.source import Recordings, Source
 from lanindex.search.fast.told import Told, labelled
@@ -68,6 +69,8 @@ class Finder:
         Gives captures and tracks, by places in the roster: of hits that are made objects.
     tolerance : Fraction
         Seconds within which edges agree.
+    memory : int, optional
+        Bytes that the search may take, besides its columns and hits; a quarter of what is free.
     """
 
     def __init__(
@@ -77,7 +80,9 @@ class Finder:
         columns: Mapping[str, Columns],
         recordings: Recordings,
         tolerance: Fraction = TOLERANCE,
+        memory: int | None = None,
     ) -> None:
+        self._memory = memory
         self._query, self._roster, self._columns = query, roster, columns
         self._tolerance = tolerance
         self._programs = plan(query)
@@ -89,7 +94,11 @@ class Finder:
         self._meet: dict[int, bool] = {}
 
     def find(
-        self, overlaps: str = "none", watch: Watch | None = None, best: int | None = None
+        self,
+        overlaps: str = "none",
+        watch: Watch | None = None,
+        best: int | None = None,
+        refused: list[LanindexError] | None = None,
     ) -> Found:
         """Return all hits.
 
@@ -102,9 +111,19 @@ class Finder:
             Is told how far the search is.
         best : int, optional
             Only so many, those that fit best, the clearest first.
+        refused : list of LanindexError, optional
+            Takes an error for each capture that is too rich for the pattern, or for the memory;
+            the others are answered. None: the first one is raised.
         """
+        self._refused: dict[int, LanindexError] = {}
         blocks = slabs(self._columns.values(), self._possible(), MOST_ROWS)
-        answers = joined([it for places in blocks for it in self._among(places, watch)])
+        with limited_to(self._memory):
+            answers = joined([it for places in blocks for it in self._among(places, watch)])
+        errors = [self._refused[place] for place in sorted(self._refused)]
+        if refused is None and errors:
+            raise errors[0]
+        if refused is not None:
+            refused += errors
         if (answers.capture[1:] < answers.capture[:-1]).any():
             answers = answers.at(np.argsort(answers.capture, kind="stable"))
         answers = self._in_those_asked_for(answers)
@@ -149,7 +168,8 @@ class Finder:
         captures = answers.capture.tolist()
         if not self._fetched.keys() >= {*captures}:
             self.fetch(sorted({*captures}))
-        told = self._told(answers)
+        with limited_to(self._memory):
+            told = self._told(answers)
         wanted: dict[str, dict[tuple[int, int], None]] = {}
         for place, one in zip(captures, told, strict=True):
             for part, row in (row for line in one.lines for it in line for row in it.rows):
@@ -265,7 +285,8 @@ class Finder:
             refused = self._too_large
         if answers is None:  # too much at once; the error is gone by now, and so is what it held
             if len(places) == 1:
-                raise refused(int(places[0]))
+                self._refused[int(places[0])] = refused(int(places[0]))
+                return []
             halves = np.array_split(places, 2)
             return [it for half in halves for it in self._among(half, watch)]
         answers.capture = places[answers.capture]
@@ -276,9 +297,15 @@ class Finder:
         found: list[Answers] = []
         source = Source(self._recordings, here, block, self._programs)
         tick = self._tick(int(here[0]), watch)
+        rich = np.zeros(len(block), bool)
         for number, program in enumerate(self._programs):
             setting = Setting(block, self._asked, source, tick)
             found += answers_of(setting, number, program, self._parts)
+            rich |= setting.refused
+        for place in here[rich].tolist():
+            self._refused[place] = self._too_many(place)
+        if rich.any():
+            found = [it.at(~rich[it.capture]) for it in found]
         return own_rows(best(joined(found)), self._parts, lambda part: block.rows(part).bounds)
 
     def _too_many(self, place: int) -> LanindexError:

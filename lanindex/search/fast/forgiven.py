@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lanindex.search.fast import beside
+from lanindex.search.fast import beside, budget
 from lanindex.search.fast.beside import Margins, Stretches
-from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, spread
+from lanindex.search.fast.ragged import FAR, Mask, Whole, spread
 from lanindex.search.fast.taken import Taken
-
-MOST_OWED = 1 << 27
-"""How many pairs of a line and a match that it owes something for may be noted."""
 
 
 def paired(
@@ -87,8 +84,8 @@ def by_line(pairs: Whole, lines: int) -> Whole:
     pairs = pairs[:, np.lexsort(pairs[::-1])]
     counts = np.bincount(pairs[0], minlength=lines)
     most = int(counts.max(initial=0))
-    if most * lines > MOST_OWED:
-        raise TooMuch
+    if most * lines > budget.rows(64):
+        raise budget.TooMuch
     found = np.full((most, lines), FAR)
     begin = np.cumsum(counts) - counts
     found[np.arange(pairs.shape[1]) - begin[pairs[0]], pairs[0]] = pairs[1]

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lanindex.search.fast import taken
+from lanindex.search.fast import budget, taken
 from lanindex.search.fast.ragged import (
     FAR,
     Mask,
     Numbers,
-    TooMuch,
     Whole,
     in_order,
     spread,
@@ -167,25 +166,23 @@ class Nodes:
         order = np.argsort(after, kind="stable")
         return before[order], np.searchsorted(after[order], np.arange(self.many + 1))
 
-    def behind(self, line: Whole, node: Whole, most: int) -> Mask:
+    def behind(self, line: Whole, node: Whole) -> Mask:
         """Tell, of nodes of some lines, which go on in another one of the same line, (N,) bool.
 
         Parameters
         ----------
         line, node : ndarray
             (N,) int64; node -1: none.
-        most : int
-            How many pairs of a line and a node may be noted.
 
         Raises
         ------
         TooMuch
-            Where there are more.
+            Where there are more pairs of a line and a node than the budget allows.
         """
         before, bounds = self._backwards()
         lines, own = np.unique(line, return_inverse=True)
-        if len(lines) * self.many > most:
-            raise TooMuch
+        if len(lines) * self.many > budget.rows(8):
+            raise budget.TooMuch
         behind = np.zeros(len(lines) * self.many, bool)
         todo = own * self.many + node
         while len(todo):

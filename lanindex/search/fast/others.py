@@ -12,9 +12,6 @@ from lanindex.search.fast.memory import Nodes
 from lanindex.search.fast.ragged import Numbers, Whole
 from lanindex.search.fast.taken import Taken, filled
 
-MOST_MARKS = 1 << 27
-"""How many pairs of a line and a node beside it may be noted."""
-
 
 @dataclass(slots=True, eq=False)
 class Others:
@@ -62,7 +59,7 @@ class Others:
         if not self.nodes:
             return self
         line = np.zeros(len(self), np.int64)
-        last = self.at(np.flatnonzero(~self.nodes.behind(line, self.node, MOST_MARKS)))
+        last = self.at(np.flatnonzero(~self.nodes.behind(line, self.node)))
         last.nodes = None
         return last
 

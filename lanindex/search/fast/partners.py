@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from lanindex.search.automaton import Companion, Group, Program
-from lanindex.search.fast import beside, taken
+from lanindex.search.fast import beside, budget, taken
 from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES, Margins, Stretches, smallest
 from lanindex.search.fast.forgiven import by_line, paired, unforgiven
 from lanindex.search.fast.memory import distinct
-from lanindex.search.fast.others import MOST_MARKS, Others, gathered
-from lanindex.search.fast.ragged import FAR, Whole, starts_of
+from lanindex.search.fast.others import Others, gathered
+from lanindex.search.fast.ragged import FAR, PAIR, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Hulls, Setting
 from lanindex.search.fast.tails import LONGER_BESIDE, enough_beside
@@ -43,6 +44,14 @@ class Standing(NamedTuple):
     here: Stretches
     place: Whole
     margins: Margins
+
+    def at(self, some: Whole) -> Standing:
+        """Return where some ways stand."""
+        if len(some) == len(self.place):
+            return self
+        used, place = np.unique(self.place[some], return_inverse=True)
+        missing = int(len(used) > 0 and used[0] < 0)
+        return Standing(self.here.at(used[missing:]), place - missing, self.margins)
 
 
 class Partners:
@@ -184,7 +193,13 @@ class Partners:
                 if not alone:
                     others = others.at(np.flatnonzero(~others.lines.alone))
                 join = self._with_free if others.free else self._with_each
-                pieces.append(join(relation, line, hulls, others, whole=whole))
+                for some in _pieces(relation, line, others):
+                    joined = join(relation, line.at(some), hulls.at(some), others, whole=whole)
+                    answered = self._setting.tried(lines.capture[joined.line])
+                    if answered is not None:
+                        joined = joined.at(np.flatnonzero(answered))
+                    pieces.append(joined if len(some) == len(line.place) else self._reduced(joined))
+                    self._setting.tick()
         return self._reduced(_all_hulls(pieces))
 
     def _accompanied(self, companion: Companion, lines: Stretches, hulls: Hulls) -> Hulls:
@@ -218,7 +233,7 @@ class Partners:
             kept = self._setting.met_where_known(conditions, capture, seen)
             way, other, seen = way[kept], other[kept], seen[:, kept]
         if others.nodes:
-            kept = np.flatnonzero(~others.nodes.behind(way, others.node[other], MOST_MARKS))
+            kept = np.flatnonzero(~others.nodes.behind(way, others.node[other]))
             way, other, seen = way[kept], other[kept], seen[:, kept]
         low, high = hulls.low[way], hulls.high[way]
         if relation not in NO_FRAMES:
@@ -244,7 +259,7 @@ class Partners:
         else:
             place, other = paired(relation, line.here, others.lines, line.margins)
             if others.nodes:
-                kept = ~others.nodes.behind(place, others.node[other], MOST_MARKS)
+                kept = ~others.nodes.behind(place, others.node[other])
                 place, other = place[kept], other[kept]
             if relation in NO_FRAMES:
                 return hulls.at(np.flatnonzero(np.isin(line.place, place)))
@@ -326,6 +341,17 @@ class Partners:
             self._alone[programs] = others, len(self._matches)
             self._matches = taken.beside_each_other([self._matches, others.taken])
         return self._alone[programs]
+
+
+def _pieces(relation: str, line: Standing, others: Others) -> Iterator[Whole]:
+    """Yield ways, so many at once that the pairs of them and others keep within the budget."""
+    most, every = budget.rows(4 * PAIR), np.arange(len(line.place))
+    if len(every) * len(others) <= most:
+        yield every
+        return
+    many = beside.many(relation, line.here, beside.Others(others.lines), line.margins)
+    pairs = np.cumsum(np.append(many, 0)[line.place])
+    yield from np.split(every, np.flatnonzero(starts_of(pairs // most))[1:])
 
 
 def _all_hulls(tables: list[Hulls]) -> Hulls:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.search.fast import budget
+
 Whole = NDArray[np.int64]
 """Whole numbers: rows, frames, places in a table."""
 
@@ -21,12 +23,8 @@ Numbers = NDArray[Any]
 FAR = 1 << 40
 """More than any frame or row; times a number of captures it still fits 64 bits."""
 
-MOST_PAIRS = 1 << 25
-"""How many pairs may be spread out at once."""
-
-
-class TooMuch(Exception):
-    """More rows at once than there shall be: to be tried with fewer captures."""
+PAIR = 128
+"""Bytes of a pair that is spread out, with all that is made of it."""
 
 
 def spread(low: Whole, high: Whole) -> tuple[Whole, Whole]:
@@ -35,12 +33,12 @@ def spread(low: Whole, high: Whole) -> tuple[Whole, Whole]:
     Raises
     ------
     TooMuch
-        Where there are more than `MOST_PAIRS`.
+        Where there are more than the budget allows.
     """
     counts = np.maximum(high - low, 0)
     total = int(counts.sum())
-    if total > MOST_PAIRS:
-        raise TooMuch
+    if total > budget.rows(PAIR):
+        raise budget.TooMuch
     ranges = np.repeat(np.arange(len(low)), counts)
     begins = np.cumsum(counts) - counts
     return ranges, np.arange(total) - np.repeat(begins - low, counts)

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lanindex.search.automaton import Edge, Exit, Group, Program
+from lanindex.search.fast import budget
 from lanindex.search.fast.answers import roots
 from lanindex.search.fast.arrows import Reach, begins, way_of
 from lanindex.search.fast.asked import MET
@@ -34,13 +35,13 @@ from lanindex.search.fast.memory import (
     telling,
     together,
 )
-from lanindex.search.fast.ragged import FAR, Mask, TooMuch, Whole, best_of_each, spread
+from lanindex.search.fast.ragged import FAR, Mask, Whole, best_of_each, spread
 from lanindex.search.fast.setting import Hulls, Setting, Settled, open_groups
 from lanindex.search.fast.tails import LAST, ONLY, Tails
 from lanindex.search.fast.waves import by_rank, ranks_of
 
-MOST_WAYS = 1 << 21
-"""How many ways at once a walk may follow."""
+WAY = 512
+"""Bytes of a way that is followed, with all that is made of it."""
 
 
 class Recall:
@@ -218,17 +219,23 @@ class Recall:
 
     def _settled(self, state: int, tables: list[Memory]) -> Memory:
         """Return ways, those as one that stand at the same event and remember the same."""
-        rows = self._expiry.dropped(state, self._together(tables))
+        rows = self._standing(state, tables)
         alike, which = rows.alike()
         if self._tracked:
             alike.came = self.nodes.add(len(alike), rows.came, which)
         return alike
 
-    def _together(self, tables: list[Memory]) -> Memory:
+    def _standing(self, state: int, tables: list[Memory]) -> Memory:
+        """Return the ways that stand at a state, but for those of captures that are refused."""
         self._followed += sum(map(len, tables))
-        if self._followed > MOST_WAYS:
-            raise TooMuch
-        return together(tables)
+        if self._followed > budget.rows(WAY):
+            raise budget.TooMuch
+        rows = together(tables)
+        events = self._block.events(self._program.states[state])
+        answered = self._setting.tried(events.capture[rows.columns[EVENT]])
+        if answered is not None:
+            rows = rows.at(np.flatnonzero(answered))
+        return self._expiry.dropped(state, rows)
 
     def _leave(
         self, state: int, rows: Memory, at: dict[int, list[Memory]]

@@ -26,6 +26,9 @@ from lanindex.search.fast.rows import Rows
 from lanindex.search.fast.taken import Taken, nothing, one_each
 from lanindex.search.language.clauses import Condition
 
+MOST_TRIED = 1 << 22
+"""Ways that are tried in one capture, and lines that join them, before it is refused."""
+
 
 class Joins:
     """Which ends of other lines joined ways: noted only where hits are told."""
@@ -163,6 +166,8 @@ class Setting:
         By line, the states at which another one could want what it takes.
     outside : set of Program
         The lines that, with what stands beside them, could want what lines further out do.
+    refused : ndarray
+        (captures,) bool: those in which more than `MOST_TRIED` ways were tried.
     """
 
     company: Closing
@@ -172,6 +177,8 @@ class Setting:
     ) -> None:
         self.block, self.asked, self.tick, self.joins = block, asked, tick, Joins()
         self.clauses, self._source = Clauses(asked, block, source), source
+        self.refused = np.zeros(len(block), bool)
+        self._tried = np.zeros(len(block), np.int64)
         self.contested: dict[Program, set[int]] = {}
         self.outside: set[Program] = set()
         self._rivals: dict[Program, set[Program]] = {}
@@ -186,6 +193,12 @@ class Setting:
     def inside(self, block: Block) -> Setting:
         """Return the same in another block."""
         return Setting(block, self.asked, self._source, self.tick)
+
+    def tried(self, capture: Whole) -> Mask | None:
+        """Count ways by their captures; return which are not refused, None: all of them."""
+        self._tried += np.bincount(capture, minlength=len(self.block))
+        self.refused |= self._tried > MOST_TRIED
+        return ~self.refused[capture] if self.refused.any() else None
 
     def due(self, program: Program) -> Due:
         """Return when the conditions on the labels of a line can be told."""

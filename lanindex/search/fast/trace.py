@@ -144,6 +144,10 @@ class _Setting(Setting):
         self.company = _Partners(self, program)
         self._line = _Line(self, program, timed=bool(self.asked.rhythm))
 
+    def tried(self, capture: Whole) -> Mask | None:
+        """Refuse nothing: what was found can be told."""
+        return None
+
     def due(self, program: Program) -> Due:
         """Return when the conditions on labels can be told: nothing of what is noted besides."""
         return Due(self._clauses_alone, program)
@@ -210,7 +214,7 @@ class _Line(Recall):
 
     def _settled(self, state: int, tables: list[Memory]) -> Memory:
         """Return ways; of those that remember the same the clearest, and of most steps."""
-        rows = self._expiry.dropped(state, self._together(tables))
+        rows = self._standing(state, tables)
         cost, steps = rows.columns[COST].copy(), rows.columns[STEPS].copy()
         rows.columns[COST] = rows.columns[STEPS] = 0
         which = rows.alike()[1]

@@ -14,14 +14,14 @@ from random_library import DIRECTIONS, PARTS, random_library
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
 from lanindex.search.conditions import holds
-from lanindex.search.fast import Timeout, asking, ragged, recall, soon
+from lanindex.search.fast import Timeout, asking, budget, ragged, recall, soon
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
 
 
 def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):
-    monkeypatch.setattr(ragged, "MOST_PAIRS", 6)
-    monkeypatch.setattr(recall, "MOST_WAYS", 3)
+    most = {ragged.PAIR: 6, recall.WAY: 3}
+    monkeypatch.setattr(budget, "rows", lambda size: most.get(size, 9))
     refused = 0
     for seed in range(100):
         random = Random(seed)
@@ -84,8 +84,7 @@ def test_the_best_hits_are_told_in_time_and_others_whenever():
 
 
 def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
-    monkeypatch.setattr(ragged, "MOST_PAIRS", 10_000)  # else it grows with the fourth power
-    monkeypatch.setattr(recall, "MOST_WAYS", 10_000)
+    monkeypatch.setattr(budget, "rows", lambda size: 10_000)  # else it grows with the fourth power
     query = parse("a: (r_arm any x1+) with b: (l_arm any x1+) where a mirrors b")
     recordings = [random_library(Random(9), captures=1, most=400)[0]]
     hits = list(find_fast(query, recordings, overlaps="all"))

@@ -11,9 +11,10 @@ from plain_matcher import find
 from query_cases import recordings_of
 from random_library import random_library
 
-from lanindex.search.fast import recall, taken
+from lanindex.search.fast import budget, recall, taken
+from lanindex.search.fast.budget import TooMuch
 from lanindex.search.fast.memory import Nodes
-from lanindex.search.fast.ragged import FAR, TooMuch
+from lanindex.search.fast.ragged import FAR
 from lanindex.search.fast.taken import Taken, beside_each_other, one_each
 from lanindex.search.language import parse
 from lanindex.search.nearly import NEAR
@@ -75,7 +76,7 @@ PATTERNS = [
     "(r_arm any x1+ with l_arm any) x2+",
     "(r_arm any x1..2 with l_arm any -> any) x2+",
     "(r_arm any with arm any) x2+ with l_arm any",
-    "(r_arm any during l_arm any x2) x1+ with arm any",
+    "(r_arm any during l_arm any) x2+ with arm any",
     "(r_arm any x1+ ending with l_arm any) x1+ during head any",
     "(r_arm any with l_arm at any) x2+ with l_arm hold",
     "(r_arm any before l_arm any) x2 with l_arm any",
@@ -130,7 +131,7 @@ def test_what_is_too_much_for_one_capture_is_tried_in_parts(monkeypatch) -> None
         walked.append(begun)
         return once(self, begun, within)
 
-    monkeypatch.setattr(recall, "MOST_WAYS", 12)
+    monkeypatch.setattr(budget, "rows", lambda size: 12 if size == recall.WAY else 1 << 20)
     monkeypatch.setattr(recall.Recall, "found", found)
     query, many = parse("a: r_arm any ... b: any where a.level < b.level"), []
     for seed in range(10):
@@ -169,13 +170,15 @@ def _numbers(claims: Taken) -> set[int]:
     return {it for first, last in ranges if first < FAR for it in range(first, last + 1)}
 
 
-def test_nodes_tell_what_goes_on_in_what() -> None:
+def test_nodes_tell_what_goes_on_in_what(monkeypatch) -> None:
     nodes = Nodes()
     first = nodes.add(2, np.array([-1, -1]), np.array([0, 1]))
     second = nodes.add(2, first, np.array([0, 0]))
     third = nodes.add(1, second[:1], np.array([0]))
     lines = np.array([0, 0, 1, 1, 2])
     ends = np.array([first[1], third[0], second[1], third[0], first[0]])
-    assert nodes.behind(lines, ends, 100).tolist() == [True, False, False, False, False]
+    assert nodes.behind(lines, ends).tolist() == [True, False, False, False, False]
+    assert nodes.leading_to(second[1:]).tolist() == [True, False, False, True, False]
+    monkeypatch.setattr(budget, "rows", lambda size: 10)
     with pytest.raises(TooMuch):
-        nodes.behind(lines, ends, 10)
+        nodes.behind(lines, ends)

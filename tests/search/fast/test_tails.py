@@ -9,7 +9,7 @@ from plain_matcher import find
 from random_library import random_library
 
 from lanindex.search.automaton import plan
-from lanindex.search.fast import asking, recall
+from lanindex.search.fast import asking, budget, recall
 from lanindex.search.fast.abreast import standing
 from lanindex.search.fast.beside import Margins, Stretches
 from lanindex.search.fast.forgiven import paired, unforgiven
@@ -72,7 +72,7 @@ def test_ways_are_no_more_than_a_few_times_the_rows(pattern: str, monkeypatch) -
     recordings = random_library(Random(7), captures=1, most=400)
     rows = sum(len(track.symbols) for track in recordings[0][1].values())
     assert rows > 500
-    monkeypatch.setattr(recall, "MOST_WAYS", 2 * rows)
+    monkeypatch.setattr(budget, "rows", lambda size: 2 * rows if size == recall.WAY else 1 << 25)
     calls, best_of_all = [], asking._best_of_all
     monkeypatch.setattr(
         asking, "_best_of_all", lambda *given: calls.append(given) or best_of_all(*given)
