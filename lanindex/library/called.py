@@ -157,7 +157,7 @@ def of_rows(
     for first in range(0, len(numbers), state.MOST):
         some = numbers[first : first + state.MOST]
         held = read.read_captures(connection, some)
-        wanted = read.read_wanted(connection, held) if "still" in found else []
+        wanted = read.read_wanted(connection, held) if "still" in found else None
         for name, values in found.items():
             told = of_read(name, held, wanted)
             values += [told.get(number, NOTHING[name]) for number in some]
@@ -165,18 +165,19 @@ def of_rows(
 
 
 def of_read(
-    name: str, held: Iterable[read.Stored], wanted: Iterable[read.Wanted]
+    name: str, held: Iterable[read.Stored], wanted: read.Tracks | None
 ) -> Mapping[int, Any]:
-    """Return what one column says of captures that have been read with their tracks.
+    """Return what one column says of captures that have been read, for "still" with their tracks.
 
     By their numbers; of those that have nothing to say of it there is none.
     """
     if name == "profile":
         return {one.capture.id: one.encoding.profile for one in held}
-    if name != "still":
+    if name != "still" or wanted is None:
         return {one.capture.id: getattr(one.capture, name) for one in held}
     still: dict[int, list[str]] = {}
-    for one, listed in wanted:
-        if listed.known is None and not listed.symbols:
-            still.setdefault(one.capture.id, []).append(listed.part)
+    for track in np.flatnonzero(np.array(wanted.symbols) == 0).tolist():
+        if wanted.known[track] is None:
+            number = wanted.chosen[wanted.place[track]].capture.id
+            still.setdefault(number, []).append(wanted.part[track])
     return still

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -163,8 +163,8 @@ class _Found:
             fields = read.read_fields(connection, wanted, every=True)
             for _ in read.read_contents(connection, chosen):
                 pass
-            self.damaged += _nonsense(connection, chosen, wanted, fields)
-            rows = derive.of_rows(chosen, wanted, fields)
+            self.damaged += _nonsense(connection, wanted, fields)
+            rows = derive.of_rows(wanted, fields)
         except LibraryError as error:
             if len(numbers) == 1:
                 self.damaged.append((numbers[0], str(error)))
@@ -191,25 +191,17 @@ class _Found:
 
 
 def _nonsense(
-    connection: Link,
-    chosen: Sequence[read.Stored],
-    wanted: Sequence[read.Wanted],
-    fields: NDArray[np.int64],
+    connection: Link, wanted: read.Tracks, fields: NDArray[np.int64]
 ) -> Iterator[tuple[int, str]]:
     """Yield what a program has stored that says nothing, with the capture's number."""
     start, length = (fields[:, codes.COLUMNS.index(name)] for name in ("start", "length"))
-    frames = np.repeat(
-        np.array([one.capture.frames for one, _ in wanted], np.int64),
-        np.array([listed.symbols for _, listed in wanted], np.int64),
-    )
-    kinds = {listed.kind for _, listed in wanted}
-    if (
-        kinds <= {*range(len(codes.KIND_NAMES))}
-        and not ((start + length > frames) | codes.nameless(fields)).any()
-    ):
+    frames = np.array([one.capture.frames for one in wanted.chosen], np.int64)[wanted.place]
+    if {*wanted.kind} <= {*range(len(codes.KIND_NAMES))} and not (
+        (start + length > frames.repeat(wanted.symbols)) | codes.nameless(fields)
+    ).any():
         return
-    every = read.read_tracks(connection, chosen)
-    for capture in (one.capture for one in chosen):
+    every = read.read_tracks(connection, wanted.chosen)
+    for capture in (one.capture for one in wanted.chosen):
         for part, track in every[capture.id].items():
             for row in np.flatnonzero(rows.wrong(track.symbols, capture.frames)):
                 yield capture.id, f"{capture.path}: {part}, symbol {row} is {track.symbols[row]}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,20 +85,16 @@ def together(pieces: Sequence[Derived]) -> Derived:
 def _batch(connection: Link, numbers: Sequence[int], parts: Sequence[str] | None) -> Derived:
     chosen = read.read_captures(connection, numbers)
     wanted = read.read_wanted(connection, chosen, parts)
-    return of_rows(chosen, wanted, read.read_fields(connection, wanted, every=parts is None))
+    return of_rows(wanted, read.read_fields(connection, wanted, every=parts is None))
 
 
-def of_rows(
-    chosen: Sequence[read.Stored], wanted: Sequence[read.Wanted], symbols: NDArray[np.int64]
-) -> Derived:
+def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
     """Return the columns of captures whose rows have been read.
 
     Parameters
     ----------
-    chosen : sequence
-        The captures, in the order of their numbers.
-    wanted : sequence
-        Their tracks.
+    wanted : Tracks
+        Of captures in the order of their numbers.
     symbols : ndarray
         (S, C) int64: the fields of these, as `lanindex.library.read.read_fields` gives them.
 
@@ -107,33 +103,31 @@ def of_rows(
     LibraryError
         If a track says of no stretch of frames when it was seen.
     """
-    places = {one.capture.id: place for place, one in enumerate(chosen)}
-    codes_of = {part: code for code, part in enumerate({listed.part: None for _, listed in wanted})}
-    whose = np.array([codes_of[listed.part] for _, listed in wanted], np.int32)
-    owners = np.array([places[one.capture.id] for one, _ in wanted], np.int64)
-    counts = np.array([listed.symbols for _, listed in wanted], np.int64)
-    gaps, rows_whose = _gaps(wanted, places), np.repeat(whose, counts)
+    codes_of = {part: code for code, part in enumerate(dict.fromkeys(wanted.part))}
+    whose = np.array([codes_of[part] for part in wanted.part], np.int32)
+    counts = np.array(wanted.symbols, np.int64)
+    gaps, rows_whose = _gaps(wanted), np.repeat(whose, counts)
     by_part = symbols[np.argsort(rows_whose, kind="stable")]
     ends = np.cumsum(np.bincount(rows_whose, minlength=len(codes_of)))
     columns = {}
     for (part, code), rows in zip(codes_of.items(), np.split(by_part, ends), strict=False):
         own = whose == code
-        bounds = np.zeros(len(chosen) + 1, np.int64)
-        bounds[owners[own] + 1] = counts[own]
+        bounds = np.zeros(len(wanted.chosen) + 1, np.int64)
+        bounds[wanted.place[own] + 1] = counts[own]
         held = np.array(gaps.get(part, []), np.int32).reshape(-1, 3)
         columns[part] = _columns(part, np.cumsum(bounds), rows, held)
-    return roster_of([one.capture for one in chosen]), columns
+    return roster_of([one.capture for one in wanted.chosen]), columns
 
 
-def _gaps(
-    wanted: Sequence[read.Wanted], places: Mapping[int, int]
-) -> dict[str, list[tuple[int, int, int]]]:
+def _gaps(wanted: read.Tracks) -> dict[str, list[tuple[int, int, int]]]:
     """Return by part the stretches in which it was seen, of the captures where not always."""
     gaps: dict[str, list[tuple[int, int, int]]] = {}
-    for one, listed in wanted:
-        if listed.known is not None:
-            spans = gaps_of(read.known_of(one.capture, listed), one.capture.frames)
-            gaps.setdefault(listed.part, []).extend((places[one.capture.id], *it) for it in spans)
+    for track, known in enumerate(wanted.known):
+        if known is not None:
+            place, part = int(wanted.place[track]), wanted.part[track]
+            capture = wanted.chosen[place].capture
+            spans = gaps_of(read.known_of(capture, part, known), capture.frames)
+            gaps.setdefault(part, []).extend((place, *span) for span in spans)
     return gaps
 
 

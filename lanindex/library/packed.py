@@ -1,37 +1,53 @@
-"""Rows of symbols in few numbers: handing a number over costs more than reading it.
+"""Rows of symbols in one text: handing numbers over one by one costs more than reading them.
 
-What has 31 bits shares a number with what has 31, and which row it is need not be handed over: the
-rows of a track stand in order, and its checksum is over their places, too. So whatever is not as it
-was stored is noticed, though not told: for that the rows are read again, one by one.
+SQLite spells the numbers of all rows as characters, and Python takes these for numbers again. Which
+row it is need not be handed over: the rows of a track stand in order, and its checksum is over
+their places, too. So whatever is not as it was stored is noticed, though not told: for that the
+rows are read again, one by one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.library import codes, rows
+from lanindex.library.connect import is_sqlite
 from lanindex.library.link import Link, among, ask
 
-_BITS = 31
-_PAIRED = (("start", "length"), ("tick", "ticks"))
-"""Columns of whole numbers of at most so many bits, which share a number."""
+_BITS = 20
+"""A character has room for so many."""
 
-_ALONE = tuple(name for name in codes.COLUMNS if not any(name in pair for pair in _PAIRED))
-_ORDER = [codes.COLUMNS.index(name) for name in (*chain(*_PAIRED), *_ALONE)]
-"""The places in `codes.COLUMNS` of what is handed over."""
+_LONG, _SHORT = ("sign", "notes"), ("start", "length", "tick", "ticks")
+"""Columns whose numbers take three characters, and those where almost all fit into one."""
 
-_TAKEN = [f"({high} << {_BITS}) | {low}" for high, low in _PAIRED] + list(_ALONE)
-_ROWS = f"SELECT {', '.join(_TAKEN)} FROM symbol_code"
+_LOW = [(name, _BITS * place) for place in range(2) for name in _LONG]
+_HIGH = [(name, _BITS * 2) for name in _LONG] + [(name, 0) for name in _SHORT]
+_PIECES = _LOW + _HIGH
+"""By character its column, and how far its bits are shifted there."""
+
+_CHARACTERS = [f"{name} >> {shift} & {(1 << _BITS) - 1}" for name, shift in _LOW]
+_CHARACTERS += [f"{name} >> {shift}" for name, shift in _HIGH]
+_SPELLED = (
+    f"SELECT CAST(group_concat(char({', '.join(_CHARACTERS)}), '') AS BLOB) FROM symbol_code "
+    "WHERE sign < '' AND notes < '' AND"
+)
+"""What is no number is left out, and so it is missed."""
+
+_NONE = 0xFFFD
+"""What SQLite takes for a character that there is not."""
+
+_FITS = f"({' | '.join(_SHORT)}) >> {_BITS} = 0 AND"
 
 
 def read_fields(
     connection: Link,
     captures: Sequence[int],
-    tracks: Sequence[tuple[int, int, int]],
+    ordinals: Sequence[int],
+    counts: Sequence[int],
+    checksums: Sequence[int],
     *,
     every: bool,
 ) -> NDArray[np.int64] | None:
@@ -43,37 +59,38 @@ def read_fields(
         In a transaction.
     captures : sequence of int
         The numbers of the captures.
-    tracks : sequence of (int, int, int)
-        Those of their tracks that are to be read: ordinal, how many symbols, and their checksum.
+    ordinals, counts, checksums : sequence of int
+        Of those of their tracks that are to be read; how many symbols they have, and over these.
     every : bool
         Whether they have no other tracks.
 
     Returns
     -------
     ndarray or None
-        None where they are not what was stored, or more.
+        None where they are not what was stored, or more, or cannot be handed over so.
     """
+    if not is_sqlite(connection):
+        return None
     chosen = f"capture_id IN {among(captures)}"
     if not every:
-        chosen += f" AND track IN {among({track for track, _, _ in tracks})}"
-    found = ask(connection, f"{_ROWS} WHERE {chosen} ORDER BY capture_id, track, ordinal")
-    try:
-        handed = np.fromiter(chain.from_iterable(found), np.int64)
-    except (TypeError, ValueError, OverflowError):  # that is no whole number
+        chosen += f" AND track IN {among({*ordinals})}"
+    handed = _handed(connection, f"{_SPELLED} {chosen}")
+    if (handed[:, len(_LOW) :] == _NONE).any():
+        handed = _handed(connection, f"{_SPELLED} {_FITS} {chosen}")
+    if len(handed) != sum(counts):
         return None
-    counts = [count for _, count, _ in tracks]
-    width = len(_PAIRED) + len(_ALONE)
-    if len(handed) != sum(counts) * width:
-        return None
-    numbers = rows.numbered(_unpacked(handed.reshape(-1, width)), counts)
-    numbers[:, 0] = np.repeat(np.array([track for track, _, _ in tracks], np.int64), counts)
-    as_stored = rows.of_tracks(numbers, counts) == [checksum for _, _, checksum in tracks]
-    return numbers[:, 2:] if as_stored else None
+    numbers = rows.numbered(_joined(handed), counts, ordinals)
+    return numbers[:, 2:] if rows.of_tracks(numbers, counts) == [*checksums] else None
 
 
-def _unpacked(handed: NDArray[np.int64]) -> NDArray[np.int64]:
-    fields = np.empty((len(handed), len(codes.COLUMNS)), np.int64)
-    pairs, low = handed[:, : len(_PAIRED)], (1 << _BITS) - 1
-    both = np.stack([pairs >> _BITS, pairs & low], axis=2).reshape(len(handed), 2 * len(_PAIRED))
-    fields[:, _ORDER] = np.concatenate([both, handed[:, len(_PAIRED) :]], axis=1)
+def _handed(connection: Link, asked: str) -> NDArray[np.uint32]:
+    ((text,),) = ask(connection, asked)
+    spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
+    return np.frombuffer(spelled, "<u4").reshape(-1, len(_PIECES))
+
+
+def _joined(handed: NDArray[np.uint32]) -> NDArray[np.int64]:
+    fields = np.zeros((len(handed), len(codes.COLUMNS)), np.int64)
+    for place, (name, shift) in enumerate(_PIECES):
+        fields[:, codes.COLUMNS.index(name)] |= handed[:, place].astype(np.int64) << shift
     return fields

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache, partial
-from itertools import repeat
+from functools import lru_cache
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -218,30 +219,43 @@ def read_capture(connection: Link, number: int) -> Stored:
     return found[0]
 
 
-class Listed(NamedTuple):
-    """A row of ``track`` without its capture."""
+@dataclass(frozen=True, slots=True)
+class Tracks:
+    """Rows of ``track`` of some captures, column by column: there are millions.
 
-    ordinal: int
-    part: str
-    kind: int
-    known: str | None
-    symbols: int
-    checksum: int
+    Attributes
+    ----------
+    chosen : sequence of Stored
+        The captures.
+    place : ndarray
+        (T,) int64: which of them each track is of.
+    ordinal, part, kind, known, symbols, checksum : sequence
+        T each, as in ``track``.
+    """
+
+    chosen: Sequence[Stored]
+    place: NDArray[np.int64]
+    ordinal: Sequence[int]
+    part: Sequence[str]
+    kind: Sequence[int]
+    known: Sequence[str | None]
+    symbols: Sequence[int]
+    checksum: Sequence[int]
+
+    @property
+    def owners(self) -> list[Capture]:
+        """The capture of each."""
+        captures = [one.capture for one in self.chosen]
+        return [captures[place] for place in self.place.tolist()]
 
 
-_as_listed: Callable[[_Raw], Listed] = partial(tuple.__new__, Listed)
-"""Makes a row of one; `Listed._make` takes three times as long, and there are millions."""
-
-_PART = Listed._fields.index("part")
-_LISTED = f"SELECT {', '.join(Listed._fields)} FROM track"
+_LISTED = ("ordinal", "part", "kind", "known", "symbols", "checksum")
+_PART = _LISTED.index("part")
 _COUNTED = "SELECT capture_id, count(*) FROM track"
 
-Wanted = tuple[Stored, Listed]
-"""A track that is wanted, and whose."""
 
-
-def read_lists(connection: Link) -> dict[int, list[Listed]]:
-    """Return what tracks each capture has, without their symbols, by the captures' numbers.
+def read_parts(connection: Link) -> set[str]:
+    """Return the parts that any capture has.
 
     Raises
     ------
@@ -250,25 +264,25 @@ def read_lists(connection: Link) -> dict[int, list[Listed]]:
     """
     wanted = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
     state.check_numbers(connection, [number for number, _, _ in wanted])
-    lists = _lists(connection, wanted)
-    return {number: [Listed(*row) for row in rows] for number, rows in lists.items()}
+    return {row[_PART] for own in _lists(connection, wanted) for row in own}
 
 
-def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> dict[int, list[_Raw]]:
-    """Return the rows of ``track`` of each capture, as `Listed` has them, by its number.
+def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> list[list[_Raw]]:
+    """Return the rows of ``track`` of each capture, in the columns of `_LISTED`.
 
     Of each wanted one its number, its location and the checksum of these are told; of all captures
     they are `chosen` by a condition, if they are not all.
     """
-    every = ask(connection, f"{_LISTED} {chosen} ORDER BY capture_id, ordinal").fetchall()
+    asked = f"SELECT {', '.join(_LISTED)} FROM track {chosen} ORDER BY capture_id, ordinal"
+    every = ask(connection, asked).fetchall()
     counts = ask(connection, f"{_COUNTED} {chosen} GROUP BY capture_id ORDER BY capture_id")
     lists, first = dict[int, list[_Raw]](), 0
     for number, count in counts:
         lists[number] = every[first : first + count]
         first += count
-    found = {number: lists.get(number, []) for number, _, _ in wanted}
-    for number, location, checksum in wanted:
-        if checksums.of_values(*found[number]) != checksum:
+    found = [lists.get(number, []) for number, _, _ in wanted]
+    for own, (number, location, checksum) in zip(found, wanted, strict=True):
+        if checksums.of_values(*own) != checksum:
             raise checksums.damaged(number, location, "the list of its tracks")
     return found
 
@@ -286,22 +300,22 @@ def read_tracks(
     wanted = read_wanted(connection, chosen, parts)
     symbols, first = codes.unpack(read_fields(connection, wanted, every=parts is None)), 0
     tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
-    for (capture, *_), listed in wanted:
-        stretch = symbols[first : first + listed.symbols]
-        first += listed.symbols
-        known = known_of(capture, listed)
+    told = zip(wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols, strict=True)
+    for capture, part, kind, spans, count in told:
+        stretch = symbols[first : first + count]
+        first += count
+        known = known_of(capture, part, spans)
         try:
-            kind = codes.KIND_NAMES[listed.kind]
-            tracks[capture.id][listed.part] = Track(listed.part, stretch, known, kind)
+            tracks[capture.id][part] = Track(part, stretch, known, codes.KIND_NAMES[kind])
         except _NONSENSE as error:
-            what = f"its track {listed.part} ({error})"
+            what = f"its track {part} ({error})"
             raise checksums.damaged(capture.id, capture.location, what) from error
     return tracks
 
 
 def read_wanted(
     connection: Link, chosen: Sequence[Stored], parts: Sequence[str] | None = None
-) -> list[Wanted]:
+) -> Tracks:
     """Return the tracks of captures, without their symbols: all, or those of some parts.
 
     Raises
@@ -311,16 +325,15 @@ def read_wanted(
     """
     own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
     lists = _lists(connection, own, f"WHERE capture_id IN {among(number for number, _, _ in own)}")
-    found: list[Wanted] = []
-    for one in chosen:
-        own = lists[one.capture.id]
-        kept = own if parts is None else [row for row in own if row[_PART] in parts]
-        found += zip(repeat(one), map(_as_listed, kept))
-    return found
+    if parts is not None:
+        lists = [[row for row in rows if row[_PART] in parts] for rows in lists]
+    place = np.repeat(np.arange(len(lists)), np.array([len(rows) for rows in lists], np.int64))
+    columns = list(zip(*chain.from_iterable(lists), strict=True)) or [()] * len(_LISTED)
+    return Tracks(chosen, place, *columns)
 
 
-def known_of(capture: Capture, listed: Listed) -> tuple[Span, ...]:
-    """Return the stretches of frames in which a part was seen.
+def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:
+    """Return the stretches of frames in which a part was seen, as its track has them.
 
     Raises
     ------
@@ -328,22 +341,20 @@ def known_of(capture: Capture, listed: Listed) -> tuple[Span, ...]:
         If they are none.
     """
     try:
-        return rows.read_known(listed.known, capture.frames)
+        return rows.read_known(known, capture.frames)
     except _NONSENSE as error:
-        what = f"its track {listed.part} ({error})"
+        what = f"its track {part} ({error})"
         raise checksums.damaged(capture.id, capture.location, what) from error
 
 
-def read_fields(
-    connection: Link, wanted: Sequence[Wanted], *, every: bool = False
-) -> NDArray[np.int64]:
+def read_fields(connection: Link, wanted: Tracks, *, every: bool = False) -> NDArray[np.int64]:
     """Return the fields of the rows of tracks: (S, C) int64, in the order of `codes.COLUMNS`.
 
     Parameters
     ----------
     connection : Link
         In a transaction.
-    wanted : sequence
+    wanted : Tracks
         Which tracks.
     every : bool
         Whether they are all that their captures have.
@@ -353,17 +364,16 @@ def read_fields(
     LibraryError
         If one of them is not what was stored.
     """
-    captures = list(dict.fromkeys(one.capture.id for one, _ in wanted))
-    tracks = [(listed.ordinal, listed.symbols, listed.checksum) for _, listed in wanted]
-    found = packed.read_fields(connection, captures, tracks, every=every) if wanted else None
+    captures = [wanted.chosen[place].capture.id for place in np.unique(wanted.place).tolist()]
+    tracks = (wanted.ordinal, wanted.symbols, wanted.checksum)
+    found = packed.read_fields(connection, captures, *tracks, every=every) if captures else None
     return _checked(_numbers(connection, wanted), wanted)[:, 3:] if found is None else found
 
 
-def _numbers(connection: Link, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
+def _numbers(connection: Link, wanted: Tracks) -> NDArray[np.int64]:
     """Return the rows of tracks: (S, C + 3) int64, capture, track, row, fields; perhaps more."""
-    own = {(one.capture.id, listed.ordinal) for one, listed in wanted}
-    captures, tracks = (among({key[place] for key in own}) for place in range(2))
-    chosen = f"WHERE capture_id IN {captures} AND track IN {tracks}"
+    locations = {one.id: one.location for one in wanted.owners}
+    chosen = f"WHERE capture_id IN {among(locations)} AND track IN {among({*wanted.ordinal})}"
     found = ask(connection, f"{_CODES} {chosen} {_BY_KEY}").fetchall()
     if not found:
         return np.empty((0, len(codes.COLUMNS) + 3), np.int64)
@@ -371,36 +381,33 @@ def _numbers(connection: Link, wanted: Sequence[Wanted]) -> NDArray[np.int64]:
     if numbers.dtype == np.int64:
         return numbers
     number, track = next(row[:2] for row in found if not all(isinstance(one, int) for one in row))
-    location = next(one.capture.location for one, _ in wanted if one.capture.id == number)
-    raise checksums.damaged(number, location, f"its track number {track} holds what is no number")
+    what = f"its track number {track} holds what is no number"
+    raise checksums.damaged(number, locations[number], what)
 
 
-def _checked(numbers: NDArray[np.int64], wanted: Sequence[Wanted]) -> NDArray[np.int64]:
+def _checked(numbers: NDArray[np.int64], wanted: Tracks) -> NDArray[np.int64]:
     """Return the rows of the tracks, one after the other, if they are what was stored."""
-    if len(numbers) != sum(listed.symbols for _, listed in wanted):
-        own = {(one.capture.id, listed.ordinal) for one, listed in wanted}
+    owners = [one.id for one in wanted.owners]
+    if len(numbers) != sum(wanted.symbols):
+        own = {*zip(owners, wanted.ordinal, strict=True)}
         numbers = numbers[[key in own for key in map(tuple, numbers[:, :2].tolist())]]
-    counts = [listed.symbols for _, listed in wanted]
-    owners = np.repeat(np.array([one.capture.id for one, _ in wanted], np.int64), counts)
-    if not np.array_equal(numbers[:, 0], owners):
+    whose = np.repeat(np.array(owners, np.int64), wanted.symbols)
+    if not np.array_equal(numbers[:, 0], whose) or rows.of_tracks(
+        numbers[:, 1:], wanted.symbols
+    ) != [*wanted.checksum]:
         raise _culprit(numbers, wanted)
-    fields, first = np.ascontiguousarray(numbers[:, 1:], "<i8"), 0
-    content, width = fields.reshape(-1).view(np.uint8).data, 8 * fields.shape[1]
-    for count, (_, listed) in zip(counts, wanted, strict=True):
-        stretch = content[width * first : width * (first + count)]
-        if checksums.of_bytes(stretch) != listed.checksum:
-            raise _culprit(numbers, wanted)
-        first += count
     return numbers
 
 
-def _culprit(numbers: NDArray[np.int64], wanted: Sequence[Wanted]) -> LibraryError:
+def _culprit(numbers: NDArray[np.int64], wanted: Tracks) -> LibraryError:
     """Return the error that names the track whose rows are others, missing or too many."""
-    for one, listed in wanted:
-        own = numbers[(numbers[:, 0] == one.capture.id) & (numbers[:, 1] == listed.ordinal), 1:]
-        if len(own) != listed.symbols or rows.of_tracks(own, [len(own)]) != [listed.checksum]:
+    told = (wanted.owners, wanted.ordinal, wanted.part, wanted.symbols, wanted.checksum)
+    for capture, ordinal, part, count, checksum in zip(*told, strict=True):
+        own = numbers[(numbers[:, 0] == capture.id) & (numbers[:, 1] == ordinal), 1:]
+        if len(own) != count or rows.of_tracks(own, [len(own)]) != [checksum]:
+            what = f"its track {part}"
             break
-    return checksums.damaged(one.capture.id, one.capture.location, f"its track {listed.part}")
+    return checksums.damaged(capture.id, capture.location, what)
 
 
 def read_score(connection: Link, stored: Stored) -> Score:

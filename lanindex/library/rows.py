@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, chain, pairwise
 from typing import Any
@@ -85,7 +85,8 @@ def rows_of(score: Score) -> Rows:
     """Return the rows of a score."""
     kept = list(score.tracks.values())
     counts = list(map(len, kept))
-    numbers = numbered(codes.pack(joined(track.symbols for track in kept)), counts)
+    packed = codes.pack(joined(track.symbols for track in kept))
+    numbers = numbered(packed, counts, range(len(kept)))
     tracks = []
     for ordinal, (track, checksum) in enumerate(zip(kept, of_tracks(numbers, counts), strict=True)):
         kind, known = codes.KIND_NAMES.index(track.kind), _known_text(track.known, score.frames)
@@ -93,15 +94,19 @@ def rows_of(score: Score) -> Rows:
     return Rows(tracks, numbers.T.tolist(), checksums.of_values(*tracks))
 
 
-def numbered(packed: NDArray[np.int64], counts: list[int]) -> NDArray[np.int64]:
+def numbered(
+    packed: NDArray[np.int64], counts: Sequence[int], ordinals: Sequence[int]
+) -> NDArray[np.int64]:
     """Return packed symbols with the ordinals of track and row before them.
 
     Parameters
     ----------
     packed : ndarray
         (S, C) int64.
-    counts : list of int
+    counts : sequence of int
         Symbols of each track; they add up to S.
+    ordinals : sequence of int
+        Of the tracks.
 
     Returns
     -------
@@ -109,7 +114,7 @@ def numbered(packed: NDArray[np.int64], counts: list[int]) -> NDArray[np.int64]:
         (S, C + 2) int64.
     """
     numbers = np.empty((len(packed), packed.shape[1] + 2), np.int64)
-    numbers[:, 0] = np.repeat(np.arange(len(counts)), counts)
+    numbers[:, 0] = np.repeat(np.array(ordinals, np.int64), counts)
     begins = np.cumsum([0, *counts], dtype=np.int64)[:-1]
     numbers[:, 1] = np.arange(len(packed)) - np.repeat(begins, counts)
     numbers[:, 2:] = packed

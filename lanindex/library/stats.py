@@ -106,10 +106,12 @@ class _Tally:
             self.labels.update(one.capture.label for one in chosen)
             self.profiles.update(one.encoding.profile for one in chosen)
             self.formats.update(one.capture.format for one in chosen)
-            for one, listed in read.read_wanted(connection, chosen):
-                frames = sum(map(len, read.known_of(one.capture, listed)))
-                rate = one.capture.rate.as_integer_ratio()
-                self._add_track(listed.part, listed.symbols, {rate: frames})
+            own = read.read_wanted(connection, chosen)
+            for capture, part, known, symbols in zip(
+                own.owners, own.part, own.known, own.symbols, strict=True
+            ):
+                frames = sum(map(len, read.known_of(capture, part, known)))
+                self._add_track(part, symbols, {capture.rate.as_integer_ratio(): frames})
 
     def _add_track(self, part: str, symbols: int, known: Mapping[_Rate, int]) -> None:
         self.parts[part] += symbols

@@ -324,10 +324,8 @@ class Store(Choosing):
             If the tracks are not those that were stored.
         """
         with self._reading() as connection:
-            if checked:
-                found = {one.part for own in read.read_lists(connection).values() for one in own}
-            else:
-                found = set(segments.part_names(connection))
+            names = read.read_parts if checked else segments.part_names
+            found = set(names(connection))
         return [part for part in TRACKS if part in found] + sorted(found.difference(TRACKS))
 
     def check_parts(self, named: Iterable[str]) -> None:

@@ -157,6 +157,28 @@ def test_nonsense_that_a_program_stored_is_named(tmp_path, monkeypatch):
     assert found.startswith("a.bvh: head, symbol 2 is (")
 
 
+@pytest.mark.parametrize("frame", [0xD800, 0xFFFD, 1 << 20])
+def test_no_number_is_taken_for_another(tmp_path, frame):
+    symbols = sample_score().tracks["head"].symbols[:1].copy()
+    for name in ("start", "stop", "tick", "ticks"):
+        symbols[name] = frame
+    score = Score(Fraction(30), frame, Meter(), {"head": Track("head", symbols, ())})
+    with Store.open(tmp_path / "some.db", create=True) as library:
+        library.add("a.bvh", score, format="bvh", sha256="0")
+        assert library.score(1).tracks["head"].symbols.tolist() == symbols.tolist()
+    for column in ("start", "tick", "ticks", "sign", "notes"):
+        for wild in ("-1", "0x110000", "0xFFFD0000000000"):
+            change = f"UPDATE symbol_code SET {column} = "
+            with sql(tmp_path / "some.db") as connection:
+                ((stored,),) = connection.execute(f"SELECT {column} FROM symbol_code")
+                connection.execute(change + wild)
+            if stored != int(wild, 0):
+                assert damage(1, "its track head").split(": ")[1] in check(tmp_path / "some.db")[0]
+            with sql(tmp_path / "some.db") as connection:
+                connection.execute(f"{change}{stored}")
+    assert check(tmp_path / "some.db") == []
+
+
 def test_a_damaged_page_is_found(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 40)
