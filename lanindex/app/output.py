@@ -126,7 +126,7 @@ class Output:
 
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as fields between tabs."""
-        _say("\t".join(escaped(str(value)) for value in values), sys.stdout)
+        _say("\t".join(map(escaped, map(str, values))), sys.stdout)
 
     def note(self, line: str) -> None:
         """Say something beside the results, unless it shall be quiet."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -273,31 +273,44 @@ def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> list[li
     Of each wanted one its number, its location and the checksum of these are told; of all captures
     they are `chosen` by a condition, if they are not all.
     """
-    asked = f"SELECT {', '.join(_LISTED)} FROM track {chosen} ORDER BY capture_id, ordinal"
-    every = ask(connection, asked).fetchall()
-    counts = ask(connection, f"{_COUNTED} {chosen} GROUP BY capture_id ORDER BY capture_id")
-    lists, first = dict[int, list[_Raw]](), 0
-    for number, count in counts:
-        lists[number] = every[first : first + count]
-        first += count
-    found = [lists.get(number, []) for number, _, _ in wanted]
+    found = _rows(connection, [number for number, _, _ in wanted], chosen)
     for own, (number, location, checksum) in zip(found, wanted, strict=True):
         if checksums.of_values(*own) != checksum:
             raise checksums.damaged(number, location, "the list of its tracks")
     return found
 
 
+def _rows(
+    connection: Link, numbers: Iterable[int], chosen: str, values: Mapping[str, str] | None = None
+) -> list[list[_Raw]]:
+    """Return the chosen rows of ``track`` of each capture, in the columns of `_LISTED`."""
+    asked = f"SELECT {', '.join(_LISTED)} FROM track {chosen} ORDER BY capture_id, ordinal"
+    every = ask(connection, asked, values).fetchall()
+    asked = f"{_COUNTED} {chosen} GROUP BY capture_id ORDER BY capture_id"
+    lists, first = dict[int, list[_Raw]](), 0
+    for number, count in ask(connection, asked, values):
+        lists[number] = every[first : first + count]
+        first += count
+    return [lists.get(number, []) for number in numbers]
+
+
 def read_tracks(
-    connection: Link, chosen: Sequence[Stored], parts: Sequence[str] | None = None
+    connection: Link,
+    chosen: Sequence[Stored],
+    parts: Sequence[str] | None = None,
+    *,
+    listed: bool = True,
 ) -> dict[int, dict[str, Track]]:
     """Return the tracks of captures, by the captures' numbers: all, or those of some parts.
+
+    `listed` as in `read_wanted`.
 
     Raises
     ------
     LibraryError
         If one of them is not what was stored.
     """
-    wanted = read_wanted(connection, chosen, parts)
+    wanted = read_wanted(connection, chosen, parts, listed=listed)
     symbols, first = codes.unpack(read_fields(connection, wanted, every=parts is None)), 0
     tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
     told = zip(wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols, strict=True)
@@ -314,9 +327,25 @@ def read_tracks(
 
 
 def read_wanted(
-    connection: Link, chosen: Sequence[Stored], parts: Sequence[str] | None = None
+    connection: Link,
+    chosen: Sequence[Stored],
+    parts: Sequence[str] | None = None,
+    *,
+    listed: bool = True,
 ) -> Tracks:
     """Return the tracks of captures, without their symbols: all, or those of some parts.
+
+    Parameters
+    ----------
+    connection : Link
+        In a transaction.
+    chosen : sequence of Stored
+        The captures.
+    parts : sequence of str, optional
+        Only these.
+    listed : bool
+        Hold all tracks of the captures against the checksum of their list; else only the wanted
+        ones are read, and they may be others: those of other parts, or some may be missing.
 
     Raises
     ------
@@ -324,12 +353,26 @@ def read_wanted(
         If the tracks of a capture are not those that were stored.
     """
     own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
-    lists = _lists(connection, own, f"WHERE capture_id IN {among(number for number, _, _ in own)}")
-    if parts is not None:
-        lists = [[row for row in rows if row[_PART] in parts] for rows in lists]
-    place = np.repeat(np.arange(len(lists)), np.array([len(rows) for rows in lists], np.int64))
+    numbers = [number for number, _, _ in own]
+    condition = f"WHERE capture_id IN {among(numbers)}"
+    if listed or parts is None:
+        lists = _lists(connection, own, condition)
+        if parts is not None:
+            lists = [[row for row in held if row[_PART] in parts] for held in lists]
+    else:
+        values = {f"part{place}": part for place, part in enumerate(parts)}
+        condition += f" AND part IN ({', '.join(f':{name}' for name in values) or 'NULL'})"
+        lists = _rows(connection, numbers, condition, values)
+        lists = [[row for row in held if _countable(row)] for held in lists]
+    place = np.repeat(np.arange(len(lists)), np.array(list(map(len, lists)), np.int64))
     columns = list(zip(*chain.from_iterable(lists), strict=True)) or [()] * len(_LISTED)
     return Tracks(chosen, place, *columns)
+
+
+def _countable(row: _Raw) -> bool:
+    """Return whether a row of ``track`` tells what rows of symbols it has."""
+    ordinal, *_, symbols, _ = row
+    return type(ordinal) is type(symbols) is int and symbols >= 0
 
 
 def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:
@@ -364,9 +407,11 @@ def read_fields(connection: Link, wanted: Tracks, *, every: bool = False) -> NDA
     LibraryError
         If one of them is not what was stored.
     """
-    captures = [wanted.chosen[place].capture.id for place in np.unique(wanted.place).tolist()]
+    captures = [wanted.chosen[place].capture.id for place in dict.fromkeys(wanted.place.tolist())]
+    if not captures:
+        return np.empty((0, len(codes.COLUMNS)), np.int64)
     tracks = (wanted.ordinal, wanted.symbols, wanted.checksum)
-    found = packed.read_fields(connection, captures, *tracks, every=every) if captures else None
+    found = packed.read_fields(connection, captures, *tracks, every=every)
     return _checked(_numbers(connection, wanted), wanted)[:, 3:] if found is None else found
 
 
@@ -387,14 +432,15 @@ def _numbers(connection: Link, wanted: Tracks) -> NDArray[np.int64]:
 
 def _checked(numbers: NDArray[np.int64], wanted: Tracks) -> NDArray[np.int64]:
     """Return the rows of the tracks, one after the other, if they are what was stored."""
-    owners = [one.id for one in wanted.owners]
+    keys = [(one.id, track) for one, track in zip(wanted.owners, wanted.ordinal, strict=True)]
     if len(numbers) != sum(wanted.symbols):
-        own = {*zip(owners, wanted.ordinal, strict=True)}
+        own = {*keys}
         numbers = numbers[[key in own for key in map(tuple, numbers[:, :2].tolist())]]
-    whose = np.repeat(np.array(owners, np.int64), wanted.symbols)
-    if not np.array_equal(numbers[:, 0], whose) or rows.of_tracks(
-        numbers[:, 1:], wanted.symbols
-    ) != [*wanted.checksum]:
+    if (
+        len(numbers) != sum(wanted.symbols)
+        or not np.array_equal(numbers[:, :2], np.repeat(keys, wanted.symbols, axis=0))
+        or rows.of_tracks(numbers[:, 1:], wanted.symbols) != [*wanted.checksum]
+    ):
         raise _culprit(numbers, wanted)
     return numbers
 

@@ -267,7 +267,11 @@ class Store(Choosing):
             return read.locations(connection, places, digests)
 
     def tracks(
-        self, captures: Iterable[int] | None = None, parts: Iterable[str] | None = None
+        self,
+        captures: Iterable[int] | None = None,
+        parts: Iterable[str] | None = None,
+        *,
+        listed: bool = True,
     ) -> Iterator[tuple[Capture, dict[str, Track]]]:
         """Yield each capture with its tracks, in the order of their numbers.
 
@@ -277,6 +281,9 @@ class Store(Choosing):
             Numbers; else all.
         parts : iterable of str, optional
             Only these, which reads less; else all. A part that a capture lacks is left out.
+        listed : bool
+            Hold the list of a capture's tracks against its checksum, too, for which all of them are
+            read. Where it is not, whoever asks must know what the tracks are.
 
         Raises
         ------
@@ -295,7 +302,7 @@ class Store(Choosing):
         for first in range(0, len(numbers), _BATCH):
             with self._reading() as connection:
                 chosen = read.read_captures(connection, numbers[first : first + _BATCH])
-                tracks = read.read_tracks(connection, chosen, only)
+                tracks = read.read_tracks(connection, chosen, only, listed=listed)
             for one in chosen:
                 yield one.capture, tracks[one.capture.id]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
 from lanindex.errors import LibraryError, OutOfMemoryError
 from lanindex.library.store import Store
-from lanindex.model import Capture, Hit, Track
+from lanindex.model import Hit
 from lanindex.pipeline.how import How
-from lanindex.search.fast.find import NARROWER, Watch
+from lanindex.search.fast.find import NARROWER, Recording, Watch
 from lanindex.search.fields import measures_in
 from lanindex.search.language.query import Query
 
@@ -57,7 +57,6 @@ def search(
     UsageError
         Where the pattern says what has no edits, and some are allowed.
     """
-    stamp = library.stamp
     measures = measures_in(query)
     roster, columns = library.columns(query.parts, numbers, more=measures)
     if len(roster) and (absent := _absent(columns)):
@@ -69,7 +68,7 @@ def search(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
         )
-    recordings = _recordings(library, stamp, roster, columns)
+    recordings = _recordings(library, roster, columns)
     try:
         return how.find(query, roster, columns, recordings, watch, best)
     except MemoryError:
@@ -111,42 +110,38 @@ def _sums(rows: NDArray[np.bool_], bounds: NDArray[np.int64]) -> NDArray[np.int6
     return counts
 
 
-def _recordings(
-    library: Store, stamp: int, roster: Roster, columns: Mapping[str, Columns]
-) -> Recordings:
+def _recordings(library: Store, roster: Roster, columns: Mapping[str, Columns]) -> Recordings:
     """Return what fetches captures with some of their tracks, by their places in a roster.
 
-    Where the library's stamp is another one by now, they are held against the columns: a hit is
-    told by its rows, and these may be others.
+    They are held against the columns, for a hit is told by its rows, and these may be others by
+    now: the library has changed, or it is damaged.
     """
 
-    def recordings(
-        places: Sequence[int], parts: Collection[str]
-    ) -> Iterable[tuple[Capture, Mapping[str, Track]]]:
+    def recordings(places: Sequence[int], parts: Collection[str]) -> Sequence[Recording]:
         wanted = roster.number[list(places)].tolist()
         with (
             nullcontext(library)
             if library.is_open
             else type(library).open(library.place, readonly=True) as opened
         ):
+            found: list[Recording]
             if parts:
-                found = list(opened.tracks(wanted, parts))
+                found = list(opened.tracks(wanted, parts, listed=False))
             else:
                 found = [(capture, {}) for capture in opened.some(wanted)]
-            unchanged = opened.stamp == stamp
-        if not unchanged:
-            held = {capture.id: (capture, tracks) for capture, tracks in found}
-            pairs = zip(places, wanted, strict=True)
-            same = [
-                one in held and _same(roster, columns, place, *held[one]) for place, one in pairs
-            ]
-            if not all(same):
-                raise LibraryError(
-                    f"{same.count(False)} captures with hits are gone, or others now",
-                    place=library.place,
-                    remedy="Search again: the library has changed since.",
-                )
-        return found
+            if _same(roster, columns, places, parts, found):
+                return found
+            held = {one.id: (one, tracks) for one, tracks in opened.tracks(wanted, parts)}
+        pairs = zip(places, wanted, strict=True)
+        same = [
+            one in held and _same(roster, columns, [place], parts, [held[one]])
+            for place, one in pairs
+        ]
+        raise LibraryError(
+            f"{same.count(False)} captures with hits are gone, or others now",
+            place=library.place,
+            remedy="Search again: the library has changed since.",
+        )
 
     return recordings
 
@@ -154,16 +149,18 @@ def _recordings(
 def _same(
     roster: Roster,
     columns: Mapping[str, Columns],
-    place: int,
-    capture: Capture,
-    tracks: Mapping[str, Track],
+    places: Sequence[int],
+    parts: Collection[str],
+    found: Sequence[Recording],
 ) -> bool:
-    """Return whether a capture is as the columns have it."""
+    """Return whether captures are as the columns have them, and so are some of their tracks."""
     from lanindex.model.columns import columns_of, roster_of
 
-    own = np.array([place])
-    return roster_of([capture]).same_as(roster.taken(own)) and all(
-        columns_of(part, [capture], [track]).same_as(columns[part].taken(own))
-        for part, track in tracks.items()
+    own, captures = np.array(places, np.int64), [capture for capture, _ in found]
+    return roster_of(captures).same_as(roster.taken(own)) and all(
+        columns_of(part, captures, [tracks.get(part) for _, tracks in found]).same_as(
+            columns[part].taken(own)
+        )
+        for part in parts
         if part in columns
     )

@@ -17,7 +17,7 @@ from lanindex import records
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
 from lanindex.library.schema import tables, version
-from lanindex.model import Score, Span, Track
+from lanindex.model import Meter, Score, Span, Track
 from lanindex.pipeline import Library
 
 PATTERNS = ("r_arm right low -> r_forward mid", "head any with l_arm high", "r_arm 0.3s+ ... left")
@@ -204,6 +204,44 @@ def test_no_change_is_silent(whole):
 @pytest.mark.parametrize("seed", range(2, 12))
 def test_no_change_is_silent_at_length(whole, seed):
     print(damage(whole, 300, seed))
+
+
+OTHERS = (
+    "UPDATE track SET part = iif(part = 'r_arm', 'l_arm', 'r_arm')",
+    "UPDATE track SET part = 'r_arm'",
+    "UPDATE track SET part = 'torso'",
+    "UPDATE track SET known = '[[0, 9]]'",
+    "UPDATE track SET known = '[[0'",
+    "UPDATE track SET kind = 99",
+    "UPDATE track SET symbols = -1",
+    "UPDATE track SET symbols = symbols - 1",
+    "UPDATE track SET symbols = 1 << 60",
+    "UPDATE track SET symbols = 'x'",
+    "UPDATE track SET ordinal = ordinal + 7",
+    "UPDATE track SET ordinal = -ordinal - 1",
+    "UPDATE track SET checksum = 'x'",
+    "DELETE FROM track",
+)
+
+
+@pytest.mark.parametrize("change", OTHERS)
+def test_no_hit_is_told_of_another_track(tmp_path, change):
+    path = tmp_path / "some.db"
+    one, other = sample_score(1), sample_score(2).tracks["r_arm"].symbols
+    tracks = {"r_arm": one.tracks["r_arm"], "l_arm": Track("l_arm", other, (Span(0, 60),))}
+    with Library.open(path, create=True) as library:
+        for number in range(3):
+            score = Score(one.rate, one.frames, Meter(), tracks)
+            library.add(f"{number}.bvh", score, format="bvh", sha256="0")
+        library.gather()
+        wanted = library.search("r_arm left").numpy().tolist()
+    with sql(path) as connection:
+        connection.execute(f"{change} WHERE capture_id = 2 AND part IN ('r_arm', 'l_arm')")
+    with Library.open(path, readonly=True) as library:
+        hits = library.search("r_arm left")
+        assert hits.numpy().tolist() == wanted  # they come from the columns
+        with pytest.raises(LibraryError, match="capture 2 is damaged in the library"):
+            list(hits)
 
 
 REPAIRED = (
