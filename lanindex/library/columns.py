@@ -88,7 +88,7 @@ def read_whole(connection: Link, spine: Spine, parts: Sequence[str] | None = Non
     """
     rosters, order = read_rosters(connection, spine)
     extra = derive.derived(connection, spine.pending, parts)
-    check_pending(extra[0], spine.pending)
+    check_pending(extra[0].number.tolist(), spine.pending)
     whole = enrolled([*rosters, extra[0]])
     return Whole(spine.segments, extra, order, whole if order is None else whole.taken(order))
 
@@ -113,15 +113,15 @@ def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[
     return rosters, order
 
 
-def check_pending(roster: Roster, pending: Sequence[int]) -> None:
-    """Refuse to wait for captures that there are not.
+def check_pending(there: Sequence[int], pending: Sequence[int]) -> None:
+    """Refuse to wait for other captures than those that are there.
 
     Raises
     ------
     Distrust
         If some do.
     """
-    if roster.number.tolist() != list(pending):
+    if list(there) != list(pending):
         raise Distrust("damaged: they wait for captures that there are not")
 
 

@@ -95,7 +95,7 @@ def cover(connection: Link, told: Callable[[int], None] = lambda waiting: None) 
     if not covered:
         return False
     roster, columns = derive.together(pieces)
-    check_pending(roster, pending[:covered])
+    check_pending(roster.number.tolist(), pending[:covered])
     texts = called.spelled(called.of_rows(connection, pending[:covered]))
     segments.put(connection, roster, texts, columns.values())
     segments.mark_covered(connection, pending[:covered])

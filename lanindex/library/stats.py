@@ -74,6 +74,7 @@ def count(connection: Link, size: int, *, trusted: bool = True) -> Stats:
     if trusted:
         spine = segments.read_spine(connection)
         rosters, _ = columns.read_rosters(connection, spine)
+        columns.check_pending(state.read_numbers(connection, spine.pending), spine.pending)
         for segment, roster in zip(spine.segments, rosters, strict=True):
             tally.add_segment(connection, spine, segment, roster)
         tally.add_rows(connection, spine.pending)

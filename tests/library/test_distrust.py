@@ -183,6 +183,16 @@ def test_a_capture_is_stored_even_where_it_was_said_to_wait(path):
     assert found(path) == (by_rows(path), [])
 
 
+def test_a_capture_that_waits_and_is_gone_is_missed_by_counts(path):
+    with sql(path) as connection:
+        connection.execute("DELETE FROM capture WHERE id = 3")
+    with (
+        Store.open(path, readonly=True) as library,
+        pytest.raises(LibraryError, match="the library holds 6 captures"),
+    ):
+        library.stats()
+
+
 def test_a_library_held_open_sees_what_others_change(path):
     with Store.open(path, readonly=True) as library:
         library.columns(PARTS)
