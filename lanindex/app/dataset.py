@@ -77,8 +77,8 @@ def run(
         made = write(library, found, folder, wishes)
     end_progress()
     _tell(out, made, folder)
-    if not made.clips:
-        raise typer.Exit(1)
+    if library.refused or not made.clips:
+        raise typer.Exit(2 if library.refused else 1)
 
 
 def _check(what: str | None, patterns: Path | None, range: Range, how: Mapping[str, Any]) -> None:

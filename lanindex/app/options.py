@@ -104,6 +104,15 @@ Timeout = Annotated[
     float | None,
     typer.Option("--timeout", metavar="SECONDS", min=0, help="Give up after so many seconds."),
 ]
+Memory = Annotated[
+    float | None,
+    typer.Option(
+        "--memory",
+        metavar="MB",
+        min=64,
+        help="Megabytes that a search may take; a quarter of what is free.",
+    ),
+]
 In = Annotated[
     str | None, typer.Option("--in", metavar="GLOB", help="Only captures whose path matches.")
 ]

@@ -8,7 +8,7 @@ from fractions import Fraction
 from math import inf
 from typing import TYPE_CHECKING, Self
 
-from lanindex.errors import UsageError
+from lanindex.errors import LanindexError, UsageError
 from lanindex.search.fast import Finder, Watch
 from lanindex.search.language.query import Query
 from lanindex.search.nearly import NEAR
@@ -88,6 +88,8 @@ class How:
         recordings: Recordings,
         watch: Watch | None = None,
         best: int | None = None,
+        memory: int | None = None,
+        refused: list[LanindexError] | None = None,
     ) -> Sequence[Hit]:
         """Find a query in columns.
 
@@ -105,6 +107,10 @@ class How:
             Is told now and then how many captures are done, of how many; it may raise.
         best : int, optional
             Only so many, those that fit best, the clearest first.
+        memory : int, optional
+            Bytes that an exact search may take; a quarter of what is free.
+        refused : list of LanindexError, optional
+            Takes an error for each capture that is too rich; None: the first one is raised.
 
         Raises
         ------
@@ -113,8 +119,8 @@ class How:
         """
         query = replace(query, near=self.near)
         if self.allowance is None:
-            finder = Finder(query, roster, columns, recordings, self.tolerance)
-            return finder.find(self.overlaps, watch, best)
+            finder = Finder(query, roster, columns, recordings, self.tolerance, memory)
+            return finder.find(self.overlaps, watch, best, refused)
         from lanindex.search import fuzzy
 
         return fuzzy.find(

@@ -6,7 +6,7 @@ import os
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from lanindex.errors import PatternError
+from lanindex.errors import LanindexError, PatternError
 from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
 from lanindex.pipeline.exporting import Exporting
@@ -15,7 +15,7 @@ from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from lanindex.library.find import Where
     from lanindex.model import Reading
@@ -54,6 +54,9 @@ class Library(Asking, Exploring, Exporting):
 
     words: str | os.PathLike[str] | None = None
     """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
+
+    refused: Sequence[LanindexError] = ()
+    """Of the searches so far: an error for each capture that was too rich to be answered."""
 
     def ingest(
         self,
@@ -134,6 +137,7 @@ class Library(Asking, Exploring, Exporting):
         fuzzy: str | float | None = None,
         timeout: float | None = None,
         best: int | None = None,
+        memory: float | None = None,
     ) -> Hits | Counts:
         """Find movement by pattern.
 
@@ -161,12 +165,15 @@ class Library(Asking, Exploring, Exporting):
         best : int, optional
             Only so many, those that fit best, the clearest first; of a fuzzy search far sooner
             there than all of them.
+        memory : float, optional
+            Megabytes that the search may take; a quarter of what is free if not given.
 
         Returns
         -------
         Hits or Counts
             In order of capture, start and end, where the pattern does not sort them; each is made
-            when it is looked at. Counts if it ends in ``| count``.
+            when it is looked at. Counts if it ends in ``| count``. Captures that are too rich for
+            the pattern, or for the memory, are left out: `refused` has an error for each.
 
         Raises
         ------
@@ -195,9 +202,10 @@ class Library(Asking, Exploring, Exporting):
         query, numbers = self._asked(pattern, within, where, strict)
         patience = Patience(self.watch, timeout, remedy=NARROWER)
         sooner = None if query.stages else best
-        found = Hits(
-            search(self, query, numbers, how, patience.of("captures"), sooner), str(pattern)
-        )
+        limit = None if memory is None else int(memory * 1e6)
+        hits, refused = search(self, query, numbers, how, patience.of("captures"), sooner, limit)
+        self.refused = [*self.refused, *refused]
+        found = Hits(hits, str(pattern))
         told = piped(query.stages, found)
         return told.by_fit(best)[:best] if best is not None and isinstance(told, Hits) else told
 

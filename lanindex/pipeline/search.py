@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
-from lanindex.errors import LibraryError, OutOfMemoryError
+from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError
 from lanindex.library.store import Store
 from lanindex.model import Hit
 from lanindex.pipeline.how import How
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from lanindex.search.fast.source import Recordings
 
 
+MOST_NAMED = 5
+"""Captures that are named, of those that are too rich for a pattern."""
+
+
 def search(
     library: Store,
     query: Query,
@@ -30,7 +34,8 @@ def search(
     how: How,
     watch: Watch | None = None,
     best: int | None = None,
-) -> Sequence[Hit]:
+    memory: int | None = None,
+) -> tuple[Sequence[Hit], list[LanindexError]]:
     """Find a pattern in a library.
 
     Parameters
@@ -47,13 +52,20 @@ def search(
         Is told now and then how many captures are done, of how many; it may raise.
     best : int, optional
         Only so many, those that fit best, the clearest first.
+    memory : int, optional
+        Bytes that an exact search may take; a quarter of what is free.
+
+    Returns
+    -------
+    tuple
+        The hits, and an error for each capture that is too rich to be answered.
 
     Raises
     ------
     LibraryError
         Where the library cannot be read.
     OutOfMemoryError
-        Where the search needs more memory than there is; names the capture if one alone does.
+        Where the search needs more memory than there is.
     UsageError
         Where the pattern says what has no edits, and some are allowed.
     """
@@ -70,7 +82,13 @@ def search(
         )
     recordings = _recordings(library, roster, columns)
     try:
-        return how.find(query, roster, columns, recordings, watch, best)
+        refused: list[LanindexError] = []
+        found = how.find(query, roster, columns, recordings, watch, best, memory, refused)
+        for error in refused[:MOST_NAMED]:
+            library.tell(str(error))
+        if more := refused[MOST_NAMED:]:
+            library.tell(f"{len(more)} more captures are too rich for this pattern")
+        return found, refused
     except MemoryError:
         place = library.place
     raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)

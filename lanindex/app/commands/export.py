@@ -139,8 +139,8 @@ def run(
         forms: dict[str, Any] = {"format": format, "origin": origin, "preview": preview}
         manifest = export(library, wanted, output, pad=pad, force=force, **forms)
     _tell(out, manifest, output)
-    if not manifest:
-        raise typer.Exit(1)
+    if library.refused or not manifest:
+        raise typer.Exit(2 if library.refused else 1)
 
 
 _NOWHERE = (None, None, None)

@@ -47,6 +47,7 @@ def run(
     near: options.Near = False,
     fuzzy: options.Fuzzy = None,
     timeout: options.Timeout = None,
+    memory: options.Memory = None,
     words: options.Words = None,
     count: Annotated[bool, typer.Option("--count", help="Count the hits, capture by capture.")] = (
         False
@@ -132,11 +133,14 @@ def run(
         if explain:
             return _explain(out, library.explain(pattern, strict=strict, **among))
         best = limit if sort == "fit" and fuzzy is not None and not count else None
-        found = library.search(pattern, fuzzy=fuzzy, timeout=timeout, best=best, **how, **among)
+        patience: dict[str, Any] = {"timeout": timeout, "memory": memory}
+        found = library.search(pattern, fuzzy=fuzzy, best=best, **patience, **how, **among)
         end_progress()
         if into is not None and found:
             return written.write(out, found, asked_for, limit, by_fit=sort == "fit")
         telling.tell(out, library, found, best)
+        if library.refused:
+            raise typer.Exit(2)
         if not found:
             if not quiet:
                 _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))

@@ -178,7 +178,7 @@ def test_nodes_tell_what_goes_on_in_what(monkeypatch) -> None:
     lines = np.array([0, 0, 1, 1, 2])
     ends = np.array([first[1], third[0], second[1], third[0], first[0]])
     assert nodes.behind(lines, ends).tolist() == [True, False, False, False, False]
-    assert nodes.leading_to(second[1:]).tolist() == [True, False, False, True, False]
+    assert nodes.leading_to(second[:1]).tolist() == [True, True, True, False, False]
     monkeypatch.setattr(budget, "rows", lambda size: 10)
     with pytest.raises(TooMuch):
         nodes.behind(lines, ends)
