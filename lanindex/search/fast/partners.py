@@ -28,6 +28,10 @@ _COMPARED = {
 """What of a line is compared with others."""
 
 
+MOST_AT_ONCE = 1 << 18
+"""Pairs of lines that are joined before the search is told that it goes on."""
+
+
 class Standing(NamedTuple):
     """Where lines stand: one each of those that are compared alike.
 
@@ -345,7 +349,7 @@ class Partners:
 
 def _pieces(relation: str, line: Standing, others: Others) -> Iterator[Whole]:
     """Yield ways, so many at once that the pairs of them and others keep within the budget."""
-    most, every = budget.rows(4 * PAIR), np.arange(len(line.place))
+    most, every = min(budget.rows(4 * PAIR), MOST_AT_ONCE), np.arange(len(line.place))
     if len(every) * len(others) <= most:
         yield every
         return
