@@ -13,6 +13,7 @@ from lanindex.search.fast.ragged import (
     Numbers,
     Whole,
     in_order,
+    once,
     spread,
     starts_of,
 )
@@ -137,11 +138,12 @@ class Nodes:
         self.many = 0
         self._before: list[Whole] = []
         self._after: list[Whole] = []
+        self._edges: tuple[Whole, Whole] | None = None
 
     def add(self, many: int, came: Whole, which: Whole) -> Whole:
         """Add nodes with those that they come from, and return their numbers."""
         own = np.arange(self.many, self.many + many)
-        self.many += many
+        self.many, self._edges = self.many + many, None
         fits = came >= 0
         self._before.append(came[fits])
         self._after.append(own[which[fits]])
@@ -155,16 +157,19 @@ class Nodes:
         while len(todo):
             found[todo] = True
             _, place = spread(bounds[todo], bounds[todo + 1])
-            todo = np.unique(before[place])
-            todo = todo[~found[todo]]
+            todo = before[place]
+            todo = once(todo[~found[todo]])
         return found
 
     def _backwards(self) -> tuple[Whole, Whole]:
         """Return the nodes that each one comes from, one after the other, and their bounds."""
-        before = np.concatenate(self._before or [np.empty(0, np.int64)])
-        after = np.concatenate(self._after or [np.empty(0, np.int64)])
-        order = np.argsort(after, kind="stable")
-        return before[order], np.searchsorted(after[order], np.arange(self.many + 1))
+        if self._edges is None:
+            before = np.concatenate(self._before or [np.empty(0, np.int64)])
+            after = np.concatenate(self._after or [np.empty(0, np.int64)])
+            order = np.argsort(after, kind="stable")
+            bounds = np.searchsorted(after[order], np.arange(self.many + 1))
+            self._edges = before[order], bounds
+        return self._edges
 
     def behind(self, line: Whole, node: Whole) -> Mask:
         """Tell, of nodes of some lines, which go on in another one of the same line, (N,) bool.
@@ -188,8 +193,8 @@ class Nodes:
         while len(todo):
             base, last = todo - todo % max(self.many, 1), todo % max(self.many, 1)
             one, place = spread(bounds[last], bounds[last + 1])
-            todo = np.unique(base[one] + before[place])
-            todo = todo[~behind[todo]]
+            todo = base[one] + before[place]
+            todo = once(todo[~behind[todo]])
             behind[todo] = True
         found: Mask = behind[own * self.many + node]
         return found

@@ -51,6 +51,12 @@ def starts_of(numbers: Numbers) -> Mask:
     return starts
 
 
+def once(numbers: Whole) -> Whole:
+    """Return the different numbers, growing; what numpy has for this imports much."""
+    numbers = np.sort(numbers)
+    return numbers[starts_of(numbers)]
+
+
 def smallest_from_here(values: Whole, groups: Whole) -> Whole:
     """Return for each place the smallest value from there to the end of its group.
 

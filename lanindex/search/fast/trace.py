@@ -189,7 +189,6 @@ class _Line(Recall):
 
     def __init__(self, setting: _Setting, program: Program, *, timed: bool = False) -> None:
         super().__init__(setting, program, timed=timed, tracked=True)
-        self._nodes: tuple[list[int], ...] | None = None
 
     def found(self, begun: list[Mask] | None = None, within: Whole | None = None) -> Found:
         """Return all ways; of a line beside those that can lie in the hit, if they have to."""
@@ -205,7 +204,6 @@ class _Line(Recall):
                     events.start <= high[events.capture]
                 )
         self.ends = found = super().found(begun, within)
-        self._nodes = None
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1
@@ -255,30 +253,23 @@ class _Line(Recall):
 
     def lines(self, end: int) -> Iterator[list[Taken]]:
         """Yield what the line took on its way to an end, then what each one beside it took."""
-        if self._nodes is None:
-            self._nodes = self._listed()
-        states, events, came, links = self._nodes
-        way, joined, node = list[int](), [int(self.ends.memory.link[end])], int(self.ends.node[end])
+        way, joined = [], [int(self.ends.memory.link[end])]
+        node = int(self.ends.node[end])
         while node >= 0:
-            way.append(node)
-            joined.append(links[node])
-            node = came[node]
-        own = self._program.states
-        yield [took(self._block, own[states[it]], events[it]) for it in reversed(way)]
+            state, event, node, link = self._node(node)
+            way.append(took(self._block, self._program.states[state], event))
+            joined.append(link)
+        yield way[::-1]
         for link in reversed(joined):
             for line, place in self._setting.joins.listed(link):
                 yield from line.lines(place)
 
-    def _listed(self) -> tuple[list[int], ...]:
-        """Return of each node its state, its event, the node that it comes from, and its link."""
-        tables = [rows for _, rows in self._tables]
-        states = [state for state, rows in self._tables for _ in range(len(rows))]
-        events = [event for rows in tables for event in rows.columns[EVENT].tolist()]
-        came, links = (
-            [one for rows in tables for one in getattr(rows, name).tolist()]
-            for name in ("came", "link")
-        )
-        return states, events, came, links
+    def _node(self, node: int) -> tuple[int, int, int, int]:
+        """Return the state of a node, its event, the node that it comes from, and its link."""
+        table = bisect(self._begins, node) - 1
+        state, rows = self._tables[table]
+        place = node - self._begins[table]
+        return state, int(rows.columns[EVENT, place]), int(rows.came[place]), int(rows.link[place])
 
 
 class _Joins(Joins):
@@ -287,9 +278,8 @@ class _Joins(Joins):
     def __init__(self) -> None:
         self._lines: list[_Line] = []
         self._begins = [0]
-        self._many = 0
         self._added: list[tuple[Whole, Whole]] = []
-        self._listed: list[tuple[int, int]] = []
+        self._firsts = [0]
 
     def ended(self, line: Recall, many: int) -> Whole:
         """Return numbers for the ends of a line."""
@@ -301,19 +291,17 @@ class _Joins(Joins):
 
     def add(self, link: Whole, end: Whole) -> Whole:
         """Return the links of ways that some ends join."""
-        own = np.arange(self._many, self._many + len(end))
-        self._many += len(end)
+        first = self._firsts[-1]
         self._added.append((link, end))
-        return own
+        self._firsts.append(first + len(end))
+        return np.arange(first, first + len(end))
 
     def listed(self, link: int) -> list[tuple[_Line, int]]:
         """Return the ends that a link tells of, the first that joined first: lines and places."""
-        for before, ends in self._added:
-            self._listed += zip(before.tolist(), ends.tolist(), strict=True)
-        self._added.clear()
         found: list[tuple[_Line, int]] = []
         while link >= 0:
-            link, end = self._listed[link]
+            table = bisect(self._firsts, link) - 1
+            link, end = (int(it[link - self._firsts[table]]) for it in self._added[table])
             place = bisect(self._begins, end) - 1
             found.append((self._lines[place], end - self._begins[place]))
         return found[::-1]
