@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, spread, starts_of
+from lanindex.search.fast.ragged import FAR, Mask, Whole, in_order, smallest_in, spread, starts_of
 
 FORBIDDEN = ("without", "never")
 """Relations of what must not happen."""
@@ -240,11 +240,33 @@ def hulls(
         Which line, growing, and low and high.
     """
     if relation == "with":
-        line, other = _sharing(lines, others, limits(relation, lines, margins))
-    else:
-        line, other = pairs(relation, lines, others, margins)
+        return _sharing_hulls(lines, others, limits(relation, lines, margins))
+    line, other = pairs(relation, lines, others, margins)
     low = np.minimum(lines.low[line], others.lines.low[other])
     return smallest(line, low, np.maximum(lines.high[line], others.lines.high[other]))
+
+
+def _sharing_hulls(lines: Stretches, others: Others, limit: Limits) -> tuple[Whole, Whole, Whole]:
+    """Return the same as `hulls` of lines that share a frame with others, or lie near enough.
+
+    Where one that begins no sooner ends no later, the hull is that of the line: of the others
+    nothing need be known.
+    """
+    held = np.zeros(len(lines), bool)
+    if others.lines.plain:
+        base = lines.capture * FAR
+        first = np.searchsorted(others.starts, base + lines.low)
+        behind = np.searchsorted(others.starts, base + limit.begin_last, "right")
+        held = smallest_in(others.lines.until, first, behind, FAR) <= lines.high
+    left, done = np.flatnonzero(~held), np.flatnonzero(held)
+    line, other = _sharing(lines.at(left), others, limit.at(left))
+    low = np.minimum(lines.low[left[line]], others.lines.low[other])
+    high = np.maximum(lines.high[left[line]], others.lines.high[other])
+    line, low, high = smallest(left[line], low, high)
+    line = np.concatenate((line, done))
+    order = np.argsort(line, kind="stable")
+    low, high = np.append(low, lines.low[done]), np.append(high, lines.high[done])
+    return line[order], low[order], high[order]
 
 
 def _sharing(lines: Stretches, others: Others, limit: Limits) -> tuple[Whole, Whole]:

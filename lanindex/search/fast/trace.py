@@ -28,6 +28,7 @@ from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Due, Joins, Setting
+from lanindex.search.fast.tails import ONLY
 from lanindex.search.fast.told import Taken, Told, took
 from lanindex.search.language.query import Query
 
@@ -187,8 +188,17 @@ class _Line(Recall):
 
     _setting: _Setting
 
-    def __init__(self, setting: _Setting, program: Program, *, timed: bool = False) -> None:
-        super().__init__(setting, program, timed=timed, tracked=True)
+    def __init__(
+        self,
+        setting: _Setting,
+        program: Program,
+        *,
+        timed: bool = False,
+        enough: str | None = None,
+    ) -> None:
+        super().__init__(setting, program, timed=timed, tracked=True, enough=enough)
+        if self._tails and not all(self._tails.settled[it.state] for it in program.entries):
+            self._tails = None
 
     def found(self, begun: list[Mask] | None = None, within: Whole | None = None) -> Found:
         """Return all ways; of a line beside those that can lie in the hit, if they have to."""
@@ -207,6 +217,7 @@ class _Line(Recall):
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1
+            columns[COST] = np.maximum(columns[COST], found.cost)
             found = replace(found, memory=replace(found.memory, columns=columns))
         return found
 
@@ -253,6 +264,9 @@ class _Line(Recall):
 
     def lines(self, end: int) -> Iterator[list[Taken]]:
         """Yield what the line took on its way to an end, then what each one beside it took."""
+        if self.ends.row[end] < 0:
+            yield from self._followed_on(end)
+            return
         way, joined = [], [int(self.ends.memory.link[end])]
         node = int(self.ends.node[end])
         while node >= 0:
@@ -263,6 +277,16 @@ class _Line(Recall):
         for link in reversed(joined):
             for line, place in self._setting.joins.listed(link):
                 yield from line.lines(place)
+
+    def _followed_on(self, end: int) -> Iterator[list[Taken]]:
+        """Yield the lines of a way of which only the beginning and the value are known."""
+        begun = [np.zeros(len(fits), bool) for fits in self.roots()]
+        begun[self.ends.entry[end]][self.ends.root[end]] = True
+        line = _Line(self._setting, self._program)
+        found = line.found(begun)
+        fits = np.flatnonzero(found.until == self.ends.until[end])
+        clearest = int(fits[found.memory.columns[COST, fits].argmin()])
+        return line.lines(clearest)
 
     def _node(self, node: int) -> tuple[int, int, int, int]:
         """Return the state of a node, its event, the node that it comes from, and its link."""
@@ -320,7 +344,8 @@ class _Partners(Partners):
 
     def _walk(self, program: Program, enough: str | None) -> Recall:
         assert isinstance(self._setting, _Setting)
-        return _Line(self._setting, program)
+        # where each beginning has one way, its value tells all but the symbols
+        return _Line(self._setting, program, enough=enough if enough == ONLY else None)
 
 
 def _lying_in(program: Program) -> set[Program]:
