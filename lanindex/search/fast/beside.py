@@ -249,23 +249,27 @@ def hulls(
 def _sharing_hulls(lines: Stretches, others: Others, limit: Limits) -> tuple[Whole, Whole, Whole]:
     """Return the same as `hulls` of lines that share a frame with others, or lie near enough.
 
-    Where one that begins no sooner ends no later, the hull is that of the line: of the others
-    nothing need be known.
+    Of those that begin no sooner only the first to end counts, and of those that began before only
+    such as end before that one does.
     """
-    held = np.zeros(len(lines), bool)
+    base, until = lines.capture * FAR, others.lines.until
+    soonest, settled = lines.high, np.zeros(len(lines), bool)
     if others.lines.plain:
-        base = lines.capture * FAR
-        first = np.searchsorted(others.starts, base + lines.low)
+        first = np.searchsorted(others.latest, base + limit.end_first)
+        own = np.searchsorted(others.starts, base + lines.low)
         behind = np.searchsorted(others.starts, base + limit.begin_last, "right")
-        held = smallest_in(others.lines.until, first, behind, FAR) <= lines.high
-    left, done = np.flatnonzero(~held), np.flatnonzero(held)
+        soonest = np.maximum(smallest_in(until, own, behind, FAR), lines.high)
+        before = smallest_in(until, np.minimum(first, own), own, FAR)
+        settled = (soonest < FAR) & ((soonest == lines.high) | (before >= soonest))
+    left, done = np.flatnonzero(~settled), np.flatnonzero(settled)
     line, other = _sharing(lines.at(left), others, limit.at(left))
-    low = np.minimum(lines.low[left[line]], others.lines.low[other])
-    high = np.maximum(lines.high[left[line]], others.lines.high[other])
-    line, low, high = smallest(left[line], low, high)
+    line = left[line]
+    low = np.minimum(lines.low[line], others.lines.low[other])
+    high = np.maximum(lines.high[line], others.lines.high[other])
+    line, low, high = smallest(line, low, high)
     line = np.concatenate((line, done))
     order = np.argsort(line, kind="stable")
-    low, high = np.append(low, lines.low[done]), np.append(high, lines.high[done])
+    low, high = np.append(low, lines.low[done]), np.append(high, soonest[done])
     return line[order], low[order], high[order]
 
 

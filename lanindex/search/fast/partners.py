@@ -350,7 +350,8 @@ class Partners:
 def _pieces(relation: str, line: Standing, others: Others) -> Iterator[Whole]:
     """Yield ways, so many at once that the pairs of them and others keep within the budget."""
     most, every = min(budget.rows(4 * PAIR), MOST_AT_ONCE), np.arange(len(line.place))
-    if len(every) * len(others) <= most:
+    few = len(every) * len(others) <= most
+    if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
         yield every
         return
     many = beside.many(relation, line.here, beside.Others(others.lines), line.margins)

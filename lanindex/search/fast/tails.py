@@ -97,8 +97,8 @@ class Tails:
             begins = setting.block.events(program.states[state]).passing
             self.free[state] &= not (begins & setting.alive(program)[state]).any()
         wanted = [setting.wanted(program, it.number) for it in program.states]
-        alive = zip(wanted, setting.alive(program), strict=True)
-        few = sum((one & other).sum() for one, other in alive) <= FEW * len(setting.block)
+        pairs = zip(wanted, setting.alive(program), strict=True)
+        few = sum((one & other).sum() for one, other in pairs) <= FEW * len(setting.block)
         starting = [setting.block.events(state).starting for state in program.states]
         if end == ONLY:
             if any(it.any() for it in wanted):
@@ -106,7 +106,9 @@ class Tails:
             first, last = (_best(setting, program, wanted, it) for it in (FIRST, LAST))
             both = zip(first, last, strict=True)
             self.best = [np.where(end_of(one) == end_of(other), one, -1) for one, other in both]
-            self.on = self.ending = [it < 0 for it in self.best]
+            alive = setting.alive(program)
+            self.on = [(it < 0) & fits for it, fits in zip(self.best, alive, strict=True)]
+            self.ending = self.on
             self.entered = [np.ones(len(it), bool) for it in self.best]
             self.settled = [
                 free and not on.any() for free, on in zip(self.free, self.on, strict=True)
