@@ -26,6 +26,11 @@ COST_BITS = 10
 _COST = (1 << COST_BITS) - 1
 
 
+Ahead = tuple[Whole, Whole, Whole, Whole | None]
+"""(N,) values of the events of an edge's next state; of each event before, where those that follow
+begin and end: among these, or in a list of places."""
+
+
 def value_of(end: Whole, cost: Whole) -> Whole:
     """Return end and cost as one number: the smaller, the better."""
     return (end << COST_BITS) | cost
@@ -124,6 +129,15 @@ class Backwards:
             fits = begins(self._block, state, self._block.events(state), arrow)
             values = np.where(fits, values, NONE)
         return values
+
+    def ahead(self, edge: Edge) -> Ahead:
+        """Return the values that an edge enters, and which of them it leads to."""
+        state = edge.exit.state
+        low, high, targets = self.reach(
+            edge, self._block.events(self._program.states[state])
+        ).listed()
+        leaves = may_leave(self._block, self._program, edge.exit)
+        return self.entered(edge), low, np.where(leaves, high, low), targets
 
     def _beyond(self, state: int, within: frozenset[int] = frozenset()) -> Whole:
         """Return the best values that a state's edges lead to, but for those among some states."""

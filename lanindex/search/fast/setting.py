@@ -182,7 +182,7 @@ class Setting:
         self.contested: dict[Program, set[int]] = {}
         self.outside: set[Program] = set()
         self._rivals: dict[Program, set[Program]] = {}
-        self._values: dict[Program, list[Whole]] = {}
+        self._backwards: dict[Program, Backwards] = {}
         self._alive: dict[Program, list[Mask]] = {}
         self._wanted: dict[tuple[Program, str], Whole] = {}
         self._lanes: dict[str, int] = {}
@@ -228,16 +228,16 @@ class Setting:
                 found = True
         return found
 
-    def values(self, program: Program) -> list[Whole]:
-        """Return the values of a line, as `Backwards` has them."""
-        if program not in self._values:
-            self._values[program] = Backwards(self.block, program).values
-        return self._values[program]
+    def backwards(self, program: Program) -> Backwards:
+        """Return the values of a line."""
+        if program not in self._backwards:
+            self._backwards[program] = Backwards(self.block, program)
+        return self._backwards[program]
 
     def alive(self, program: Program) -> list[Mask]:
         """Tell the same as `alive_in`."""
         if program not in self._alive:
-            self._alive[program] = alive_in(self.block, program, self.values(program))
+            self._alive[program] = alive_in(self.block, program, self.backwards(program).values)
         return self._alive[program]
 
     def _wanting(self, program: Program, part: str) -> Whole:

@@ -126,7 +126,7 @@ def _best(setting: Setting, program: Program, wanted: list[Mask], end: str) -> l
     """Return by state and event the values of ways that end first, or last, -1: there is none."""
     found = []
     if end == FIRST and not any(it.any() for it in wanted):
-        ahead = setting.values(program)
+        ahead = setting.backwards(program).values
     else:
         ahead = _Ahead(setting, program, wanted, end).values
     for values in ahead:

@@ -22,13 +22,14 @@ from lanindex.search.fast.beside import FORBIDDEN, NO_FRAMES
 from lanindex.search.fast.block import Block
 from lanindex.search.fast.conditions import Source
 from lanindex.search.fast.ends import Found
+from lanindex.search.fast.lines import Ahead, cost_of, end_of
 from lanindex.search.fast.memory import EVENT, Memory, Nodes
 from lanindex.search.fast.mirrored import Mirrored, Mirroring, repeats
 from lanindex.search.fast.partners import Partners
 from lanindex.search.fast.ragged import FAR, Mask, Whole, starts_of
 from lanindex.search.fast.recall import Recall
 from lanindex.search.fast.setting import Due, Joins, Setting
-from lanindex.search.fast.tails import ONLY
+from lanindex.search.fast.tails import ONLY, enough
 from lanindex.search.fast.told import Taken, Told, took
 from lanindex.search.language.query import Query
 
@@ -143,7 +144,9 @@ class _Setting(Setting):
         self.span = np.empty(0, np.int64), np.empty(0, np.int64)
         self.enter(program)
         self.company = _Partners(self, program)
-        self._line = _Line(self, program, timed=bool(self.asked.rhythm))
+        # where each beginning has one way, its value tells all but the symbols
+        only = ONLY if enough(program) == ONLY else None
+        self._line = _Line(self, program, timed=bool(self.asked.rhythm), enough=only)
 
     def tried(self, capture: Whole) -> Mask | None:
         """Refuse nothing: what was found can be told."""
@@ -197,6 +200,7 @@ class _Line(Recall):
         enough: str | None = None,
     ) -> None:
         super().__init__(setting, program, timed=timed, tracked=True, enough=enough)
+        self._ahead: dict[int, Ahead] = {}
         if self._tails and not all(self._tails.settled[it.state] for it in program.entries):
             self._tails = None
 
@@ -217,8 +221,13 @@ class _Line(Recall):
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1
-            columns[COST] = np.maximum(columns[COST], found.cost)
             found = replace(found, memory=replace(found.memory, columns=columns))
+        return found
+
+    def _settled_best(self, state: int, rows: Memory) -> tuple[Memory, Memory]:
+        found = super()._settled_best(state, rows)
+        columns = self._settling[-1].columns
+        columns[COST] = np.maximum(columns[COST], cost_of(columns[EVENT]))
         return found
 
     def _settled(self, state: int, tables: list[Memory]) -> Memory:
@@ -264,11 +273,12 @@ class _Line(Recall):
 
     def lines(self, end: int) -> Iterator[list[Taken]]:
         """Yield what the line took on its way to an end, then what each one beside it took."""
-        if self.ends.row[end] < 0:
-            yield from self._followed_on(end)
-            return
-        way, joined = [], [int(self.ends.memory.link[end])]
+        way, joined = list[Taken](), [int(self.ends.memory.link[end])]
         node = int(self.ends.node[end])
+        if self.ends.row[end] < 0:
+            state, event, _, _ = self._node(node)
+            steps = self._by_values(state, event)[::-1]
+            way += [took(self._block, self._program.states[it], place) for it, place in steps[:-1]]
         while node >= 0:
             state, event, node, link = self._node(node)
             way.append(took(self._block, self._program.states[state], event))
@@ -278,15 +288,30 @@ class _Line(Recall):
             for line, place in self._setting.joins.listed(link):
                 yield from line.lines(place)
 
-    def _followed_on(self, end: int) -> Iterator[list[Taken]]:
-        """Yield the lines of a way of which only the beginning and the value are known."""
-        begun = [np.zeros(len(fits), bool) for fits in self.roots()]
-        begun[self.ends.entry[end]][self.ends.root[end]] = True
-        line = _Line(self._setting, self._program)
-        found = line.found(begun)
-        fits = np.flatnonzero(found.until == self.ends.until[end])
-        clearest = int(fits[found.memory.columns[COST, fits].argmin()])
-        return line.lines(clearest)
+    def _by_values(self, state: int, event: int) -> list[tuple[int, int]]:
+        """Return the states and events of the clearest way from an event to where it best ends."""
+        value = self._setting.backwards(self._program).values[state][event]
+        end, cost = int(end_of(value)), int(cost_of(value))
+        way: list[tuple[int, int]] = []
+        following: tuple[int, int] | None = state, event
+        while following:
+            way.append(following)
+            following = self._following(*following, end, cost)
+        return way
+
+    def _following(self, state: int, event: int, end: int, cost: int) -> tuple[int, int] | None:
+        """Return the state and event that an event leads to, if it ends so and costs no more."""
+        for edge in self._program.edges[state]:
+            if id(edge) not in self._ahead:
+                self._ahead[id(edge)] = self._setting.backwards(self._program).ahead(edge)
+            entered, low, high, targets = self._ahead[id(edge)]
+            places = np.arange(low[event], high[event])
+            places = places if targets is None else targets[places]
+            ahead = entered[places]
+            fits = (end_of(ahead) == end) & (cost_of(ahead) <= cost)
+            if fits.any():
+                return edge.entry.state, int(places[fits.argmax()])
+        return None
 
     def _node(self, node: int) -> tuple[int, int, int, int]:
         """Return the state of a node, its event, the node that it comes from, and its link."""
@@ -344,7 +369,6 @@ class _Partners(Partners):
 
     def _walk(self, program: Program, enough: str | None) -> Recall:
         assert isinstance(self._setting, _Setting)
-        # where each beginning has one way, its value tells all but the symbols
         return _Line(self._setting, program, enough=enough if enough == ONLY else None)
 
 
