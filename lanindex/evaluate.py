@@ -26,7 +26,7 @@ from lanindex.pipeline.patience import Patience, Tell, silent
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 from lanindex.search.language import Query, parse
-from lanindex.search.language.saved import pattern_in
+from lanindex.search.language.score import pattern_in
 
 if TYPE_CHECKING:
     from lanindex.encode.profile import Profile

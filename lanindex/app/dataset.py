@@ -130,7 +130,7 @@ def _asked(
     from lanindex.pipeline.dataset import of_hits
     from lanindex.pipeline.dataset.texts import of_pattern
     from lanindex.pipeline.words import meant, named
-    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.language.score import pattern_in
     from lanindex.search.stages import hits_in
 
     text = pattern_in(what)
@@ -145,7 +145,7 @@ def _labelled(library: Library, patterns: Path, how: Mapping[str, Any]) -> Itera
     from lanindex.evaluate import read_patterns
     from lanindex.pipeline.dataset import of_hits
     from lanindex.pipeline.dataset.texts import of_pattern
-    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.language.score import pattern_in
     from lanindex.search.stages import hits_in
 
     labels = library.called("label")

@@ -6,7 +6,7 @@ import pytest
 from conftest import REPOSITORY
 
 from lanindex.pipeline import Library, open_library
-from lanindex.search.language.saved import pattern_in
+from lanindex.search.language.score import pattern_in
 from lanindex.search.stages import hits_in
 
 SCORES = sorted((REPOSITORY / "corpus").glob("*.lnd"))

@@ -9,7 +9,7 @@ import lanindex
 from lanindex.errors import NotationError, PatternError
 from lanindex.notation import NOTATIONS, WRITTEN, write
 from lanindex.search.language import parse
-from lanindex.search.language.saved import pattern_in
+from lanindex.search.language.score import pattern_in
 
 
 def test_a_pattern_in_a_file(tmp_path: Path):

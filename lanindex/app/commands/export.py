@@ -151,7 +151,7 @@ def _wanted(
 ) -> Iterable[Request]:
     """Return what is to be cut."""
     from lanindex.pipeline.requests import from_hits, from_lines, from_range
-    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.language.score import pattern_in
     from lanindex.search.stages import hits_in
 
     capture, begin, end = span

@@ -119,7 +119,7 @@ def run(
         asked = alike.Asked(pattern, like, rerank, explain, count, limit)
         return alike.run(out, asked, db, timeout=timeout, **among)
     from lanindex.pipeline import open_library
-    from lanindex.search.language.saved import pattern_in
+    from lanindex.search.language.score import pattern_in
 
     asked_for, pattern = pattern, pattern_in(pattern)
     _refuse_fuzzy(fuzzy, why)

@@ -3,7 +3,7 @@
 Nothing here knows a capture. The page that rules this room is ``lanindex/search/LANGUAGE.md``.
 """
 
-from lanindex.search.language.grammar import parse
+from lanindex.search.language.parser import parse
 from lanindex.search.language.query import Query
 
 __all__ = ["Query", "parse"]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from lanindex.errors import UsageError
-from lanindex.search.language.grammar import parse
+from lanindex.search.language.parser import parse
 from lanindex.search.language.query import Bracket, Choice, Item, Line, Query, Step
 
 

@@ -1,25 +1,33 @@
-"""What stands behind a pattern, as a tree: conditions of ``where``, and the stages of a pipe.
+"""What stands behind a pattern: conditions of ``where``, and the stages of a pipe.
 
-Every node prints as it is written.
+First the syntax tree, of which every node prints as it is written; then how a condition is read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
 from lanindex.alphabet import MEASURES
+from lanindex.errors import PatternError
+from lanindex.model.measures import GRADES
+from lanindex.search.language.lexer import COUNT, Cursor, Token
+from lanindex.search.language.suggestions import unknown_word
 from lanindex.search.language.times import Time, decimal
+from lanindex.search.language.words import ANY, LANGUAGE, RELATIVE, THINGS, UNITS, VALUES
 
 CLIP, MATCH = "clip", "match"
 """What may be spoken of besides labels: the capture, and all that matched."""
 
-FIELDS = (
-    *("part", "direction", "level", "start", "end", "length", "swings", "margin", "else"),
-    *("degrees", "feet", "bend", "touched", "carrier", *MEASURES),
-)
-"""What a label, or `MATCH`, has; `CLIP` has the capture's own columns."""
+FIELDS = {
+    **{"part": "part", "direction": "direction", "level": "level"},
+    **{"start": "time", "end": "time", "length": "time"},
+    **{"swings": "number", "margin": "number", "else": "direction", "degrees": "number"},
+    **{"feet": "feet", "bend": "number", "touched": "touched", "carrier": "carrier"},
+    **dict.fromkeys(MEASURES, "number"),
+}
+"""What a label, or `MATCH`, has, and what it is; `CLIP` has the capture's own columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +38,6 @@ class Reference:
     field: str
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f"{self.name}.{self.field}"
 
 
@@ -41,7 +48,6 @@ class Number:
     value: Fraction
 
     def __str__(self) -> str:
-        """Return it as written."""
         return decimal(self.value)
 
 
@@ -52,7 +58,6 @@ class Text:
     text: str
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f'"{self.text}"'
 
 
@@ -64,7 +69,6 @@ class Value:
     value: str
 
     def __str__(self) -> str:
-        """Return it as written."""
         return self.value
 
 
@@ -73,18 +77,11 @@ Term = Reference | Time | Number | Text | Value
 
 @dataclass(frozen=True, slots=True)
 class Sum:
-    """Terms added up and taken away; of one term alone it is that one.
-
-    Attributes
-    ----------
-    terms : tuple of tuple of int and Term
-        1 or -1 with each.
-    """
+    """Terms added up and taken away, with 1 or -1 for each; of one term alone it is that one."""
 
     terms: tuple[tuple[int, Term], ...]
 
     def __str__(self) -> str:
-        """Return it as written."""
         said = "".join(f" {'+' if sign > 0 else '-'} {term}" for sign, term in self.terms)
         return said.removeprefix(" + ")
 
@@ -98,7 +95,6 @@ class Comparison:
     right: Sum
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f"{self.left} {self.compare} {self.right}"
 
 
@@ -110,7 +106,6 @@ class Mirrors:
     second: str
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f"{self.first} mirrors {self.second}"
 
 
@@ -124,7 +119,6 @@ class Count:
     by: Reference | None = None
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f"count by {self.by}" if self.by else "count"
 
 
@@ -135,7 +129,6 @@ class Sort:
     by: Reference
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f"sort by {self.by}"
 
 
@@ -146,7 +139,6 @@ class First:
     count: int
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f"first {self.count}"
 
 
@@ -162,3 +154,256 @@ def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
                 yield from (term for term in terms if isinstance(term, Reference))
             case Count(by=Reference() as by) | Sort(by=by):
                 yield by
+
+
+# Reading a condition.
+
+_NOUNS = {
+    "part": "a part",
+    "direction": "a direction",
+    "level": "a level",
+    "feet": "a kind of jump",
+    "touched": "a thing touched",
+    "carrier": "a carrier",
+    "number": "a number",
+    "time": "a time",
+    "text": "a text",
+    "clip": "a text or a number",
+}
+"""Every type of a term, and what it is called."""
+
+_ORDERED = ("time", "number", "level", "text", "clip")
+"""What can be more or less."""
+
+_COMPARABLE = [{"part", "text"}, {"clip", "text"}, {"clip", "number"}, {"clip", "part"}]
+"""Of two types, what can still be compared."""
+
+_COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")
+"""What people ask a clip for."""
+
+_FIELD_ALIASES = {
+    **{"duration": "length", "time": "length", "begin": "start", "stop": "end"},
+    **{"height": "level", "fit": "margin", "limb": "part"},
+    **{"velocity": "speed", "pace": "speed", "extent": "size", "angle": "size"},
+}
+
+_NO_TERM = {
+    "not": "A condition is not denied but turned round: a.level != high",
+    "(": "Conditions stand without brackets; + and - add times up from left to right.",
+    "-": "Times and numbers are 0 or more; turn it round: a.start - b.end < 1s",
+    "'": 'Double quotation marks, please: clip.label = "wave"',
+}
+"""What stands where a term should, and what to do about it."""
+
+
+def _type(term: Term) -> str:
+    match term:
+        case Reference(name=name, field=field):
+            return "clip" if name == CLIP else FIELDS[field]
+        case Value(kind=kind):
+            return kind
+    return {Time: "time", Number: "number", Text: "text"}[type(term)]
+
+
+def condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
+    """Read a condition, which begins here, of a pattern with some labels."""
+    if cursor.token.kind == "word" and cursor.ahead(1).text == "mirrors":
+        return _mirrors_at(cursor, labels)
+    begin = cursor.token
+    left = _sum_at(cursor, labels)
+    compare = cursor.take("compare") or cursor.take("mark", "=", "!=")
+    if compare is None:
+        if cursor.stands("word", "mirrors"):
+            raise cursor.error("Two labels: a mirrors b", begin, cursor.token)
+        if cursor.stands("word") or cursor.token.text in ("*", "/"):
+            raise cursor.error("Here goes =, !=, <, <=, > or >=: a.level = high")
+        raise cursor.error_since(begin, "Compared with what? a.level = high")
+    if again := cursor.take("mark", "="):
+        remedy = "Write != once." if compare.text == "!=" else 'One "=" is enough.'
+        raise cursor.error(remedy, compare, again)
+    right = _sum_at(cursor, labels)
+    types = [_type(side.terms[0][1]) for side in (left, right)]
+    things = next((THINGS[it] for it in types if it in THINGS), {})
+    said = Comparison(_with_things(left, things), compare.text, _with_things(right, things))
+    if found := _complaint(cursor, said):
+        raise cursor.error_since(begin, found)
+    return said
+
+
+def _with_things(side: Sum, things: dict[str, tuple[str, str]]) -> Sum:
+    """Understand a word that is compared with what a hand touches, or what carries, as such."""
+    match side.terms:
+        case ((sign, Text(text)),) if text in things:
+            return Sum(((sign, Value(*things[text])),))
+    return side
+
+
+def _mirrors_at(cursor: Cursor, labels: Collection[str]) -> Mirrors:
+    first = _label_at(cursor, labels)
+    cursor.advance()
+    if cursor.token.kind != "word":
+        raise cursor.error("Another label follows: a mirrors b", cursor.before)
+    second = _label_at(cursor, labels)
+    if first == second:
+        raise cursor.error("Two labels: a mirrors b", cursor.before)
+    return Mirrors(first, second)
+
+
+def _label_at(cursor: Cursor, labels: Collection[str]) -> str:
+    if cursor.token.text not in labels:
+        raise cursor.error(_no_label(cursor.token.text, labels))
+    return cursor.advance().text
+
+
+def _no_label(name: str, labels: Collection[str]) -> str:
+    if labels:
+        return f'There is no label "{name}". There is: {" ".join(labels)}'
+    return f'There is no label "{name}". It stands before a step: {name}: r_arm high'
+
+
+def reference_at(cursor: Cursor, labels: Collection[str]) -> Reference:
+    """Read what a term or a stage speaks of: ``a.start``, ``match.length``, ``clip.label``."""
+    token = cursor.token
+    name, names = token.text, (*labels, CLIP, MATCH)
+    taken = name in (*LANGUAGE, *VALUES) and name not in (*names, *FIELDS)
+    if token.kind != "word" or taken:
+        raise cursor.error("Of what? match.start, match.length, clip.label, or a label: a.start")
+    if cursor.ahead(1).text != ".":
+        raise cursor.error(_no_reference(name, labels))
+    if name not in names:
+        raise cursor.error(_no_label(name, labels))
+    cursor.advance()
+    dot, field = cursor.advance(), cursor.token
+    if field.kind != "word":
+        known = " ".join(FIELDS) if name != CLIP else "clip.label, clip.path or another column"
+        raise cursor.error(f"A field follows: {known}", token, dot)
+    if name != CLIP and field.text not in FIELDS:
+        raise cursor.error(_no_field(name, field.text))
+    return Reference(name, cursor.advance().text)
+
+
+def _no_reference(name: str, labels: Collection[str]) -> str:
+    if name in FIELDS:
+        label = next(iter(labels), "")
+        return f'"{name}" of what? match.{name}' + (f", {label}.{name}" if label else "")
+    if name in _COLUMNS:
+        return f'"{name}" of what? clip.{name}'
+    if name in labels or name in (CLIP, MATCH):
+        return f"What of it? {name}.{'label' if name == CLIP else 'start'}"
+    return f'"{name}" of what? match.start, clip.label, or a label: a.start'
+
+
+def _no_field(name: str, field: str) -> str:
+    from rapidfuzz import process
+
+    guess = process.extractOne(field, list(FIELDS), score_cutoff=60)
+    near = _FIELD_ALIASES.get(field) or (guess[0] if guess else "")
+    meant = f"Did you mean {name}.{near}?" if near else f"It has: {' '.join(FIELDS)}"
+    return f'"{name}" has no "{field}". {meant}'
+
+
+def _sum_at(cursor: Cursor, labels: Collection[str]) -> Sum:
+    first = _term_at(cursor, labels)
+    terms = [(1, first)]
+    while sign := cursor.take("mark", "+", "-"):
+        begin = cursor.token
+        term = _term_at(cursor, labels)
+        terms.append((1 if sign.text == "+" else -1, term))
+        for one in (first, term):
+            if _type(one) not in ("time", "number", "clip"):
+                noun = _NOUNS[_type(one)]
+                found = f'"{one}" is {noun}: only times and numbers have a sum.'
+                raise cursor.error_since(begin, found)
+        if {_type(term), _type(first)} == {"time", "number"}:
+            raise cursor.error_since(begin, _unlike(first, term))
+    return Sum(tuple(terms))
+
+
+def _term_at(cursor: Cursor, labels: Collection[str]) -> Term:
+    token, after = cursor.token, cursor.ahead(1)
+    if token.kind == "number":
+        timed = after.kind == "word" and after.text in UNITS
+        return cursor.time() if timed else Number(cursor.number())
+    if token.kind == "string":
+        said = cursor.text[token.start : token.stop]
+        if len(said) < 2 or not said.endswith('"'):
+            raise cursor.error("These quotation marks are never closed.", token)
+        cursor.advance()
+        return Text(said[1:-1])
+    if after.text == "." and token.kind == "word":
+        return reference_at(cursor, labels)
+    if token.kind == "word" and (value := VALUES.get(token.text)):
+        return _value_at(cursor, *value)
+    if mover := cursor.mover():
+        if mover.form != "one":
+            right, left = mover.members
+            found = f'One part is meant: {right} or {left}. "{mover}" is none by itself.'
+            raise cursor.error(found, cursor.before)
+        return Text(mover.name)
+    if any(token.text in known for known in THINGS.values()):
+        return Text(cursor.advance().text)
+    raise _no_term(cursor, token, labels)
+
+
+def _no_term(cursor: Cursor, token: Token, labels: Collection[str]) -> PatternError:
+    if token.text in _NO_TERM:
+        return cursor.error(_NO_TERM[token.text])
+    if token.text in (*labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
+        return cursor.error(_no_reference(token.text, labels))
+    if token.kind == "word" and token.text not in LANGUAGE and not COUNT.fullmatch(token.text):
+        said = cursor.said(token)
+        meant = f'A text has quotation marks: clip.label = "{said}"'
+        return cursor.error(f'I don\'t know "{said}". {meant}')
+    sentence = 'A condition goes here: a.start > 2s, a.level = high, clip.label = "wave"'
+    return cursor.error(sentence, token if token.kind != "end" else cursor.before)
+
+
+def _value_at(cursor: Cursor, kind: str, value: str) -> Value:
+    token, found = cursor.advance(), ""
+    if kind in GRADES:
+        number = f"a.{GRADES[kind]} > {'3' if kind == 'pace' else '90'}"
+        found = f'"{value}" compares with others of its kind. A condition has a number: {number}'
+    elif kind == "change":
+        is_so = "A condition speaks of what is: a.level = high"
+        found = f'"{value}" compares with the symbol before. {is_so}'
+    elif value in RELATIVE:
+        found = f'"{value}" is a direction for each side: say right or left here.'
+    elif value == ANY:
+        found = '"any" is every direction: there is nothing to compare.'
+    if found:
+        raise cursor.error(found, token)
+    return Value(kind, value)
+
+
+def _complaint(cursor: Cursor, said: Comparison) -> str | None:
+    """Return why two sides cannot be compared so, or None."""
+    (_, left), (_, right) = said.left.terms[0], said.right.terms[0]
+    types = [_type(left), _type(right)]
+    if not any(references_in([said])):
+        return "Neither side speaks of a label, of match or of clip: a.start > 1s"
+    if types[0] != types[1] and set(types) not in _COMPARABLE:
+        return _unlike(left, right)
+    unordered = next((it for it in types if it not in _ORDERED), "")
+    if said.compare not in ("=", "!=") and unordered:
+        noun = _NOUNS[unordered].capitalize()
+        return f"{noun} is neither more nor less than another: use = or !="
+    text = next((term.text for term in (left, right) if isinstance(term, Text)), None)
+    if text is not None and "part" in types:
+        mover = cursor.vocabulary.mover(text)
+        if mover is None or mover.form != "one":
+            return unknown_word(cursor.vocabulary, text, part_expected=True)
+    return None
+
+
+def _unlike(left: Term, right: Term) -> str:
+    """Return why two terms of different types cannot be compared or added up."""
+    types = [_type(left), _type(right)]
+    for term in (right, left):
+        match term:
+            case Number() if "time" in types:
+                return f"{term} what? {term}s is seconds, {term}b beats, {term}f frames."
+            case Text(text) if not {"direction", "level", "feet"}.isdisjoint(types):
+                return f"Take the quotation marks away: {text}"
+            case Value() if "clip" in types:
+                return f'A text has quotation marks: "{term}"'
+    return f"{left} is {_NOUNS[types[0]]}, {right} is {_NOUNS[types[1]]}: they cannot be compared."

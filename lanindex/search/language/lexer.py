@@ -1,4 +1,4 @@
-"""Pattern text → tokens, each with its place in the text.
+"""Pattern text → tokens, and the cursor over them: where the parser stands, and what went wrong.
 
 The lexer never fails: a character it does not know becomes a token of kind ``unknown``, so that
 the first error reported is the first one that a reader meets.
@@ -7,7 +7,14 @@ the first error reported is the first one that a reader meets.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+
+from lanindex.alphabet import SIXTHS
+from lanindex.errors import PatternError, shown
+from lanindex.search.language.times import Length, Time
+from lanindex.search.language.words import DEGREES, UNITS, Mover, Vocabulary
 
 _KINDS = {
     "comment": r"//[^\n]*",
@@ -23,27 +30,22 @@ _KINDS = {
     "unknown": r".",
 }
 _TOKEN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in _KINDS.items()), re.DOTALL)
-_SAME = {"≤": "<=", "≥": ">=", "→": "->", "…": "..."}
+_ALIASES = {"≤": "<=", "≥": ">=", "→": "->", "…": "..."}
+
+COUNT = re.compile(r"x(\d+)")
+"""A word that counts: ``x3``."""
+
+_LONGEST_NUMBER = 9
+_QUOTED = re.compile(r'"([^"]*)"')
 
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A word, number or mark of a pattern.
+    """A word, number or mark of a pattern."""
 
-    Attributes
-    ----------
-    kind : str
-        ``word``, ``number``, ``arrow``, ``dots``, ``range``, ``compare``, ``string``, ``mark``,
-        ``unknown`` or ``end``.
-    text : str
-        In lower case and one spelling: ``->`` for ``→``.
-    start, stop : int
-        Its characters in the pattern.
-    """
-
-    kind: str
-    text: str
-    start: int
+    kind: str  # a key of `_KINDS`, or "end"
+    text: str  # in lower case and one spelling: "->" for "→"
+    start: int  # its characters in the pattern
     stop: int
 
 
@@ -57,9 +59,183 @@ def tokens(text: str) -> list[Token]:
         kind, said = str(match.lastgroup), match.group()
         if kind in ("comment", "space"):
             continue
-        said = _SAME.get(said, said.lower())
+        said = _ALIASES.get(said, said.lower())
         if said == "then":
             kind, said = "arrow", "->"
         found.append(Token(kind, said, match.start(), match.end()))
     end = found[-1].stop if found else 0
     return [*found, Token("end", "", end, end)]
+
+
+class Cursor:
+    """A pattern's tokens, read from left to right, with the numbers and lengths among them.
+
+    Parameters
+    ----------
+    text : str
+        The whole pattern.
+    vocabulary : Vocabulary
+        The words it may use.
+    read : sequence of Token, optional
+        What to read of it, the last of kind ``end``; by default all.
+    """
+
+    def __init__(
+        self, text: str, vocabulary: Vocabulary, read: Sequence[Token] | None = None
+    ) -> None:
+        self.text, self.vocabulary = text, vocabulary
+        self.tokens = tokens(text) if read is None else read
+        self.index = 0
+
+    def cut(self, begin: int) -> Cursor:
+        """Return a cursor of what was read since `index` was that; it ends where this stands."""
+        stop = self.before.stop
+        read = [*self.tokens[begin : self.index], Token("end", "", stop, stop)]
+        return Cursor(self.text, self.vocabulary, read)
+
+    @property
+    def token(self) -> Token:
+        """The next token, not yet read."""
+        return self.tokens[self.index]
+
+    @property
+    def before(self) -> Token:
+        """The last token that was read; at the beginning the next one."""
+        return self.tokens[max(self.index - 1, 0)]
+
+    def ahead(self, steps: int) -> Token:
+        """Return the token that many places behind the next one."""
+        return self.tokens[min(self.index + steps, len(self.tokens) - 1)]
+
+    def advance(self) -> Token:
+        """Read a token; the end can be read again and again."""
+        token = self.token
+        self.index = min(self.index + 1, len(self.tokens) - 1)
+        return token
+
+    def stands(self, kind: str, *texts: str) -> bool:
+        """Tell whether the next token is of a kind, and one of these if any are given."""
+        return self.token.kind == kind and (not texts or self.token.text in texts)
+
+    def take(self, kind: str, *texts: str) -> Token | None:
+        """Read the next token if it is of a kind, and one of these if any are given."""
+        return self.advance() if self.stands(kind, *texts) else None
+
+    @property
+    def at_label(self) -> bool:
+        """Whether a word with a colon stands here."""
+        return self.token.kind == "word" and self.ahead(1).text == ":"
+
+    def said(self, first: Token, last: Token | None = None) -> str:
+        """Return the text from one token to another, on one line, and cut where it is long."""
+        return shown(" ".join(self.text[first.start : (last or first).stop].split()))
+
+    def error(
+        self, sentence: str, first: Token | None = None, last: Token | None = None
+    ) -> PatternError:
+        """Return an error about the next token, or about those from `first` to `last`."""
+        first = first or self.token
+        sentence = _QUOTED.sub(lambda quoted: f'"{shown(quoted[1])}"', sentence)
+        return PatternError(sentence, text=self.text, start=first.start, stop=(last or first).stop)
+
+    def error_since(self, first: Token, sentence: str) -> PatternError:
+        """Return an error about what was read from a token on."""
+        return self.error(sentence, first, self.before)
+
+    # what several tokens make together
+
+    def mover(self) -> Mover | None:
+        """Read who moves, if it is said here, in up to three words: ``r_arm``, ``right arm``."""
+        for count in (3, 2, 1):
+            some = [self.ahead(number) for number in range(count)]
+            if any(token.kind != "word" for token in some):
+                continue
+            words = [token.text for token in some]
+            known = self.vocabulary
+            if mover := known.spelt_apart(*words) if count > 1 else known.mover(words[0]):
+                self.index += count
+                return mover
+        return None
+
+    def checked(self, number: Token, digits: str = "") -> str:
+        """Return the digits of a number, unless they are too many."""
+        digits = digits or number.text
+        if len(digits) > _LONGEST_NUMBER:
+            raise self.error(f"No more than {_LONGEST_NUMBER} digits, please.", number)
+        return digits
+
+    def number(self) -> Fraction:
+        """Read a number, which stands here."""
+        return Fraction(self.checked(self.advance()))
+
+    def number_and_unit(self) -> tuple[str, str]:
+        """Return the number that stands here, also behind < or >, and what follows it; unread."""
+        number, unit = (self.ahead(self.stands("compare") + ahead) for ahead in (0, 1))
+        return (number.text, unit.text) if number.kind == "number" else ("", "")
+
+    def time(self, units: tuple[str, ...] = UNITS) -> Time:
+        """Read a time, which goes here: ``0.3s``, ``300ms``, ``9f``, ``2b``; or in other units."""
+        number = self.take("number")
+        if number is None:
+            raise self.error("A time goes here: 0.3s, 300ms, 9f, 2b", self.before)
+        said = self.checked(number)
+        if not self.stands("word", *units):
+            often = {"1": "once", "2": "twice"}.get(said, f"{said} times")
+            counted = f"; x{said} means {often}" if said.isdecimal() else ""
+            raise self.error(
+                f"{said} what? {said}s is seconds, {said}b beats, {said}f frames{counted}.", number
+            )
+        return Time(Fraction(said), self.advance().text)
+
+    def length(self, units: tuple[str, ...] = UNITS) -> Length | None:
+        """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
+        begin = self.token
+        if compare := self.take("compare"):
+            return Length(compare.text, self.time(units))
+        if not self.stands("number"):
+            return None
+        time = self.time(units)
+        if self.take("mark", "+"):
+            return Length("+", time)
+        if not self.take("range"):
+            return Length("~", time)
+        last = self.time(units)
+        if last.unit == time.unit and last.number < time.number:
+            raise self.error_since(begin, f"From more to less: write {last}..{time}")
+        return Length("..", time, last)
+
+    @property
+    def at_angle(self) -> bool:
+        """Whether an angle stands here."""
+        return self.number_and_unit()[1] == DEGREES
+
+    def angle(self) -> str:
+        """Read an angle, which stands here: ``<90deg``, ``45deg..90deg``, ``360deg+``."""
+        return str(self.length((DEGREES,)))
+
+    def sixths(self) -> str:
+        """Read a degree of bending, if one stands here: ``3``, ``3+``, ``2..4``, ``<3``."""
+        number, unit = self.number_and_unit()
+        if not number or unit in (*UNITS, DEGREES):
+            return ""
+        begin, compare = self.token, self.take("compare")
+        first = self._sixth()
+        if compare:
+            return f"{compare.text}{first}"
+        if self.take("mark", "+"):
+            return f"{first}+"
+        if not self.take("range"):
+            return first
+        last = self._sixth()
+        if last < first:
+            raise self.error_since(begin, f"From more to less: write {last}..{first}")
+        return f"{first}..{last}"
+
+    def _sixth(self) -> str:
+        token = self.advance()
+        if token.kind == "number" and token.text.isdecimal() and int(token.text) <= SIXTHS:
+            return str(int(token.text))
+        raise self.error(
+            f"A limb is bent by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+",
+            token,
+        )

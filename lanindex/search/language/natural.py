@@ -7,31 +7,48 @@ a step. Whatever is not understood to the last word is not guessed at.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator
+import tomllib
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib import resources
 from itertools import pairwise
 
 from lanindex.errors import PatternError
 from lanindex.model.measures import GRADES
-from lanindex.search.language.phrases import SINGLE, Meaning, UnclearError, meanings
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import VALUES, Vocabulary
 
 _LONGEST = 200
-_GUESS = re.compile(
+_SPELLING = re.compile(
     r'^Did you mean "[^"]*"\? '
     r'| (Did you mean "[^"]*"\?|(The parts are|It has): .*|A movement has a direction .*)$'
 )
 """What an error says to mend a word alone."""
 
+_SINGLE = ("head", "torso")
+"""Parts that have no side."""
+
 _LEGS = ("leg", "thigh", "shank")
-_HIGH = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/high"}
-_HIGH |= {"thigh": _HIGH["leg"], "palm": "high"}
+_UP = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/high"}
+_UP |= {"thigh": _UP["leg"], "palm": "high"}
 """By limb, where it is when it is up; of the others nobody can tell."""
 
-_BENT = {"upper_arm": "arm", "thigh": "leg", "arm": "arm", "leg": "leg"}
+_BENDING = {"upper_arm": "arm", "thigh": "leg", "arm": "arm", "leg": "leg"}
 """What bends, by what is said to: ``thigh`` stands for the knee, too."""
+
+_MANNERS = {"stay": "at", "rest": "hold"}
+_ORDER = ("bend", "change", "direction", "level", *GRADES)
+"""In which words are written, by kind; others are said of no limb."""
+
+
+class _UnclearError(Exception):
+    """It could mean more than one thing, or nothing that the language can say."""
+
+
+def _want(clear: bool) -> None:
+    if not clear:
+        raise _UnclearError
 
 
 def reading(text: str) -> str | None:
@@ -46,8 +63,8 @@ def reading(text: str) -> str | None:
     if len(text) > _LONGEST:
         return None
     try:
-        return _said(list(_clauses(meanings(text))))
-    except UnclearError:
+        return _pattern(_joined(list(_clauses(text))))
+    except _UnclearError:
         return None
 
 
@@ -66,42 +83,109 @@ def offer_reading(
         The parts that the library has: what names none of them is not offered.
     """
     read = reading(error.text)
-    if read is None:
-        return
     try:
-        parts = understood(read).parts
+        if read is None or understood(read).parts.isdisjoint(held):
+            return
     except PatternError:
         return
-    if parts.isdisjoint(held):
-        return
-    found = _GUESS.sub("", error.found)
+    found = _SPELLING.sub("", error.found)
     stop = "" if found.endswith((".", "?")) else "."
     error.found = f"{found}{stop} Did you mean:  {read}"
     error.args = (error.found,)
 
 
-# Clauses.
+# Phrases: a text is cut into the longest ones that are known.
+
+_TOKEN = re.compile(r"->|→|\.\.\.|…|[^\W\d]\w*|\S")
+_HALF = re.compile(r"\b(right|left|both|the|an?|his|her|their|your|my) (lower|upper) (arm|leg)")
+"""Where 'lower arm' is surely a limb, and 'lower' no verb."""
+
+_FROM = re.compile(r"(.*)\bfrom (.+?) to (.+)")
+"""From where to where: the one, and later the other."""
+
+
+@lru_cache(maxsize=1)
+def _tables() -> Mapping[str, Mapping[str, Sequence[str]]]:
+    text = resources.files("lanindex.search.language").joinpath("natural.toml").read_text("utf-8")
+    return tomllib.loads(text)
+
+
+@lru_cache(maxsize=1)
+def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
+    """Return the table that knows each phrase and what it means; with those of the language."""
+    known: dict[tuple[str, ...], tuple[str, str]] = {
+        **{(word,): ("phrases", word) for word in VALUES},
+        **{(name,): ("movers", name) for name in _movers()},
+    }
+    for table, meanings in _tables().items():
+        for meaning, phrases in meanings.items():
+            for phrase in phrases:
+                known[tuple(phrase.replace(",", " , ").split())] = (table, meaning)
+    for limb, phrases in _tables()["limbs"].items():
+        if limb not in _SINGLE:
+            known |= {tuple(f"{phrase}s".split()): ("limbs", f"{limb}s") for phrase in phrases}
+    return known
+
+
+@lru_cache(maxsize=1)
+def _movers() -> frozenset[str]:
+    return frozenset(Vocabulary().movers)
+
+
+def _plain(text: str) -> list[str]:
+    """Return the words without articles, hyphens and the stop at the end."""
+    text = re.sub(r"(?<=\w)-(?=\w)", " ", text.lower()).strip()
+    text = _HALF.sub(r"\1 \2_\3", text)
+    verbs, articles = _tables()["verbs"], _tables()["fillers"]["articles"]
+    if (said := _FROM.fullmatch(text)) and not {*text.split()}.intersection(
+        (*verbs["raise"], *verbs["lower"])  # they tell an end, and so go with no 'from'
+    ):
+        text = f"{said[1]} {said[2]} ... {said[3]}"
+    text = text.rstrip("!? ")
+    words = _TOKEN.findall(text.removesuffix(".") if not text.endswith("..") else text)
+    return [word for word in words if word not in articles]
+
+
+def _meanings(text: str) -> Iterator[tuple[str, str]]:
+    """Yield what the words of a text mean, as `_phrases` says it, the longest phrases first."""
+    words = _plain(text)
+    known = _phrases()
+    longest = max(map(len, known))
+    index = 0
+    while index < len(words):
+        for count in range(min(longest, len(words) - index), 0, -1):
+            meaning = known.get(tuple(words[index : index + count]))
+            if meaning and not _is_side(words, index + count, meaning):
+                break
+        else:
+            raise _UnclearError
+        _want(meaning[0] != "unclear")
+        if words[index] in ("right", "left") and count == 1:
+            limb = _begins_limb(words, index + 1)
+            meaning = ("sides", words[index][0]) if limb else ("phrases", words[index])
+        index += count
+        yield meaning
+
+
+def _begins_limb(words: list[str], index: int) -> bool:
+    some = (_phrases().get(tuple(words[index : index + count])) for count in (1, 2))
+    return any(meaning and meaning[0] in ("limbs", "movers") for meaning in some)
+
+
+def _is_side(words: list[str], index: int, meaning: tuple[str, str]) -> bool:
+    """Tell whether 'to right' goes on with a limb, whose side it then is."""
+    said = meaning[1] in ("right", "left") and words[index - 2 : index - 1] == ["to"]
+    return said and _begins_limb(words, index)
+
+
+# Clauses: what is said between two links.
 
 
 @dataclass(slots=True)
 class _Clause:
-    """What is said between two links.
-
-    Attributes
-    ----------
-    link : str
-        What goes before it; the first has none.
-    limb : str
-        A part, in singular or plural, or how it is called in the language.
-    side : str
-        ``r``, ``l``, ``both``, ``either`` or nothing.
-    values, verbs : list of str
-        What is said of it.
-    """
-
-    link: str = ""
-    limb: str = ""
-    side: str = ""
+    link: str = ""  # what goes before it; the first has none
+    limb: str = ""  # a part, in singular or plural, or how it is called in the language
+    side: str = ""  # r, l, both, either or nothing
     values: list[str] = field(default_factory=list)
     verbs: list[str] = field(default_factory=list)
 
@@ -111,22 +195,17 @@ class _Clause:
         return bool(self.values or self.verbs)
 
     def take(self, table: str, meaning: str) -> None:
-        """Add a word."""
+        """Add a phrase."""
         if table == "phrases":
             self.values += [meaning] if meaning not in self.values else []
         elif table == "verbs":
             self.verbs.append(meaning)
         elif table in ("limbs", "movers"):
-            self.name(meaning)
+            _want(not self.limb and not (self.side and meaning[:2] in ("r_", "l_")))
+            self.limb = meaning
         elif table == "sides":
-            if self.side or self.limb:
-                raise UnclearError
+            _want(not self.side and not self.limb)
             self.side = meaning
-
-    def name(self, limb: str) -> None:
-        if self.limb or (self.side and limb[:2] in ("r_", "l_")):
-            raise UnclearError
-        self.limb = limb
 
     @property
     def group(self) -> str:
@@ -142,53 +221,25 @@ class _Clause:
     @property
     def mover(self) -> str:
         """Who moves, in the language."""
-        if self.group in SINGLE:
+        if self.group in _SINGLE:
             name = self.limb if not self.side else ""
         elif self.side in ("r", "l"):
             name = f"{self.side}_{self.group}" if not self.both else ""
         else:
             name = f"{self.group}s" if self.both and self.group != "foot" else self.limb
-        if name not in _movers():
-            raise UnclearError
+        _want(name in _movers())
         return name
 
 
-@lru_cache(maxsize=1)
-def _movers() -> frozenset[str]:
-    return frozenset(Vocabulary().movers)
-
-
-def _clauses(meanings: Iterator[Meaning]) -> Iterator[_Clause]:
+def _clauses(text: str) -> Iterator[_Clause]:
     clause = _Clause()
-    for table, meaning in meanings:
+    for table, meaning in _meanings(text):
         if table == "links":
             yield clause
             clause = _Clause(meaning)
         else:
             clause.take(table, meaning)
     yield clause
-
-
-def _said(clauses: list[_Clause]) -> str:
-    """Return what the clauses say together."""
-    clauses = _joined(clauses)
-    if not clauses[0].limb and clauses[0].verbs in (["lean"], ["bend"]):
-        clauses[0].limb = "torso"
-    for clause in clauses:
-        if clause.verbs == ["bend"] and not clause.values and clause.group in _BENT:
-            clause.limb = clause.limb.replace(clause.group, _BENT[clause.group])
-    links = {clause.link for clause in clauses[1:]}
-    if not clauses[0].limb or (len(links) > 1 and links != {"->", "..."}):
-        raise UnclearError
-    if all(clause.values + clause.verbs == [] for clause in clauses):
-        raise UnclearError
-    pattern = _step(clauses[0], clauses[0].mover)
-    for before, clause in pairwise(clauses):
-        name = clause.mover if clause.limb else ""
-        if not clause.limb and clause.link in ("->", "..."):
-            clause.limb, clause.side = before.limb, before.side
-        pattern += f" {clause.link} {_step(clause, name)}"
-    return pattern
 
 
 def _joined(clauses: list[_Clause]) -> list[_Clause]:
@@ -199,8 +250,7 @@ def _joined(clauses: list[_Clause]) -> list[_Clause]:
         if clause.link == "with" and not before.limb and not clause.says:
             before.limb, before.side = clause.limb, clause.side
         elif clause.link in ("with", "and") and not clause.limb:
-            if clause.verbs or not clause.values:
-                raise UnclearError
+            _want(bool(clause.values) and not clause.verbs)
             before.values += [it for it in clause.values if it not in before.values]
         else:
             clause.link = "with" if clause.link == "and" else clause.link
@@ -211,18 +261,33 @@ def _joined(clauses: list[_Clause]) -> list[_Clause]:
     return joined
 
 
-# Steps.
+def _pattern(clauses: list[_Clause]) -> str:
+    """Return what the clauses say together."""
+    first = clauses[0]
+    if not first.limb and first.verbs in (["lean"], ["bend"]):
+        first.limb = "torso"
+    for clause in clauses:
+        if clause.verbs == ["bend"] and not clause.values and clause.group in _BENDING:
+            clause.limb = clause.limb.replace(clause.group, _BENDING[clause.group])
+    links = {clause.link for clause in clauses[1:]}
+    _want(bool(first.limb) and (len(links) <= 1 or links == {"->", "..."}))
+    _want(any(clause.says for clause in clauses))
+    pattern = _step(first, first.mover)
+    for before, clause in pairwise(clauses):
+        name = clause.mover if clause.limb else ""
+        if not clause.limb and clause.link in ("->", "..."):
+            clause.limb, clause.side = before.limb, before.side
+        pattern += f" {clause.link} {_step(clause, name)}"
+    return pattern
 
 
 def _step(clause: _Clause, name: str) -> str:
     """Return a clause as a step; `name` is empty where the part carries over."""
     words = _words(clause)
-    if clause.verbs == ["stay", "rest"]:  # to keep still
-        clause.verbs = ["rest"]
-    manner = _MANNERS.get(clause.verbs[0], "") if clause.verbs else ""
-    if len(clause.verbs) > 1 or (not words and manner != "hold") or (words and manner == "hold"):
-        raise UnclearError
-    name = "head_turn" if "turn" in clause.verbs else name
+    verbs = ["rest"] if clause.verbs == ["stay", "rest"] else clause.verbs  # to keep still
+    manner = _MANNERS.get(verbs[0], "") if verbs else ""
+    _want(len(verbs) <= 1 and bool(words) == (manner != "hold"))
+    name = "head_turn" if "turn" in verbs else name
     return " ".join(filter(None, (name, manner, *words)))
 
 
@@ -231,86 +296,42 @@ def _words(clause: _Clause) -> list[str]:
     kinds: dict[str, str] = {}
     for value in clause.values:
         for word in value.split():
-            said = _HIGH.get(clause.group, "") if word == "up" else word
-            kind = VALUES[said.split("/")[0]][0] if said else ""
-            if not kind or kinds.setdefault(kind, said) != said:
-                raise UnclearError
+            said = _UP.get(clause.group, "") if word == "up" else word
+            _want(bool(said))
+            kind = VALUES[said.split("/")[0]][0]
+            _want(kinds.setdefault(kind, said) == said)
     for verb in clause.verbs:
-        _VERBS.get(verb, _anybody)(clause, kinds)
-    if clause.group in SINGLE:
-        if "level" in kinds:
-            raise UnclearError
+        _say(verb, clause.group, kinds)
+    if clause.group in _SINGLE:
+        _want("level" not in kinds)
         if kinds.get("direction") == "side":
             kinds["direction"] = "right/left"
-    if kinds.get("direction") == "across/across_forward" and not clause.both:
-        raise UnclearError
-    if not kinds.keys() <= {*_ORDER}:
-        raise UnclearError
+    _want(clause.both or kinds.get("direction") != "across/across_forward")
+    _want(kinds.keys() <= {*_ORDER})
     return [kinds[kind] for kind in _ORDER if kind in kinds]
 
 
-_ORDER = ("bend", "change", "direction", "level", *GRADES)
-"""In which words are written, by kind; others are said of no limb."""
-
-
-def _anybody(clause: _Clause, kinds: dict[str, str]) -> None:
-    """Check nothing: whoever can do it."""
-
-
-def _raise(clause: _Clause, kinds: dict[str, str]) -> None:
-    high = _HIGH.get(clause.group)
-    if high is None or clause.group == "palm" or kinds.get("level") == "low" or "change" in kinds:
-        raise UnclearError
-    if "direction" not in kinds:
-        kinds.setdefault("level", high)
-    elif clause.group not in _LEGS:
-        kinds.setdefault("level", "mid/high")
-
-
-def _lower(clause: _Clause, kinds: dict[str, str]) -> None:
-    if (
-        clause.group in (*SINGLE, "palm")
-        or kinds.setdefault("level", "low") != "low"
-        or len(kinds) > 1
-    ):
-        raise UnclearError
-
-
-def _lean(clause: _Clause, kinds: dict[str, str]) -> None:
-    if clause.group not in SINGLE or list(kinds) != ["direction"]:
-        raise UnclearError
-
-
-def _bend(clause: _Clause, kinds: dict[str, str]) -> None:
-    if clause.group in _BENT.values() and not kinds:
-        kinds["bend"] = "bend"
-    else:
-        _lean(clause, kinds)
-
-
-def _turn(clause: _Clause, kinds: dict[str, str]) -> None:
-    if clause.group != "head" or kinds.get("direction") not in ("right", "left"):
-        raise UnclearError
-
-
-def _kick(clause: _Clause, kinds: dict[str, str]) -> None:
-    if clause.group != "leg" or "direction" not in kinds:
-        raise UnclearError
-
-
-def _put(clause: _Clause, kinds: dict[str, str]) -> None:
-    if kinds.get("direction") == "back":  # to the back, or to where it was?
-        raise UnclearError
-
-
-_MANNERS = {"stay": "at", "rest": "hold"}
-_VERBS = {
-    "raise": _raise,
-    "lower": _lower,
-    "lean": _lean,
-    "bend": _bend,
-    "turn": _turn,
-    "kick": _kick,
-    "put": _put,
-}
-"""By verb, what checks whether its limb can do that, and adds what it says."""
+def _say(verb: str, group: str, kinds: dict[str, str]) -> None:
+    """Check that a limb can do what a verb says, and add that to its words by kind."""
+    direction = kinds.get("direction")
+    match verb:
+        case "raise":
+            _want(group in _UP and group != "palm")
+            _want(kinds.get("level") != "low" and "change" not in kinds)
+            if not direction:
+                kinds.setdefault("level", _UP[group])
+            elif group not in _LEGS:
+                kinds.setdefault("level", "mid/high")
+        case "lower":
+            _want(group not in (*_SINGLE, "palm") and kinds.setdefault("level", "low") == "low")
+            _want(len(kinds) == 1)
+        case "bend" if group in _BENDING.values() and not kinds:
+            kinds["bend"] = "bend"
+        case "lean" | "bend":
+            _want(group in _SINGLE and list(kinds) == ["direction"])
+        case "turn":
+            _want(group == "head" and direction in ("right", "left"))
+        case "kick":
+            _want(group == "leg" and direction is not None)
+        case "put":
+            _want(direction != "back")  # to the back, or to where it was?

@@ -1,8 +1,8 @@
-"""What a pattern says, as a tree: what the parser builds, and the matcher and the explainer read.
+"""The syntax tree of a pattern: what the parser builds, and the matcher and the explainer read.
 
 Every node prints as a pattern that parses to the same node. A step always knows who moves, also
-where the part was carried over an arrow; `Step.named` tells whether it was written there. Mirror
-images are taken while parsing, so that nobody below has to think of them.
+where the part was carried over an arrow; `Step.named` tells whether it was written there. The
+parser takes mirror images, so that nobody below has to think of them.
 """
 
 from __future__ import annotations
@@ -11,10 +11,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from lanindex.search.language.bending import written
 from lanindex.search.language.clauses import Condition, Stage
 from lanindex.search.language.times import Length, decimal
-from lanindex.search.language.words import ABSENT, WORD_KINDS, Mover, mirrored_value, values_of
+from lanindex.search.language.words import (
+    ABSENT,
+    WORD_KINDS,
+    Mover,
+    mirrored_value,
+    values_of,
+    written,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +31,6 @@ class Skips:
     count: int
 
     def __str__(self) -> str:
-        """Return it as written, without the brackets."""
         return f"{self.form}{self.count}"
 
     @property
@@ -38,24 +43,13 @@ class Skips:
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """From one step to the next: ``->`` or ``...``, with a limit on what lies between.
-
-    Attributes
-    ----------
-    later : bool
-        Whether movements may be skipped: ``...``.
-    length : Length or None
-        A condition on the time between.
-    skips : Skips or None
-        A condition on the number of movements skipped.
-    """
+    """From one step to the next: ``->``, or ``...`` (`later`), which may skip movements."""
 
     later: bool = False
-    length: Length | None = None
+    length: Length | None = None  # of the time between
     skips: Skips | None = None
 
     def __str__(self) -> str:
-        """Return it as written, without spaces around."""
         limit = self.length or self.skips
         return ("..." if self.later else "->") + (f"[{limit}]" if limit else "")
 
@@ -72,24 +66,13 @@ NEXT = Arrow()
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A word of a step, with its ``/`` alternatives.
+    """A word of a step, with its ``/`` alternatives, in their own spelling."""
 
-    Attributes
-    ----------
-    kind : str
-        One of ``words.WORD_KINDS``: ``direction``, ``level``, ``change``.
-    values : tuple of str
-        In their own spelling.
-    negated : bool
-        Whether ``not`` stands before.
-    """
-
-    kind: str
+    kind: str  # a key of `words.WORD_KINDS`
     values: tuple[str, ...]
     negated: bool = False
 
     def __str__(self) -> str:
-        """Return it as written."""
         return ("not " if self.negated else "") + "/".join(self.values)
 
     def mirrored(self) -> Word:
@@ -98,21 +81,10 @@ class Word:
 
 
 def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
-    """Return what the words of one kind leave of that kind, said of one part.
+    """Return what the words of a step leave of one kind, said of one part.
 
-    Parameters
-    ----------
-    words : tuple of Word
-        Of a step.
-    kind : str
-        Of ``words.WORD_KINDS``; to ``change`` belongs ``neither``, to ``pace`` ``usual``.
-    part : str
-        ``l_arm``; tells what ``side`` is.
-
-    Returns
-    -------
-    frozenset of str
-        With ``words.ABSENT`` only where they say nothing: also ``not`` needs something to deny.
+    Only words that say nothing of the kind leave `words.ABSENT`: ``not``, too, needs something to
+    deny. To ``change`` belongs ``neither``, to ``pace`` and ``extent`` ``usual``.
     """
     left = frozenset((*WORD_KINDS[kind].codes, ABSENT))
     for word in words:
@@ -124,29 +96,16 @@ def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One movement, passage (``via``), stay (``at``) or rest (``hold``) of one part or pair.
+    """One movement, passage (``via``), stay (``at``) or rest (``hold``) of one part or pair."""
 
-    Attributes
-    ----------
-    mover : Mover
-        Who moves, also where it was carried over an arrow.
-    named : bool
-        Whether the part is written here.
-    manner : str
-        ``move``, ``via``, ``at`` or ``hold``.
-    words : tuple of Word
-        Direction, level and change.
-    """
-
-    mover: Mover
-    named: bool
-    manner: str = "move"
+    mover: Mover  # also where it was carried over an arrow
+    named: bool  # whether the part is written here
+    manner: str = "move"  # or via, at, hold
     words: tuple[Word, ...] = ()
 
     def __str__(self) -> str:
-        """Return it as written."""
-        told = next((word.values[0] for word in self.words if word.kind == "bend"), "")
-        said = [written(self.mover.name, self.manner, told)] if self.named else []
+        bend = next((word.values[0] for word in self.words if word.kind == "bend"), "")
+        said = [written(self.mover.name, self.manner, bend)] if self.named else []
         said += [] if self.manner == "move" else [self.manner]
         return " ".join([*said, *map(str, self.words)])
 
@@ -158,7 +117,6 @@ class Bracket:
     pattern: Choice
 
     def __str__(self) -> str:
-        """Return it as written."""
         return f"({self.pattern})"
 
 
@@ -170,11 +128,8 @@ class Repeat:
     most: int | None = 1
 
     def __str__(self) -> str:
-        """Return it as written; once is not written."""
-        if (self.least, self.most) == (1, 1):
-            return ""
-        if (self.least, self.most) == (0, 1):
-            return "?"
+        if (self.least, self.most) in ((1, 1), (0, 1)):
+            return "" if self.least else "?"
         if self.most is None:
             return f" x{self.least}+"
         return f" x{self.least}" if self.least == self.most else f" x{self.least}..{self.most}"
@@ -198,13 +153,8 @@ class Item:
     label: str = ""
 
     def __str__(self) -> str:
-        """Return it as written."""
-        return (
-            (f"{self.label}: " if self.label else "")
-            + str(self.unit)
-            + (f" {self.length}" if self.length else "")
-            + str(self.repeat)
-        )
+        label = f"{self.label}: " if self.label else ""
+        return f"{label}{self.unit}{f' {self.length}' if self.length else ''}{self.repeat}"
 
     @property
     def optional(self) -> bool:
@@ -214,17 +164,7 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Steps joined by arrows.
-
-    Attributes
-    ----------
-    items : tuple of Item
-        The steps, one or more.
-    arrows : tuple of Arrow
-        Between them, one fewer.
-    start, end : Arrow or None
-        From the clip's start, to its end.
-    """
+    """Steps joined by arrows, of which there is one fewer; from the clip's start, to its end."""
 
     items: tuple[Item, ...]
     arrows: tuple[Arrow, ...] = ()
@@ -232,7 +172,6 @@ class Line:
     end: Arrow | None = None
 
     def __str__(self) -> str:
-        """Return it as written."""
         said = [f"start {self.start}"] if self.start else []
         said.append(str(self.items[0]))
         for arrow, item in zip(self.arrows, self.items[1:], strict=True):
@@ -244,24 +183,15 @@ class Line:
 class Beside:
     """A line beside the first, and how they must lie.
 
-    Attributes
-    ----------
-    relation : str
-        ``with``, ``during``, ``starting with``, ``ending with``, ``exactly with``, ``after``,
-        ``before``, ``without`` or ``never``.
-    line : Line
-        The other line.
-    within : Length or None
-        A condition on the frames that lie between the two: of ``with[1s]`` and ``without[1s]`` less
-        than that, of ``after`` and ``before`` any length, as on an arrow.
+    `within` is a condition on the frames that lie between the two: of ``with[1s]`` and
+    ``without[1s]`` less than that, of ``after`` and ``before`` any length, as on an arrow.
     """
 
-    relation: str
+    relation: str  # such as with, ending with, never
     line: Line
     within: Length | None = None
 
     def __str__(self) -> str:
-        """Return it as written."""
         limit = str(self.within or "")
         if self.within and self.relation in ("with", "without"):
             limit = limit.removeprefix("<")  # less than that is all it can mean
@@ -276,7 +206,6 @@ class Lines:
     others: tuple[Beside, ...] = ()
 
     def __str__(self) -> str:
-        """Return it as written."""
         return " ".join(map(str, (self.first, *self.others)))
 
 
@@ -287,39 +216,28 @@ class Choice:
     alternatives: tuple[Lines, ...]
 
     def __str__(self) -> str:
-        """Return it as written."""
         return " or ".join(map(str, self.alternatives))
+
+    @property
+    def lines(self) -> Iterator[Line]:
+        """Every line of every alternative; brackets stay closed."""
+        for lines in self.alternatives:
+            yield lines.first
+            yield from (beside.line for beside in lines.others)
 
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A whole pattern with its clauses, and what becomes of its hits.
-
-    Attributes
-    ----------
-    pattern : Choice
-        What to find.
-    either_side : bool
-        Whether its mirror image will do as well.
-    rhythm : tuple of Fraction
-        In which proportion the steps of the first line last; empty: in any.
-    where : tuple of Condition
-        What must be true of each hit.
-    stages : tuple of Stage
-        The pipe that the hits go through, in order.
-    near : int
-        How far across its border a symbol may lie, in thousandths of a margin; no text says so.
-    """
+    """A whole pattern with its clauses, and what becomes of its hits."""
 
     pattern: Choice
-    either_side: bool = False
-    rhythm: tuple[Fraction, ...] = ()
+    either_side: bool = False  # whether the mirror image will do as well
+    rhythm: tuple[Fraction, ...] = ()  # the proportion of the first line's steps; empty: any
     where: tuple[Condition, ...] = ()
     stages: tuple[Stage, ...] = ()
-    near: int = 0
+    near: int = 0  # how far across its border a symbol may lie, in thousandths of a margin
 
     def __str__(self) -> str:
-        """Return the query as a pattern text."""
         said = [str(self.pattern)]
         said += ["either side"] if self.either_side else []
         said += [f"rhythm {':'.join(map(decimal, self.rhythm))}"] if self.rhythm else []
@@ -340,13 +258,11 @@ class Query:
 
 def items_of(pattern: Choice) -> Iterator[Item]:
     """Yield every item of a pattern that is a step, brackets opened."""
-    for lines in pattern.alternatives:
-        for line in (lines.first, *(beside.line for beside in lines.others)):
-            for item in line.items:
-                if isinstance(item.unit, Bracket):
-                    yield from items_of(item.unit.pattern)
-                else:
-                    yield item
+    for item in (item for line in pattern.lines for item in line.items):
+        if isinstance(item.unit, Bracket):
+            yield from items_of(item.unit.pattern)
+        else:
+            yield item
 
 
 def steps_of(pattern: Choice) -> Iterator[Step]:
@@ -358,18 +274,30 @@ def steps_taken(item: Item) -> int:
     """Return how many steps a matcher needs for an item, repeats written out."""
     if isinstance(item.unit, Step):
         return item.repeat.copies
-    alternatives = item.unit.pattern.alternatives
-    lines = [line for it in alternatives for line in (it.first, *(it.line for it in it.others))]
-    return item.repeat.copies * sum(steps_taken(inner) for line in lines for inner in line.items)
+    inner = (steps_taken(it) for line in item.unit.pattern.lines for it in line.items)
+    return item.repeat.copies * sum(inner)
+
+
+def steps_in(line: Line) -> tuple[int, float]:
+    """Return the fewest and the most steps that a line has, repeats written out."""
+    least, most = 0, 0.0
+    for item in line.items:
+        few, many = 1, 1.0
+        if isinstance(item.unit, Bracket):
+            counts = [steps_in(lines.first) for lines in item.unit.pattern.alternatives]
+            few, many = min(it[0] for it in counts), max(it[1] for it in counts)
+        repeat = item.repeat
+        least += repeat.least * few
+        most += float("inf") if repeat.most is None else repeat.most * many
+    return least, most
 
 
 def last_movers(pattern: Choice) -> frozenset[Mover]:
     """Return who moves last in the leading line of each alternative."""
-    found: set[Mover] = set()
-    for lines in pattern.alternatives:
-        unit = lines.first.items[-1].unit
-        found |= {unit.mover} if isinstance(unit, Step) else last_movers(unit.pattern)
-    return frozenset(found)
+    units = [lines.first.items[-1].unit for lines in pattern.alternatives]
+    return frozenset[Mover]().union(
+        *({it.mover} if isinstance(it, Step) else last_movers(it.pattern) for it in units)
+    )
 
 
 def mirrored(pattern: Choice) -> Choice:

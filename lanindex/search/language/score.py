@@ -1,17 +1,19 @@
-"""Read pasted LND: a line of it as a step, several as a score to find."""
+"""Scores as patterns: pasted LND, a line of it a step, several a score to find; and files."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from lanindex import model
 from lanindex.alphabet import KINDS, LINES, kind_of
 from lanindex.errors import NotationError, PatternError
-from lanindex.search.language.cursor import Cursor
-from lanindex.search.language.lexer import Token
-from lanindex.search.language.mistakes import is_strange, stranger
+from lanindex.notation import NOTATIONS, notation_of, read
+from lanindex.notation.text import read_text
+from lanindex.search.language.lexer import Cursor, Token
 from lanindex.search.language.query import (
     NEXT,
     Arrow,
@@ -24,22 +26,98 @@ from lanindex.search.language.query import (
     Step,
     Word,
 )
-from lanindex.search.language.things import OWN, values
+from lanindex.search.language.suggestions import is_unknown, unknown
 from lanindex.search.language.times import Length, Time
-from lanindex.search.language.words import ANY, DEGREES, RELATIVE, Mover
+from lanindex.search.language.words import ANY, DEGREES, RELATIVE, THINGS, Mover, values_for
 
-if TYPE_CHECKING:
-    from lanindex import model
+_SUFFIXES = "|".join(("lq", *map(re.escape, NOTATIONS)))
+_FILE = re.compile(rf"@(?P<path>.*\.(?:{_SUFFIXES})|\S*[/\\].*)", re.IGNORECASE | re.DOTALL)
 
-HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")
+_HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")
 """What may stand behind ``#``."""
 
-_COUNTED = {1: "four", 2: "five"}
-"""How many words such a line has behind that, by how many fields it tells."""
+
+class Saved(str):
+    """A pattern's text that knows the file it comes from, so that an error can name it."""
+
+    path: Path
+
+    def __new__(cls, text: str, path: Path) -> Saved:
+        """Make one of a text."""
+        made = super().__new__(cls, text)
+        made.path = path
+        return made
+
+    def place(self, start: int) -> str:
+        """Return file and line of a character."""
+        return f"{self.path}:{self.count(chr(10), 0, start) + 1}"
+
+
+def pattern_in(text: str, folder: Path | None = None) -> str:
+    r"""Return a pattern, read from a file where its text names one.
+
+    Parameters
+    ----------
+    text : str
+        A pattern, or ``@`` and the path of a file that ends in ``.lq`` or as a score, or has a
+        slash. Scores in other notations are read as LND.
+    folder : Path, optional
+        What the path starts from; by default the working folder.
+
+    Returns
+    -------
+    str
+        The text itself, or a `Saved`.
+
+    Raises
+    ------
+    NotationError
+        Where the file cannot be read, or is not text.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from lanindex.search.language.score import pattern_in
+    >>> _ = Path("up.lq").write_text("// to overhead\nr_arm low -> place high")
+    >>> print(pattern_in("@up.lq"))
+    // to overhead
+    r_arm low -> place high
+    """
+    named = _FILE.fullmatch(text.strip())
+    if named is None:
+        return text
+    path = Path(named["path"]) if folder is None else folder / named["path"]
+    form = notation_of(str(path))
+    if form is not None and form.name != "lnd":
+        from lanindex.notation import lnd
+
+        return Saved(lnd.write(read(str(path))), path)
+    return Saved(read_text(path).replace("\r\n", "\n").replace("\r", "\n"), path)
+
+
+def is_lnd(cursor: Cursor) -> bool:
+    """Tell whether a line of LND begins here: a word like jump alone is none."""
+    if cursor.stands("word", "direction") or cursor.stands("mark", "#"):
+        return True
+    kind, part = LINES.get(cursor.token.text), cursor.ahead(1)
+    return bool(kind and part.kind == "word" and KINDS[kind_of(part.text)] == kind)
+
+
+def score_at(cursor: Cursor, strict: bool) -> tuple[Step | Bracket, Length | None]:
+    """Read one or more lines of LND, which begin here.
+
+    Of a single line it is a step, and how long that lasts if the timing counts (`strict`).
+    """
+    score = _Score(cursor, strict)
+    (first, *more) = score.lines
+    if first.mover and first.symbol and not more:
+        step = Step(first.mover, True, "move", first.symbol.words)
+        return step, score.length(first.symbol)
+    return Bracket(Choice((score.side_by_side(),))), None
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
+class _Symbol:
     """A symbol of a score: its words, and its times in beats."""
 
     words: tuple[Word, ...]
@@ -54,57 +132,14 @@ class Symbol:
 
 @dataclass(frozen=True, slots=True)
 class _Pasted:
-    """One line, and where it stands; of a symbol also who moves, and how."""
+    """One line, and where it stands: a heading, or who moves, and how."""
 
     text: str
     first: Token
     last: Token
     heading: str = ""
     mover: Mover | None = None
-    symbol: Symbol | None = None
-
-
-def is_lnd(cursor: Cursor) -> bool:
-    """Tell whether a line of LND begins here: a word like jump alone is none."""
-    if cursor.stands("word", "direction") or cursor.stands("mark", "#"):
-        return True
-    kind, part = LINES.get(cursor.token.text), cursor.ahead(1)
-    return bool(kind and part.kind == "word" and KINDS[kind_of(part.text)] == kind)
-
-
-def score_at(cursor: Cursor, strict: bool) -> tuple[Step | Bracket, Length | None]:
-    """Read one or more lines of LND, which begin here.
-
-    Parameters
-    ----------
-    cursor : Cursor
-        Stands where they begin.
-    strict : bool
-        Whether the timing counts.
-
-    Returns
-    -------
-    Step or Bracket, Length or None
-        A line, or a score; of a line also how long it lasts, if that counts.
-
-    Raises
-    ------
-    PatternError
-        A line cannot be read, or they make no score.
-    """
-    lines = [_line_at(cursor)]
-    while is_lnd(cursor):
-        lines.append(_line_at(cursor))
-    pace = _Pace(strict, _speed(lines))
-    (first, *more) = lines
-    if first.mover and first.symbol and not more:
-        step = Step(first.mover, True, "move", first.symbol.words)
-        return step, pace.length(first.symbol.length)
-    return Bracket(Choice((_lines(cursor, lines, pace),))), None
-
-
-def _line_at(cursor: Cursor) -> _Pasted:
-    return _heading_at(cursor) if cursor.stands("mark", "#") else _symbol_at(cursor)
+    symbol: _Symbol | None = None
 
 
 def _heading_at(cursor: Cursor) -> _Pasted:
@@ -112,50 +147,49 @@ def _heading_at(cursor: Cursor) -> _Pasted:
     word = cursor.take("word")
     said = word.text if word else ""
     numbered = said[:4] == "unit" and said[4:].isdecimal()
-    if not (said in HEADINGS or numbered):
-        known = " ".join(f"#{heading}" for heading in HEADINGS)
+    if not (said in _HEADINGS or numbered):
+        known = " ".join(f"#{heading}" for heading in _HEADINGS)
         raise cursor.error(f"No such heading. LND has: {known}", begin, word or begin)
     cursor.take("mark", "=")
     if not numbered and not cursor.take("number"):
-        raise cursor.error("A number follows this heading.", begin, cursor.before)
+        raise cursor.error_since(begin, "A number follows this heading.")
     if cursor.take("mark", "/") and not cursor.take("number"):
-        raise cursor.error("A rhythm is like 4/4.", begin, cursor.before)
+        raise cursor.error_since(begin, "A rhythm is like 4/4.")
     text = " ".join(cursor.text[begin.start : cursor.before.stop].split())
     return _Pasted(text, begin, cursor.before, "unit" if numbered else said)
 
 
 def _symbol_at(cursor: Cursor) -> _Pasted:
     begin = cursor.advance()
-    kind = LINES[begin.text]
-    part = cursor.mover_at()
+    part = cursor.mover()
     if part is None:
-        raise stranger(cursor, True) if is_strange(cursor) else _short(cursor, begin)
+        raise unknown(cursor, True) if is_unknown(cursor) else _short(cursor, begin)
     if part.form != "one":
         right, left = part.members
         raise cursor.error(f"LND names one part: {right} or {left}", cursor.before)
-    words = tuple(_word_at(cursor, begin, name) for name in kind.names)
+    words = tuple(_word_at(cursor, begin, kind) for kind in LINES[begin.text].names)
     times = [_number_at(cursor, begin) for _ in range(2)]
     start, stop = map(Fraction, times)
     if stop < start:
-        raise cursor.error(f"An end at {times[1]} lies before the start.", begin, cursor.before)
+        raise cursor.error_since(begin, f"An end at {times[1]} lies before the start.")
     told = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
-    said = " ".join([begin.text, part.name, *told, *times])
-    return _Pasted(said, begin, cursor.before, "", part, Symbol(words, start, stop))
+    text = " ".join([begin.text, part.name, *told, *times])
+    return _Pasted(text, begin, cursor.before, "", part, _Symbol(words, start, stop))
 
 
 def _short(cursor: Cursor, begin: Token) -> PatternError:
     names = LINES[begin.text].names
-    count, told = _COUNTED[len(names)], " ".join(names)
-    sentence = f"A line of LND has {count} words behind {begin.text}: part {told} start end"
-    return cursor.error(sentence, begin, cursor.before)
+    count = {1: "four", 2: "five"}[len(names)]
+    known = f"A line of LND has {count} words behind {begin.text}: part"
+    return cursor.error_since(begin, f"{known} {' '.join(names)} start end")
 
 
 def _word_at(cursor: Cursor, begin: Token, kind: str) -> Word:
     if kind == "degrees":
         return Word(kind, (_number_at(cursor, begin) + DEGREES,))
-    if is_strange(cursor) and cursor.token.text not in OWN.get(kind, ()):
-        raise stranger(cursor)
-    found = values((kind,)).get(cursor.token.text) if cursor.stands("word") else None
+    if is_unknown(cursor) and cursor.token.text not in THINGS.get(kind, ()):
+        raise unknown(cursor)
+    found = values_for((kind,)).get(cursor.token.text) if cursor.stands("word") else None
     if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
         raise _short(cursor, begin)
     cursor.advance()
@@ -171,115 +205,107 @@ def _number_at(cursor: Cursor, begin: Token) -> str:
     return number.text
 
 
-def _speed(lines: list[_Pasted]) -> Fraction:
-    """Return the beats a minute that a score tells, or 0."""
-    said = [line.text.replace("=", " ").split()[-1] for line in lines if line.heading == "speed"]
-    return Fraction(said[0]) if said else Fraction(0)
+def _words(symbol: model.Symbol) -> tuple[Word, ...]:
+    names = KINDS[kind_of(symbol.part)].names
+    said = zip(names, symbol.words.split(), strict=True)
+    return tuple(Word(name, (word,)) for name, word in said)
 
 
-@dataclass(frozen=True, slots=True)
-class _Pace:
-    """How beats of a score become lengths of a pattern, where timing counts.
+def _stays(symbols: list[_Symbol]) -> bool:
+    """Tell whether a track is a starting position alone."""
+    return len(symbols) == 1 and not symbols[0].length
+
+
+class _Score:
+    """Lines of LND, read from where a cursor stands; the timing of them counts, or not.
 
     A score that tells its speed is timed in seconds, any other in beats of the capture.
     """
 
-    strict: bool
-    speed: Fraction
+    def __init__(self, cursor: Cursor, strict: bool) -> None:
+        self.cursor, self.strict = cursor, strict
+        self.lines: list[_Pasted] = []
+        while is_lnd(cursor):
+            heading = cursor.stands("mark", "#")
+            self.lines.append(_heading_at(cursor) if heading else _symbol_at(cursor))
+        said = [it.text.replace("=", " ").split()[-1] for it in self.lines if it.heading == "speed"]
+        self.speed = Fraction(said[0]) if said else Fraction(0)  # beats a minute
 
-    def length(self, beats: Fraction) -> Length | None:
+    def error(self, sentence: str) -> PatternError:
+        return self.cursor.error(sentence, self.lines[0].first, self.lines[-1].last)
+
+    def length(self, symbol: _Symbol) -> Length | None:
         """Return what a symbol may last."""
-        return Length("~", self._time(beats)) if self.strict and beats else None
+        return Length("~", self.time(symbol.length)) if self.strict and symbol.length else None
 
-    def arrow(self, before: Symbol, after: Symbol) -> Arrow:
+    def arrow(self, before: _Symbol, after: _Symbol) -> Arrow:
         """Return the arrow from one movement to the next, over the rest between."""
         if not (self.strict and before.length):
             return NEXT
         rest = after.start - before.stop
         form, beats = ("~", rest) if rest else ("<=", before.length / 5)
-        return Arrow(length=Length(form, self._time(beats)))
+        return Arrow(length=Length(form, self.time(beats)))
 
-    def _time(self, beats: Fraction) -> Time:
-        if not self.speed:
-            return Time(_rounded(beats), "b")
-        return Time(_rounded(beats * 60 / self.speed), "s")
+    def time(self, beats: Fraction) -> Time:
+        number, unit = (beats * 60 / self.speed, "s") if self.speed else (beats, "b")
+        return Time(max(Fraction(round(number * 1000), 1000), Fraction(1, 1000)), unit)
 
+    def side_by_side(self) -> Lines:
+        """Return a line for each part: those that move first, in order of appearance."""
+        movers = list(dict.fromkeys(line.mover for line in self.lines if line.mover))
+        if not movers:
+            raise self.error("A score without symbols: there is nothing to find.")
+        in_units = any(line.heading == "unit" for line in self.lines)
+        tracks = self.tracks_in_units() if in_units else self.tracks_as_written()
+        movers.sort(key=lambda mover: _stays(tracks[mover.name]))
+        lines = [self.line(mover, tracks[mover.name]) for mover in movers]
+        return Lines(lines[0], tuple(Beside("with", line) for line in lines[1:]))
 
-def _rounded(number: Fraction) -> Fraction:
-    return max(Fraction(round(number * 1000), 1000), Fraction(1, 1000))
+    def tracks_as_written(self) -> dict[str, list[_Symbol]]:
+        tracks: dict[str, list[_Symbol]] = {}
+        for line in self.lines:
+            if line.mover and line.symbol:
+                tracks.setdefault(line.mover.name, []).append(line.symbol)
+        return tracks
 
+    def tracks_in_units(self) -> dict[str, list[_Symbol]]:
+        """Return the symbols by part, sorted by time, halves across bar lines joined."""
+        from lanindex.notation import lnd
 
-def _lines(cursor: Cursor, pasted: list[_Pasted], pace: _Pace) -> Lines:
-    """Return the score as lines side by side; those that move first, in order of appearance."""
-    first, last = pasted[0].first, pasted[-1].last
-    movers = dict.fromkeys(line.mover for line in pasted if line.mover)
-    if not movers:
-        raise cursor.error("A score without symbols: there is nothing to find.", first, last)
-    in_units = any(line.heading == "unit" for line in pasted)
-    tracks = _counted(cursor, pasted) if in_units else _as_written(pasted)
-    lines = [_line(cursor, mover, tracks[mover.name], pace, first, last) for mover in movers]
-    lines.sort(key=lambda line: line.items[0].unit.manner == "at")  # type: ignore[union-attr]
-    return Lines(lines[0], tuple(Beside("with", line) for line in lines[1:]))
+        try:
+            score = lnd.read("\n".join(["", *(line.text for line in self.lines)]), place="LND")
+        except NotationError as error:
+            number = error.place.rpartition(":")[2]
+            found = f"{error.found}{f', wanted {error.wanted}' if error.wanted else ''}."
+            if not number.isdecimal():
+                raise self.error(found) from error
+            line = self.lines[int(number) - 2]
+            raise self.cursor.error(found, line.first, line.last) from error
+        beat = Fraction(score.meter.beats, score.meter.division)
+        return {
+            part: [
+                _Symbol(_words(symbol), symbol.tick * beat, (symbol.tick + symbol.ticks) * beat)
+                for symbol in score.symbols(part)
+            ]
+            for part in score.tracks
+        }
 
-
-def _as_written(pasted: list[_Pasted]) -> dict[str, list[Symbol]]:
-    tracks: dict[str, list[Symbol]] = {}
-    for line in pasted:
-        if line.mover and line.symbol:
-            tracks.setdefault(line.mover.name, []).append(line.symbol)
-    return tracks
-
-
-def _counted(cursor: Cursor, pasted: list[_Pasted]) -> dict[str, list[Symbol]]:
-    """Return the symbols by part, in units: sorted by time, halves across bar lines joined."""
-    from lanindex.notation.lnd import read
-
-    try:
-        score = read("\n".join(["", *(line.text for line in pasted)]), place="LND")
-    except NotationError as error:
-        number = error.place.rpartition(":")[2]
-        line = pasted[int(number) - 2] if number.isdecimal() else pasted[0]
-        until = line if number.isdecimal() else pasted[-1]
-        wanted = f", wanted {error.wanted}" if error.wanted else ""
-        raise cursor.error(f"{error.found}{wanted}.", line.first, until.last) from error
-    beat = Fraction(score.meter.beats, score.meter.division)
-    return {
-        part: [
-            Symbol(_words(symbol), symbol.tick * beat, (symbol.tick + symbol.ticks) * beat)
-            for symbol in score.symbols(part)
-        ]
-        for part in score.tracks
-    }
-
-
-def _words(symbol: model.Symbol) -> tuple[Word, ...]:
-    """Return what a symbol says, in words."""
-    said = zip(KINDS[kind_of(symbol.part)].names, symbol.words.split(), strict=True)
-    return tuple(Word(name, (word,)) for name, word in said)
-
-
-def _line(
-    cursor: Cursor, mover: Mover, symbols: list[Symbol], pace: _Pace, first: Token, last: Token
-) -> Line:
-    """Return what one part does; of one that only has a starting position, that it is there."""
-    for before, after in pairwise(symbols):
-        if not after.length:
-            raise cursor.error(
-                f"{mover} has a symbol without length in the middle: it was not seen before that, "
-                "and no pattern goes over a time in which a part is unknown.",
-                first,
-                last,
-            )
-        if pace.strict and after.start < before.stop:
-            raise cursor.error(
-                f"{mover} goes back in time: lines like #unit1 between would tell the time.",
-                first,
-                last,
-            )
-    if len(symbols) == 1 and not symbols[0].length:
-        return Line((Item(Step(mover, True, "at", symbols[0].words)),))
-    items = tuple(
-        Item(Step(mover, not number, "move", symbol.words), pace.length(symbol.length))
-        for number, symbol in enumerate(symbols)
-    )
-    return Line(items, tuple(pace.arrow(*pair) for pair in pairwise(symbols)))
+    def line(self, mover: Mover, symbols: list[_Symbol]) -> Line:
+        """Return what one part does; of one that only has a starting position, that it is there."""
+        for before, after in pairwise(symbols):
+            if not after.length:
+                raise self.error(
+                    f"{mover} has a symbol without length in the middle: it was not seen before "
+                    "that, and no pattern goes over a time in which a part is unknown."
+                )
+            if self.strict and after.start < before.stop:
+                raise self.error(
+                    f"{mover} goes back in time: lines like #unit1 between would tell the time."
+                )
+        if _stays(symbols):
+            return Line((Item(Step(mover, True, "at", symbols[0].words)),))
+        items = tuple(
+            Item(Step(mover, not number, "move", symbol.words), self.length(symbol))
+            for number, symbol in enumerate(symbols)
+        )
+        return Line(items, tuple(self.arrow(*pair) for pair in pairwise(symbols)))

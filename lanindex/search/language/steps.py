@@ -6,28 +6,26 @@ from collections.abc import Mapping
 
 from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
 from lanindex.errors import PatternError
-from lanindex.search.language.bending import MOVES
-from lanindex.search.language.cursor import Cursor
-from lanindex.search.language.measures import angle_at, bare_at, is_angle, sixths_at
-from lanindex.search.language.mistakes import is_strange, nothing, stranger
+from lanindex.search.language.lexer import Cursor
 from lanindex.search.language.query import Step, Word, meaning
-from lanindex.search.language.things import OWN, values
+from lanindex.search.language.suggestions import is_unknown, no_step, unknown, unknown_word
 from lanindex.search.language.words import (
     ACROSS,
     ANY,
+    BEND_MOVES,
+    MANNERS,
     MOVING,
     RELATIVE,
+    THINGS,
+    UNITS,
     VALUES,
     WORD_KINDS,
     Mover,
+    values_for,
     values_of,
 )
 
 _BENDING = frozenset((*BENDS, *BENDS.values()))
-
-MANNERS = ("at", "via", "hold")
-"""Words that say how a part is or moves there."""
-
 _STILL = {"at": "at is being there", "hold": "hold is staying put"}
 _WHERE = {
     "at": "At what? Say where: at high, at place low",
@@ -41,14 +39,12 @@ _NO_PART = {
     "start": "Name the part here: start -> r_arm high",
     "or": 'Name the part here; "/" is either-or between words: high/low.',
 }
-
-
-_DOERS = {"feet": "jump", "bend": "r_arm"}
+_WHO = {"feet": "jump", "bend": "r_arm"}
 """By kind of words, who may be forgotten."""
 
 
 def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:
-    """Read a step.
+    """Read a step, which begins here.
 
     Parameters
     ----------
@@ -60,32 +56,62 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
         What comes before: ``->``, a relation, ``or``, ``start`` or nothing.
     mirror : bool
         Whether the step is seen in a mirror.
-
-    Raises
-    ------
-    PatternError
-        No step begins here, or its words do not agree.
     """
     _check_meant(cursor, carried)
-    written = cursor.mover_at()
-    if written:
-        mover = written.mirrored() if mirror else written
-    elif cursor.stands("word", *MANNERS, "not", *_values(*carried)) or is_angle(cursor):
+    named = cursor.mover()
+    if named:
+        mover = named.mirrored() if mirror else named
+    elif cursor.stands("word", *MANNERS, "not", *_values(*carried)) or cursor.at_angle:
         mover = _carried(cursor, carried, after)
     else:
-        raise nothing(cursor, after)
+        raise no_step(cursor, after)
     bends = _bends(cursor, mover)
     mover = bends or mover
     token = cursor.take("word", *MANNERS)
     manner = token.text if token else "move"
-    if manner == "at" and any(kind in OWN for kind in _kind(mover).words):
+    if manner == "at" and not THINGS.keys().isdisjoint(_kind(mover).words):
         raise cursor.error(f"It lasts as long as its movement does: {mover} 1s+", cursor.before)
     words = _words(cursor, mover, manner)
     if manner in _WHERE and not words:
         raise cursor.error(_WHERE[manner], cursor.before)
     if mirror:
         words = tuple(word.mirrored() for word in words)
-    return Step(mover, bool(written or bends), manner, words)
+    return Step(mover, bool(named or bends), manner, words)
+
+
+def _kind(mover: Mover) -> Kind:
+    return KINDS[kind_of(mover.members[0])]
+
+
+def _values(*movers: Mover) -> Mapping[str, tuple[str, str]]:
+    """Return the words that may be understood of some, by spelling."""
+    return values_for({kind for mover in movers for kind in _kind(mover).words})
+
+
+def _check_meant(cursor: Cursor, carried: frozenset[Mover]) -> None:
+    """Refuse a bare word that may be who moves, or what whoever is carried over touches."""
+    word, after = cursor.token.text, cursor.ahead(1)
+    kinds = {kind for mover in carried for kind in _kind(mover).words}
+    thing = any(word in known for kind, known in THINGS.items() if kind in kinds)
+    goes_on = after.kind == "word" and after.text in (*MANNERS, "not", *VALUES)
+    goes_on |= cursor.vocabulary.spelt_apart(word, after.text) is not None
+    if thing and not goes_on and cursor.vocabulary.mover(word):
+        (mover, *_) = carried
+        raise cursor.error(f"Which is meant? {mover} {word}, or the part: {word} any")
+
+
+def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
+    if len(carried) == 1:
+        return next(iter(carried))
+    word = cursor.token.text
+    if carried:
+        names = ", ".join(sorted(mover.name for mover in carried))
+        found = f"The alternatives before end with different parts ({names}). Name the part here."
+    elif part := _WHO.get(VALUES.get(word, ("", ""))[0]):
+        found = f"Name the part first: {part} {word}"
+    else:
+        found = _NO_PART.get(after, f'Name the part here: nothing carries over "{after}".')
+    raise cursor.error(found)
 
 
 def _bends(cursor: Cursor, mover: Mover) -> Mover | None:
@@ -96,43 +122,14 @@ def _bends(cursor: Cursor, mover: Mover) -> Mover | None:
     ahead = int(bool(manner))
     ahead += cursor.ahead(ahead).text == "not"
     kind, value = VALUES.get(cursor.ahead(ahead).text, ("", ""))
-    still = manner in _STILL
-    if kind != "bend" or not (still or value.split()[0] in MOVES) or cursor.ahead(1).text == ":":
+    told = manner in _STILL or value.split(" ")[0] in BEND_MOVES
+    if kind != "bend" or not told or cursor.ahead(1).text == ":":
         return None
     found = cursor.vocabulary.bending(mover)
     if found is None:
-        told = cursor.vocabulary.stranger(BENDS[mover.members[0]], True)
-        raise cursor.error(told, cursor.ahead(ahead))
+        sentence = unknown_word(cursor.vocabulary, BENDS[mover.members[0]], part_expected=True)
+        raise cursor.error(sentence, cursor.ahead(ahead))
     return found
-
-
-def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
-    if len(carried) == 1:
-        return next(iter(carried))
-    if carried:
-        names = ", ".join(sorted(mover.name for mover in carried))
-        raise cursor.error(
-            f"The alternatives before end with different parts ({names}). Name the part here."
-        )
-    if part := _DOERS.get(VALUES.get(cursor.token.text, ("", ""))[0]):
-        raise cursor.error(f"Name the part first: {part} {cursor.token.text}")
-    carries_nothing = f'Name the part here: nothing carries over "{after}".'
-    raise cursor.error(_NO_PART.get(after, carries_nothing))
-
-
-def _check_meant(cursor: Cursor, carried: frozenset[Mover]) -> None:
-    """Refuse a bare word that may be who moves, or what whoever is carried over touches."""
-    word, after = cursor.token.text, cursor.ahead(1)
-    own = any(word in OWN[kind] for mover in carried for kind in _kind(mover).words if kind in OWN)
-    goes_on = after.kind == "word" and after.text in (*MANNERS, "not", *VALUES)
-    goes_on |= cursor.vocabulary.spelt_apart(word, after.text) is not None
-    if own and not goes_on and cursor.vocabulary.mover(word):
-        (mover, *_) = carried
-        raise cursor.error(f"Which is meant? {mover} {word}, or the part: {word} any")
-
-
-def _starts_jump(cursor: Cursor) -> bool:
-    return VALUES.get(cursor.token.text, ("", ""))[0] == "feet"
 
 
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
@@ -147,41 +144,29 @@ def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
         if not (negated and words[-1] in telling):
             telling.append(words[-1])
             if found := _complaint(tuple(telling), mover, manner):
-                raise cursor.error(found, begin, cursor.before)
-    number = bare_at(cursor) if "degrees" in _kind(mover).words else ""
-    if number:
+                raise cursor.error_since(begin, found)
+    number, unit = cursor.number_and_unit()
+    if number and unit not in UNITS and "degrees" in _kind(mover).words:
         told = f"{number}deg is degrees, {number}s seconds, {number}b beats, {number}f frames."
         raise cursor.error(f"{number} what? {told}")
-    for own in OWN.keys() & _kind(mover).words:
-        if not words and is_strange(cursor):
-            known = " ".join(WORD_KINDS[own].codes)
-            raise cursor.error(
-                f'No {WORD_KINDS[own].noun} "{cursor.token.text}". There is: {known}'
-            )
+    for kind in THINGS.keys() & _kind(mover).words:
+        if not words and is_unknown(cursor):
+            word, known = cursor.token.text, " ".join(WORD_KINDS[kind].codes)
+            raise cursor.error(f'No {WORD_KINDS[kind].noun} "{word}". There is: {known}')
     return tuple(words)
-
-
-def _kind(mover: Mover) -> Kind:
-    return KINDS[kind_of(mover.members[0])]
-
-
-def _values(*movers: Mover) -> Mapping[str, tuple[str, str]]:
-    """Return the words that may be understood of some, by spelling."""
-    return values({kind for mover in movers for kind in _kind(mover).words})
 
 
 def _says(cursor: Cursor, mover: Mover) -> bool:
     token = cursor.token
-    return token.text in _values(mover) if token.kind == "word" else is_angle(cursor)
+    return token.text in _values(mover) if token.kind == "word" else cursor.at_angle
 
 
 def _value(cursor: Cursor, mover: Mover) -> tuple[str, str]:
     """Read a word that says something, or an angle: of which kind it is, and its own spelling."""
-    angle = angle_at(cursor)
-    if angle:
-        return "degrees", angle
+    if cursor.at_angle:
+        return "degrees", cursor.angle()
     kind, value = _values(mover)[cursor.advance().text]
-    degree = sixths_at(cursor) if kind == "bend" and value in ("bend", "stretch", "bent") else ""
+    degree = cursor.sixths() if kind == "bend" and value in ("bend", "stretch", "bent") else ""
     return kind, f"{value} {degree}".rstrip()
 
 
@@ -195,38 +180,42 @@ def _word(cursor: Cursor, mover: Mover, negated: bool) -> Word:
         first = cursor.token
         other, value = _value(cursor, mover)
         if other != kind:
-            raise cursor.error(
-                '"/" joins words of one kind: right/left, high/low. Both at once have no "/": '
-                f"{begin.text} {cursor.said(first, cursor.before)}",
-                begin,
-                cursor.before,
-            )
+            both = f"{begin.text} {cursor.said(first, cursor.before)}"
+            one_kind = '"/" joins words of one kind: right/left, high/low.'
+            raise cursor.error_since(begin, f'{one_kind} Both at once have no "/": {both}')
         values.append(value)
     return Word(kind, tuple(values), negated)
 
 
 def _no_value(cursor: Cursor, sentence: str) -> PatternError:
-    if is_strange(cursor):
-        return stranger(cursor)
+    if is_unknown(cursor):
+        return unknown(cursor)
     if cursor.token.kind == "word" and cursor.vocabulary.mover(cursor.token.text):
         return cursor.error('Here goes a direction or a level. "or" joins lines of other parts.')
     return cursor.error(sentence, cursor.before)
 
 
+# Whether words agree.
+
+
 def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None:
     """Return what is wrong with the last word, or None."""
     word, noun = words[-1], WORD_KINDS[words[-1].kind].noun
-    kind = _kind(mover)
-    moves = word.kind == "bend" and word.values[0].split()[0] in MOVES
+    kind, part = _kind(mover), mover.members[0]
+    moves = word.kind == "bend" and word.values[0].split()[0] in BEND_MOVES
+    cannot = f'"{word}" cannot be said of {mover.name}:'
     if word.kind not in kind.words and word.values != (ANY,):
-        return f'"{word}" cannot be said of {mover.name}: {_a(kind.name)} has no {noun}.'
+        return f"{cannot} {'an' if kind.name[0] in 'aeio' else 'a'} {kind.name} has no {noun}."
     if word.kind == "bend" and any(it not in _BENDING for it in mover.members):
-        return f'"{word}" cannot be said of {mover.name}: only arms and legs bend and stretch.'
+        return f"{cannot} only arms and legs bend and stretch."
     if moves and kind.name == "gesture":
         bent = str(word).replace("bend", "bent").replace("stretch", "bent")
         return f'"{word}" is a movement of its own; that of {mover.name} may end {bent}.'
-    if found := _untouched(word, mover):
-        return found
+    told = {*word.values} - {*amounts_of(part)} if word.kind == "touched" else set()
+    if told and "hand" in word.values:
+        return "Hand touches hand by itself: hands touch"
+    if told:
+        return f"Hands touch each other. Both of them something else: hand_touches {word}"
     before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
     if before and not word.negated:
         return _twice(before[0], word)
@@ -239,38 +228,19 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
         return f"The {mover.name} has no side of its own: say right or left."
     if word.kind == "direction" and not all(
         kind.directions == DIRECTIONS
-        or values_of("direction", value, mover.members[0]).intersection(kind.directions)
+        or values_of("direction", value, part).intersection(kind.directions)
         for value in word.values
     ):
-        goes = " or ".join(kind.directions)
-        return f'"{word}" cannot be said of {mover.name}: it goes {goes}.'
-    if not meaning(words, word.kind, mover.members[0]):
+        return f"{cannot} it goes {' or '.join(kind.directions)}."
+    if not meaning(words, word.kind, part):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'
     return None
 
 
-def _untouched(word: Word, mover: Mover) -> str | None:
-    """Return why hands do not touch so: each other together, all else each by itself."""
-    if word.kind != "touched" or word.values == (ANY,):
-        return None
-    if set(word.values) <= set(amounts_of(mover.members[0])):
-        return None
-    if "hand" in word.values:
-        return "Hand touches hand by itself: hands touch"
-    return f"Hands touch each other. Both of them something else: hand_touches {word}"
-
-
-def _a(noun: str) -> str:
-    return f"{'an' if noun[0] in 'aeio' else 'a'} {noun}"
-
-
 def _twice(first: Word, second: Word) -> str:
-    either, then = f"{first}/{second}", f"{first} -> {second}"
-    noun = WORD_KINDS[first.kind].noun
     if first.kind == "degrees":
         return "Two angles. From 90deg to 180deg is 90deg..180deg"
+    either = f'One movement has one {WORD_KINDS[first.kind].noun}. "{first}/{second}" means either'
     if first.kind == "change":
-        return f'One movement has one {noun}. "{either}" means either.'
-    return (
-        f'One movement has one {noun}. "{either}" means either; "{then}" means one after the other.'
-    )
+        return f"{either}."
+    return f'{either}; "{first} -> {second}" means one after the other.'

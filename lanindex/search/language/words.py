@@ -1,7 +1,7 @@
 """The words of the pattern language, as tables.
 
-Directions and levels come from the alphabet; here are their other spellings, the directions that
-are relative to a limb's own side, the words of the language itself, and the names of the parts.
+Directions and levels come from the alphabet; here are their aliases, the directions that are
+relative to a limb's own side, the words of the language itself, and the names of the parts.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ from functools import lru_cache
 
 from lanindex.alphabet import (
     BENDS,
+    BENT,
     CARRIERS,
+    DEGREES_BENT,
     DIRECTION_CODES,
     DIRECTIONS,
     FEET,
@@ -20,25 +22,21 @@ from lanindex.alphabet import (
     LEVELS,
     MIRRORED,
     MOST_AMOUNT,
+    SIXTHS,
     TOUCHED,
     TRACKS,
     is_limb,
     mirrored_part,
 )
+from lanindex.model.bends import bending, stretching
 from lanindex.model.measures import ABOVE, BELOW, GRADES, USUAL
-from lanindex.search.language import bending
-from lanindex.search.language.meant import LIMBS, MEANT
-from lanindex.search.language.times import degrees
+from lanindex.search.language.times import degrees, sixths
 
 ANY = "any"
 
 RELATIVE = {
-    "side": "right",
-    "side_forward": "r_forward",
-    "side_back": "r_back",
-    "across": "left",
-    "across_forward": "l_forward",
-    "across_back": "l_back",
+    **{"side": "right", "side_forward": "r_forward", "side_back": "r_back"},
+    **{"across": "left", "across_forward": "l_forward", "across_back": "l_back"},
 }
 """Directions relative to the limb's own side, with what they are for a right limb."""
 
@@ -52,19 +50,27 @@ PACES = ("slow", "fast")
 EXTENTS = ("small", "large")
 """How a movement's speed and size compare with those of its group of parts."""
 
-_OTHER_DIRECTIONS = {
+BEND_MOVES = ("bend", "stretch")
+"""What is said of an elbow or a knee, though its limb is named."""
+
+BEND_WORDS = {
+    **{name: name for name in (*BEND_MOVES, "bent", "straight")},
+    **{"bends": "bend", "bending": "bend", "stretches": "stretch", "stretching": "stretch"},
+    **{name: f"{name[:-1]} {name[-1]}" for name in DEGREES_BENT},
+}
+"""Every word of elbows and knees, with its own spelling; a degree may follow but ``straight``."""
+
+_DIRECTION_ALIASES = {
     "backward": "back",
     "side_backward": "side_back",
     "across_backward": "across_back",
     **{
-        spelling: f"{side[0]}_{name}"
+        alias: f"{side[0]}_{name}"
         for side in ("right", "left")
-        for name, spellings in {"forward": ("forward",), "back": ("back", "backward")}.items()
-        for end in spellings
-        for spelling in (f"{side}_{end}", f"{side[0]}_{end}", f"{end}_{side}")
+        for end, name in (("forward", "forward"), ("back", "back"), ("backward", "back"))
+        for alias in (f"{side}_{end}", f"{side[0]}_{end}", f"{end}_{side}")
     },
 }
-_OTHER_LEVELS = {"middle": "mid", "normal": "mid"}
 
 VALUES: dict[str, tuple[str, str]] = {
     **{name: ("direction", name) for name in (*DIRECTIONS, *RELATIVE, ANY)},
@@ -74,11 +80,37 @@ VALUES: dict[str, tuple[str, str]] = {
     "circling": ("degrees", ">=45deg"),
     **{name: ("pace", name) for name in PACES},
     **{name: ("extent", name) for name in EXTENTS},
-    **{word: ("bend", name) for word, name in bending.WORDS.items()},
-    **{spelling: ("direction", name) for spelling, name in _OTHER_DIRECTIONS.items()},
-    **{spelling: ("level", name) for spelling, name in _OTHER_LEVELS.items()},
+    **{alias: ("bend", name) for alias, name in BEND_WORDS.items()},
+    **{alias: ("direction", name) for alias, name in _DIRECTION_ALIASES.items()},
+    **{"middle": ("level", "mid"), "normal": ("level", "mid")},
 }
 """Every word that says how a part moves: its kind and its own spelling."""
+
+
+def _things(kind: str, names: Collection[str]) -> dict[str, tuple[str, str]]:
+    """Return the words of a kind, also in the plural."""
+    plurals = {"feet" if name == "foot" else f"{name}s": name for name in names}
+    known = {**{name: name for name in names}, **plurals, "torso": "trunk"}
+    return {alias: (kind, name) for alias, name in known.items()}
+
+
+THINGS = {kind: _things(kind, it) for kind, it in (("touched", TOUCHED), ("carrier", CARRIERS))}
+"""Words as in `VALUES` that say something of a few tracks and elsewhere name a part, by kind."""
+
+
+def values_for(kinds: Collection[str]) -> Mapping[str, tuple[str, str]]:
+    """Return the words, as in `VALUES`, that tracks understand of which some kinds can be said.
+
+    Examples
+    --------
+    >>> from lanindex.search.language.words import values_for
+    >>> values_for(["touched"])["knees"], "knee" in values_for(["direction"])
+    (('touched', 'knee'), False)
+    """
+    things = [THINGS[kind] for kind in kinds if kind in THINGS]
+    known = (VALUES, *things)
+    return {word: it for one in known for word, it in one.items()} if things else VALUES
+
 
 ABSENT = ""
 """What a symbol is that has no direction, no level or no amount."""
@@ -91,38 +123,27 @@ class Numbers(Mapping[str, int]):
         self._most = most
 
     def __getitem__(self, name: str) -> int:
-        """Return a number by its name."""
         return int(name)
 
     def __iter__(self) -> Iterator[str]:
-        """Yield all names."""
         return map(str, range(self._most + 1))
 
     def __len__(self) -> int:
-        """Return how many numbers there are."""
         return self._most + 1
+
+
+def _codes(names: Collection[str]) -> dict[str, int]:
+    return {name: code for code, name in enumerate(names)}
 
 
 @dataclass(frozen=True, slots=True)
 class WordKind:
-    """What words of one kind speak of.
+    """What words of one kind speak of."""
 
-    Attributes
-    ----------
-    noun : str
-        What a movement has one of.
-    column : str
-        The field of a symbol that tells; empty: worked out from the symbols before.
-    codes : Mapping of str to int
-        What a movement can be, with its code there; `ABSENT` is -1 everywhere.
-    mirrored : Mapping of str to str
-        The mirror image of what is not its own.
-    """
-
-    noun: str
-    column: str
-    codes: Mapping[str, int]
-    mirrored: Mapping[str, str] = field(default_factory=dict)
+    noun: str  # what a movement has one of
+    column: str  # the field of a symbol that tells; empty: worked out from the symbols before
+    codes: Mapping[str, int]  # what a movement can be, with its code; `ABSENT` is -1 everywhere
+    mirrored: Mapping[str, str] = field(default_factory=dict)  # of what is not its own image
 
 
 WORD_KINDS = {
@@ -134,17 +155,15 @@ WORD_KINDS = {
     ),
     "level": WordKind("level", "level", LEVEL_CODES),
     "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
-    "feet": WordKind("kind of jump", "amount", {name: code for code, name in enumerate(FEET)}),
+    "feet": WordKind("kind of jump", "amount", _codes(FEET)),
     "degrees": WordKind("angle", "amount", Numbers(MOST_AMOUNT)),
-    "bend": WordKind("degree of bending", "amount", Numbers(bending.MOST)),
+    "bend": WordKind("degree of bending", "amount", Numbers(stretching(SIXTHS))),
     **{
         kind: WordKind(noun, "", {below: BELOW, "usual": USUAL, above: ABOVE})
         for kind, noun, (below, above) in (("pace", "speed", PACES), ("extent", "size", EXTENTS))
     },
-    "touched": WordKind(
-        "thing touched", "amount", {name: code for code, name in enumerate(TOUCHED)}
-    ),
-    "carrier": WordKind("carrier", "amount", {name: code for code, name in enumerate(CARRIERS)}),
+    "touched": WordKind("thing touched", "amount", _codes(TOUCHED)),
+    "carrier": WordKind("carrier", "amount", _codes(CARRIERS)),
 }
 """Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
 
@@ -157,11 +176,11 @@ MOVING = ("change", *GRADES)
 BESIDE_CELLS = (*AMOUNTS, *GRADES)
 """The kinds of words that speak of what no cell tells."""
 
-NAMES_TOO = ("feet", "bend", *GRADES)
+_NAMES_TOO = ("feet", "bend", *GRADES)
 """The kinds of words that may also be names: a colon or an @ tells which is meant."""
 
 DEGREES = "deg"
-"""The unit of a turn."""
+"""The unit of an angle."""
 
 UNITS = ("s", "ms", "f", "b")
 """Units of time: seconds, milliseconds, frames of the source, beats."""
@@ -172,14 +191,17 @@ ONE_WORD_RELATIONS = ("with", "during", "without", "after", "before", "never")
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
 """Words that ``with`` follows: of relations of two words."""
 
+MANNERS = ("at", "via", "hold")
+"""Words that say how a part is or moves there."""
+
 LANGUAGE = (
     *("then", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS, "or"),
-    *("not", "at", "via", "hold", "start", "end", "mirror", "mirrors", "either", "rhythm"),
+    *("not", *MANNERS, "start", "end", "mirror", "mirrors", "either", "rhythm"),
     *("where", "and", "clip", "match", "let", "count", "sort", "by", "first", "direction"),
 )
 """The words that hold a pattern together; none of them can be a name."""
 
-APART = (
+_APART = (
     *("right", "left", "either", "both", "body", "other", "torso", "head"),
     *("hand", "hands", "r_hand", "l_hand"),
 )
@@ -210,41 +232,54 @@ def values_of(kind: str, value: str, part: str) -> frozenset[str]:
     if kind == "degrees":
         return _angles(value)
     if kind == "bend":
-        return bending.amounts(value)
-    absolute = RELATIVE.get(value, value)
-    there = {"r_": {absolute}, "l_": {mirrored_value(kind, absolute)}}
-    either = {absolute, mirrored_value(kind, absolute)}
-    return frozenset(there.get(part[:2], either) if value in RELATIVE else {absolute})
+        return bend_amounts(value)
+    if value not in RELATIVE:
+        return frozenset({value})
+    right = RELATIVE[value]
+    left = mirrored_value(kind, right)
+    return frozenset({"r_": {right}, "l_": {left}}.get(part[:2], {right, left}))
 
 
 @lru_cache(64)
 def _angles(value: str) -> frozenset[str]:
     """Return the whole degrees of an angle as written: ``90deg``, ``>180deg``."""
     least, most = degrees(value)
-    known = WORD_KINDS["degrees"].codes
-    return frozenset(map(str, range(least, len(known) if most is None else most + 1)))
+    return frozenset(map(str, range(least, (MOST_AMOUNT if most is None else most) + 1)))
+
+
+_BEND_RANGES = {
+    **{"bend": (1, SIXTHS), "stretch": (0, SIXTHS)},
+    **{"bent": (BENT, SIXTHS), "straight": (0, BENT - 1)},
+}
+"""To which degrees a limb bends or stretches, or is bent, if that is not said."""
+
+
+@lru_cache(64)
+def bend_amounts(value: str) -> frozenset[str]:
+    """Return which amounts of a symbol are meant: of bending, of stretching, or of either.
+
+    Examples
+    --------
+    >>> from lanindex.search.language.words import bend_amounts
+    >>> sorted(map(int, bend_amounts("bend 5+"))), sorted(map(int, bend_amounts("bent 5+")))
+    ([5, 6], [5, 6, 12, 13])
+    """
+    word, _, degree = value.partition(" ")
+    least, most = sixths(degree) if degree else _BEND_RANGES[word]
+    some = range(least, (SIXTHS if most is None else min(most, SIXTHS)) + 1)
+    ways = {"bend": (bending,), "stretch": (stretching,)}.get(word, (bending, stretching))
+    return frozenset(str(way(degree)) for way in ways for degree in some)
 
 
 @dataclass(frozen=True, slots=True)
 class Mover:
-    """Who moves: one part, either of a pair, or both at once.
+    """Who moves: one part, either of a pair, or both at once."""
 
-    Attributes
-    ----------
-    name : str
-        As written: ``r_arm``, ``arm``, ``arms``.
-    form : str
-        ``one``, ``either`` or ``both``.
-    members : tuple of str
-        The parts it may mean; of a pair the right one first.
-    """
-
-    name: str
-    form: str
-    members: tuple[str, ...]
+    name: str  # as written: r_arm, arm, arms
+    form: str  # one, either, both
+    members: tuple[str, ...]  # the parts it may mean; of a pair the right one first
 
     def __str__(self) -> str:
-        """Return the name as it is written in a pattern."""
         return self.name
 
     @property
@@ -260,6 +295,19 @@ class Mover:
         return Mover(name, "one", (name,))
 
 
+def written(name: str, manner: str, bend: str) -> str:
+    """Return how a mover is written: of an elbow or a knee the limb, where its words tell.
+
+    Examples
+    --------
+    >>> from lanindex.search.language.words import written
+    >>> written("leg_bends", "move", "bend 3+"), written("r_arm_bend", "move", "bent")
+    ('legs', 'r_arm_bend')
+    """
+    tells = bend and (manner in ("at", "hold") or bend.split()[0] in BEND_MOVES)
+    return name.replace("_bend", "", 1) if tells else name
+
+
 def _place(part: str) -> tuple[bool, bool, str]:
     """Return what to sort parts by: those without a side, those with one, the whole body."""
     limb = is_limb(part)
@@ -268,21 +316,21 @@ def _place(part: str) -> tuple[bool, bool, str]:
 
 def _movers(parts: Collection[str]) -> dict[str, Mover]:
     movers = {name: Mover(name, "one", (name,)) for name in parts}
-    for name in parts:
-        if name[:2] in ("r_", "l_"):
-            group = name[2:]
-            pair = (f"r_{group}", f"l_{group}")
-            plural = _PLURALS.get(group, f"{group}s")
-            movers.setdefault(group, Mover(group, "either", pair))
-            movers.setdefault(plural, Mover(plural, "both", pair))
-            meant = {"right": f"r_{group}", "left": f"l_{group}", "either": group, "both": plural}
-            for word, mover in meant.items():
-                if mover in movers:
-                    said = f"{word}_{plural if word == 'both' else group}"
-                    movers.setdefault(said, movers[mover])
-    for short, name in _SHORT.items():
+    for group in (name[2:] for name in parts if name[:2] in ("r_", "l_")):
+        pair = (f"r_{group}", f"l_{group}")
+        plural = _PLURALS.get(group, f"{group}s")
+        movers.setdefault(group, Mover(group, "either", pair))
+        movers.setdefault(plural, Mover(plural, "both", pair))
+        aliases = {
+            **{f"right_{group}": pair[0], f"left_{group}": pair[1]},
+            **{f"either_{group}": group, f"both_{plural}": plural},
+        }
+        for alias, name in aliases.items():
+            if name in movers:
+                movers.setdefault(alias, movers[name])
+    for alias, name in _SHORT.items():
         if name in movers:
-            movers.setdefault(short, movers[name])
+            movers.setdefault(alias, movers[name])
     return movers
 
 
@@ -297,7 +345,7 @@ class Vocabulary:
     """
 
     def __init__(self, parts: Collection[str] | None = None) -> None:
-        self._owner = "There is" if parts is None else "This library has"
+        self.of_library = parts is not None
         self.parts = tuple(sorted(TRACKS if parts is None else parts, key=_place))
         self.movers = _movers({*TRACKS, *self.parts})
 
@@ -313,49 +361,16 @@ class Vocabulary:
 
     def spelt_apart(self, *words: str) -> Mover | None:
         """Return whom words name together: ``right arm``, ``right hand touch``; or None."""
-        return self.movers.get("_".join(words)) if words[0] in APART else None
+        return self.movers.get("_".join(words)) if words[0] in _APART else None
 
     def taken(self, word: str) -> str:
         """Return what a word means, so that it can be no name; or nothing.
 
-        Words of `NAMES_TOO`, and the tracks of the whole body, may be names: a colon or an @ tells
+        Words of `_NAMES_TOO`, and the tracks of the whole body, may be names: a colon or an @ tells
         which is meant.
         """
         kind, _ = VALUES.get(word, ("feet", ""))
-        if word in LANGUAGE or word == "then" or kind not in NAMES_TOO:
+        if word in LANGUAGE or kind not in _NAMES_TOO:
             return "a word of the language"
         mover = self.mover(word)
         return "a part" if mover and is_limb(mover.members[0]) else ""
-
-    def stranger(self, word: str, part_expected: bool) -> str:
-        """Return the sentence about a word that is not in the vocabulary."""
-        if guess := self._guess(word.lower(), part_expected):
-            return f'I don\'t know "{word}". Did you mean "{guess}"?'
-        if part_expected:
-            has = "The parts are" if self._owner == "There is" else "It has"
-            return f'{self._owner} no part "{word}". {has}: {" ".join(self.parts) or "none"}'
-        return (
-            f'I don\'t know "{word}". A movement has a direction ({", ".join(DIRECTIONS[:4])} …) '
-            f"and a level (high, mid, low)."
-        )
-
-    def _guess(self, word: str, part_expected: bool) -> str | None:
-        from rapidfuzz import process
-        from rapidfuzz.distance import OSA
-
-        from lanindex.search.dictionary import load
-
-        named = {name: f"@{name}" for name in load()} if part_expected else {}
-        if word in named:
-            return named[word]
-        if word in MEANT:
-            return MEANT[word]
-        side = next((it for it in ("right_", "left_", "r_", "l_") if word.startswith(it)), "")
-        limb = (side[:1] and f"{side[0]}_") + LIMBS.get(word.removeprefix(side), "")
-        if limb in self.movers:
-            return limb
-        known = [*VALUES, *self.movers, *LANGUAGE, *named]
-        jumbled = [it for it in known if sorted(it) == sorted(word)]
-        found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.7)
-        guess = jumbled[0] if jumbled else found[0] if found else ""
-        return named.get(guess, guess) or None

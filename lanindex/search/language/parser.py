@@ -1,0 +1,625 @@
+"""Pattern text → Query: a method for each rule of the grammar, read from left to right."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+
+from lanindex.errors import PatternError, shown
+from lanindex.search.language.clauses import (
+    Condition,
+    Count,
+    First,
+    Sort,
+    Stage,
+    condition_at,
+    reference_at,
+)
+from lanindex.search.language.lexer import COUNT, Cursor, Token
+from lanindex.search.language.natural import offer_reading
+from lanindex.search.language.query import (
+    ONCE,
+    Arrow,
+    Beside,
+    Bracket,
+    Choice,
+    Item,
+    Line,
+    Lines,
+    Query,
+    Repeat,
+    Skips,
+    Step,
+    last_movers,
+    mirrored_unit,
+    steps_in,
+    steps_taken,
+)
+from lanindex.search.language.score import Saved, is_lnd, score_at
+from lanindex.search.language.steps import NO_PART, step_at
+from lanindex.search.language.suggestions import is_unknown, stray
+from lanindex.search.language.times import Length
+from lanindex.search.language.words import (
+    ONE_WORD_RELATIONS,
+    TWO_WORD_RELATIONS,
+    UNITS,
+    Mover,
+    Vocabulary,
+)
+
+_LONGEST = 10_000
+_DEEPEST = 40
+_MOST_STEPS = 1000
+_MOST_WORDS = 10_000
+
+_ANYONE = Mover("any part", "one", ("r_any",))
+"""Who moves in a pattern that is being named, where only its use will tell."""
+
+_EDGES = "--tolerance tells how far the edges may lie apart."
+_UNLIMITED = {
+    "during": "one lies inside the other.",
+    "never": "it looks at all of the capture.",
+    **{f"{word} with": _EDGES for word in TWO_WORD_RELATIONS},
+}
+"""Relations that take no time, and why."""
+
+_NOT_IN_WHERE = {
+    "or": '"and" joins conditions. "or" joins lines, before "where".',
+    "/": 'A condition has one word: a.level >= mid. "/" is for steps.',
+    **dict.fromkeys(
+        ("<", "<=", ">", ">=", "=", "!="),
+        "One comparison in each condition: a.length > 1s and a.length < 2s",
+    ),
+}
+"""What may seem to go on behind a condition."""
+
+
+def parse(
+    text: str,
+    parts: Collection[str] | None = None,
+    *,
+    names: Mapping[str, str] | None = None,
+    strict: bool = False,
+) -> Query:
+    """Read a pattern.
+
+    Parameters
+    ----------
+    text : str
+        In the pattern language; one from `score.pattern_in` names its file in errors.
+    parts : collection of str, optional
+        The parts that the library has; a pattern may name those of the alphabet, too.
+    names : Mapping of str to str, optional
+        Names in small letters that the pattern may use besides those that it gives itself, and
+        the pattern that each stands for: ``@raise``.
+    strict : bool
+        Whether the timing of pasted LND counts.
+
+    Returns
+    -------
+    Query
+        The pattern as a tree; ``str()`` of it is a pattern again.
+
+    Raises
+    ------
+    PatternError
+        The pattern cannot be understood; says where and why.
+
+    Examples
+    --------
+    >>> from lanindex.errors import PatternError
+    >>> from lanindex.search.language import parse
+    >>> sorted(parse("r_arm right mid -> high with head").parts)
+    ['head', 'r_arm']
+    >>> try:
+    ...     parse("r_arm rihgt")
+    ... except PatternError as error:
+    ...     print(error)
+    r_arm rihgt
+          ^^^^^
+    I don't know "rihgt". Did you mean "right"?
+    """
+    vocabulary = Vocabulary(parts)
+
+    def read(text: str) -> Query:
+        return _Parser(Cursor(text, vocabulary), names or {}, strict).query()
+
+    try:
+        if len(text) > _LONGEST:
+            raise PatternError(
+                f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
+                text=f"{text[:60]}…",
+                start=60,
+                stop=61,
+            )
+        return read(str(text))
+    except PatternError as error:
+        offer_reading(error, read, vocabulary.parts)
+        if isinstance(text, Saved):
+            error.place = text.place(error.start)
+        raise
+
+
+class _Parser:
+    """Each rule reads its tokens and returns its node.
+
+    `carried` is whom an arrow carries over, `after` what comes before: ``->``, a relation, ``or``,
+    ``start`` or nothing.
+    """
+
+    def __init__(self, cursor: Cursor, names: Mapping[str, str], strict: bool) -> None:
+        self.cursor, self.names, self.strict = cursor, names, strict
+        self.lets: dict[str, Cursor] = {}  # what stands for each name that a let gave
+        self.open_names: list[str] = []  # of the patterns that are being read
+        self.words_named = 0
+        self.labels: dict[str, tuple[Token, Token]] = {}
+        self.depth = 0
+        self.mirror = False
+        self.timed = False
+
+    def query(self) -> Query:
+        cursor = self.cursor
+        begin = cursor.token
+        while let := cursor.take("word", "let"):
+            self.let(let)
+        if cursor.stands("end"):
+            raise cursor.error("Nothing to look for. Name a part first: r_arm right mid")
+        pattern = self.pattern(frozenset())
+        if self.strict and not self.timed:
+            found = "Only the timing of pasted LND can be strict, and there is none here."
+            raise cursor.error_since(begin, found)
+        query = self.clauses(_opened(pattern) if self.timed else pattern)
+        if self.words_named and (length := len(str(query))) > _LONGEST:
+            found = (
+                f"With all names written out it has {length} characters; {_LONGEST} is the most."
+            )
+            raise cursor.error_since(begin, found)
+        return query
+
+    # lines
+
+    def pattern(self, carried: frozenset[Mover], after: str = "") -> Choice:
+        alternatives = [self.lines(carried, after)]
+        while self.cursor.take("word", "or"):
+            alternatives.append(self.lines(carried, "or"))
+        return Choice(tuple(alternatives))
+
+    def lines(self, carried: frozenset[Mover], after: str) -> Lines:
+        first = self.line(carried, after)
+        others = []
+        while relation := self.relation():
+            within = self.limit(relation)
+            labelled = len(self.labels)
+            line = self.line(frozenset(), relation)
+            if relation in ("without", "never"):
+                self.refuse_labels(labelled, f'"{relation}": it speaks of what does not happen.')
+            others.append(Beside(relation, line, within))
+        return Lines(first, tuple(others))
+
+    def relation(self) -> str | None:
+        word = self.cursor.take("word", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS)
+        if word is None:
+            return None
+        if word.text not in TWO_WORD_RELATIONS:
+            return word.text
+        if not self.cursor.take("word", "with"):
+            raise self.cursor.error(f'"with" follows: r_arm high {word.text} with l_arm high', word)
+        return f"{word.text} with"
+
+    def limit(self, relation: str) -> Length | None:
+        """Read the limit of a relation, if one stands here: ``after[<1s]``, ``with[1s]``."""
+        cursor = self.cursor
+        begin, opening = cursor.before, cursor.take("mark", "[")
+        plain = relation in ("with", "without")
+        example = f"{relation}[{'1s' if plain else '<1s'}]"
+        if opening is None:
+            if cursor.stands("compare") or cursor.stands("number"):
+                raise cursor.error(f"A time goes into square brackets: {example}")
+            return None
+        if relation in _UNLIMITED:
+            found = f'No time goes with "{relation}": {_UNLIMITED[relation]}'
+            raise cursor.error(found, begin, opening)
+        not_plain = f"A plain time: {relation}[1s] is less than 1s between."
+        if plain and cursor.stands("compare"):
+            raise cursor.error(not_plain)
+        if plain and cursor.stands("number"):
+            length: Length | None = Length("<", cursor.time())
+        else:
+            length = cursor.length()
+        if length is None:
+            raise cursor.error(f"A time goes into the brackets: {example}", opening)
+        if plain and (cursor.stands("mark", "+") or cursor.stands("range")):
+            raise cursor.error(not_plain)
+        self.close(opening)
+        if plain and not length.time.number:
+            alone = f'"{relation}" alone is about sharing a frame.'
+            raise cursor.error_since(opening, f"Nothing is less than no time between. {alone}")
+        return length
+
+    def close(self, opening: Token) -> None:
+        if not self.cursor.take("mark", "]"):
+            raise self.cursor.error('This bracket is never closed: a "]" is missing.', opening)
+
+    def line(self, carried: frozenset[Mover], after: str) -> Line:
+        cursor = self.cursor
+        begin = cursor.token
+        start = None
+        if cursor.take("word", "start") and (start := self.arrow()) is None:
+            raise cursor.error('An arrow follows "start": start -> r_arm high', begin)
+        items = [self.item(carried, "start" if start else after)]
+        arrows: list[Arrow] = []
+        end = None
+        while arrow := self.arrow():
+            if cursor.take("word", "end"):
+                end = arrow
+                break
+            arrows.append(arrow)
+            unit = items[-1].unit
+            last = frozenset((unit.mover,)) if isinstance(unit, Step) else last_movers(unit.pattern)
+            items.append(self.item(last, "->"))
+        if all(item.optional for item in items):
+            raise cursor.error_since(
+                begin,
+                "All of this line may be left out, so there is nothing to find: "
+                'take a "?" or an "x0" away.',
+            )
+        return Line(tuple(items), tuple(arrows), start, end)
+
+    def arrow(self) -> Arrow | None:
+        """Read an arrow with its limit, if one stands here: ``->``, ``...[<2s]``."""
+        cursor = self.cursor
+        begin = cursor.take("arrow") or cursor.take("dots")
+        if begin is None:
+            return None
+        later = begin.kind == "dots"
+        opening = cursor.take("mark", "[")
+        if opening is None:
+            return Arrow(later)
+        skips = self.skips()
+        length = None if skips else cursor.length()
+        if skips is None and length is None:
+            raise cursor.error(
+                "A limit goes into the brackets: [<2s] of the time between, "
+                "...[<=2] of the movements skipped.",
+                opening,
+            )
+        self.close(opening)
+        if skips and not later:
+            raise cursor.error_since(
+                begin,
+                "The arrow -> skips nothing: it leads to the next movement. "
+                f"...[{skips}] counts what is skipped, ->[{skips}s] is a time.",
+            )
+        return Arrow(later, length, skips)
+
+    def skips(self) -> Skips | None:
+        """Read a number of movements, if one stands here: a number that no unit follows."""
+        cursor = self.cursor
+        number, unit = cursor.number_and_unit()
+        if not number or unit in UNITS:
+            return None
+        compare, token = cursor.take("compare"), cursor.advance()
+        if not number.isdecimal():
+            found = "Movements are counted in whole numbers; a time has a unit."
+            raise cursor.error(found, token)
+        return Skips(compare.text if compare else "", int(cursor.checked(token)))
+
+    # steps
+
+    def item(self, carried: frozenset[Mover], after: str) -> Item:
+        cursor = self.cursor
+        begin, labelled = cursor.token, len(self.labels)
+        label = self.label()
+        first = cursor.token
+        unit, timed = self.unit(carried, after)
+        length = cursor.length()
+        if length and (token := cursor.token) and cursor.length():
+            raise cursor.error_since(token, "Two lengths. From 1s to 2s is 1s..2s")
+        item = Item(unit, length or timed, self.repeat(), label)
+        if item.repeat != ONCE:
+            self.refuse_more(first)
+            self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
+        if (steps := steps_taken(item)) > _MOST_STEPS:
+            raise cursor.error_since(
+                begin,
+                f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most. "
+                "x3+ leaves the number open.",
+            )
+        return item
+
+    def label(self) -> str:
+        """Read a label with its colon, if one stands here: ``a:``."""
+        cursor = self.cursor
+        if not cursor.at_label:
+            return ""
+        label = self.name()
+        colon = cursor.advance()
+        if cursor.at_label:
+            raise cursor.error("One label is enough.", cursor.token, cursor.ahead(1))
+        if label.text in self.labels:
+            raise cursor.error(f'The label "{label.text}" stands once.', label, colon)
+        self.labels[label.text] = (label, colon)
+        return label.text
+
+    def name(self) -> Token:
+        """Read a name, which goes here."""
+        cursor, token = self.cursor, self.cursor.token
+        if token.kind != "word":
+            raise cursor.error("A name goes here, such as a or reach_up.", cursor.before)
+        count = "a count" if COUNT.fullmatch(token.text) else ""
+        if means := count or cursor.vocabulary.taken(token.text):
+            raise cursor.error(f'"{cursor.said(token)}" is {means}: choose another name.')
+        return cursor.advance()
+
+    def refuse_labels(self, before: int, where: str) -> None:
+        """Refuse labels where they could not tell which symbols they mean."""
+        for name, place in list(self.labels.items())[before:]:
+            raise self.cursor.error(f'The label "{name}" stands inside {where}', *place)
+
+    def repeat(self) -> Repeat:
+        """Read a count, if one stands here: ``x3``, ``x3+``, ``x2..3``, ``?``."""
+        cursor = self.cursor
+        begin = cursor.token
+        if cursor.take("mark", "?"):
+            return Repeat(0, 1)
+        counted = COUNT.fullmatch(begin.text) if begin.kind == "word" else None
+        if counted is None:
+            return ONCE
+        cursor.advance()
+        least = int(cursor.checked(begin, counted[1]))
+        most: int | None = least
+        if cursor.take("mark", "+"):
+            most = None
+        elif cursor.take("range"):
+            number = cursor.take("number")
+            if number is None or not number.text.isdecimal():
+                raise cursor.error_since(begin, "From how often to how often? x2..3")
+            most = int(cursor.checked(number))
+            if most < least:
+                raise cursor.error_since(begin, f"From more to less: write x{most}..{least}")
+        if most == 0:
+            found = '"x0" is never. To say that it does not happen: without'
+            raise cursor.error_since(begin, found)
+        return Repeat(least, most)
+
+    def refuse_more(self, begin: Token) -> None:
+        """Refuse a length or another count after a count: it could be meant in two ways."""
+        cursor = self.cursor
+        counted, token = cursor.said(begin, cursor.before), cursor.token
+        if cursor.length():
+            more, of, each = "length", "time", "; to time each, length first."
+        elif self.repeat() != ONCE:
+            more, of, each = "count", "repeat", ""
+        else:
+            return
+        bracketed = f"({counted}) {cursor.said(token, cursor.before)}{each}"
+        found = f"A {more} after a count: to {of} all of it, bracket it: {bracketed}"
+        raise cursor.error_since(token, found)
+
+    def unit(self, carried: frozenset[Mover], after: str) -> tuple[Step | Bracket, Length | None]:
+        """Read a step, with the length that a line of LND tells."""
+        cursor = self.cursor
+        if word := cursor.take("word", "mirror"):
+            if not cursor.stands("mark", "("):
+                raise cursor.error("Brackets follow: mirror(r_arm right)", word)
+            self.mirror = not self.mirror
+            bracket = self.bracket(carried)
+            self.mirror = not self.mirror
+            return bracket, None
+        if cursor.stands("mark", "("):
+            return self.bracket(carried), None
+        if cursor.stands("mark", "@"):
+            return self.named(carried), None
+        if is_lnd(cursor):
+            self.timed = True
+            unit, timed = score_at(cursor, self.strict)
+            return mirrored_unit(unit) if self.mirror else unit, timed
+        return step_at(cursor, carried, after, self.mirror), None
+
+    def bracket(self, carried: frozenset[Mover]) -> Bracket:
+        cursor = self.cursor
+        opening = cursor.advance()
+        self.deepen(opening)
+        if cursor.stands("mark", ")"):
+            raise cursor.error("Nothing between these brackets.", opening, cursor.token)
+        pattern = self.pattern(carried)
+        if cursor.stands("end"):
+            raise cursor.error('This bracket is never closed: a ")" is missing.', opening)
+        if not cursor.take("mark", ")"):
+            raise stray(cursor)
+        self.depth -= 1
+        return Bracket(pattern)
+
+    def deepen(self, opening: Token) -> None:
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise self.cursor.error(f"More than {_DEEPEST} brackets inside each other.", opening)
+
+    # names of patterns: each is read anew wherever it is used, since a part may carry into it
+
+    def let(self, let: Token) -> None:
+        """Read ``let NAME = pattern ;``: checked now, read again with each use."""
+        cursor = self.cursor
+        token = self.name()
+        name = token.text
+        if name in self.lets:
+            raise cursor.error(f'"{name}" has a pattern already: choose another name.', token)
+        if not cursor.take("mark", "="):
+            raise cursor.error(f"An = follows: let {name} = mid -> high;", let, token)
+        begin = cursor.index
+        self.open_names.append(name)
+        self.pattern(frozenset((_ANYONE,)), "=")
+        self.open_names.pop()
+        if cursor.stands("end"):
+            found = 'A ";" ends it, and the pattern follows: let up = mid -> high; r_arm low -> @up'
+            raise cursor.error_since(let, found)
+        if not cursor.stands("mark", ";"):
+            raise stray(cursor)
+        self.lets[name] = cursor.cut(begin)
+        cursor.advance()
+        self.labels.clear()
+
+    def named(self, carried: frozenset[Mover]) -> Bracket:
+        """Read ``@NAME``: its pattern, in brackets."""
+        cursor, at = self.cursor, self.cursor.advance()
+        self.deepen(at)
+        labelled = len(self.labels)
+        name, inner = self.opened(at)
+        self.open_names.append(name)
+        self.cursor = inner
+        try:
+            pattern = self.pattern(carried)
+            if not inner.stands("end"):
+                raise stray(inner)
+        except PatternError as error:
+            said = cursor.said(at, cursor.before)
+            found = f"{said}: {error.found}"
+            if error.found == NO_PART:
+                found = f"{said} begins without a part. Let one carry into it: r_arm low -> {said}"
+            raise cursor.error_since(at, found) from error
+        self.cursor = cursor
+        self.open_names.pop()
+        for label in list(self.labels)[labelled:]:
+            self.labels[label] = (at, cursor.before)
+        self.depth -= 1
+        return Bracket(pattern)
+
+    def opened(self, at: Token) -> tuple[str, Cursor]:
+        """Read a name behind ``@``, and return it and what it stands for."""
+        cursor, token = self.cursor, self.cursor.token
+        if token.kind != "word":
+            raise cursor.error("The name of a pattern follows: @reach_up", at)
+        name = cursor.advance().text
+        if name in self.open_names:
+            raise cursor.error(f'"@{name}" speaks of itself.', at, token)
+        if name in self.lets:
+            inner = Cursor(self.lets[name].text, cursor.vocabulary, self.lets[name].tokens)
+        elif name in self.names:
+            inner = Cursor(self.names[name], cursor.vocabulary)
+        elif cursor.stands("mark", ".") and cursor.ahead(1).text in ("lq", "lnd"):
+            found = "A pattern in a file stands alone: search @raise.lq"
+            raise cursor.error(found, at, cursor.ahead(1))
+        else:
+            raise cursor.error(self.no_name(name), at, token)
+        self.words_named += len(inner.tokens)
+        if self.words_named > _MOST_WORDS:
+            found = f"With all names written out this has more than {_MOST_WORDS} words."
+            raise cursor.error(found, at, token)
+        return name, inner
+
+    def no_name(self, name: str) -> str:
+        from rapidfuzz import process
+
+        guess = process.extractOne(name, [*self.lets, *self.names], score_cutoff=60)
+        remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
+        if guess:
+            remedy = f'Did you mean "@{guess[0]}"?'
+        return f'There is no pattern "@{name}". {remedy}'
+
+    # clauses and stages
+
+    def clauses(self, pattern: Choice) -> Query:
+        """Read all that stands behind a pattern, and return the whole query."""
+        cursor, query = self.cursor, Query(pattern)
+        seen: list[str] = []
+        while word := cursor.take("word", "either", "rhythm", "where"):
+            said = "either side" if word.text == "either" else word.text
+            if said in seen:
+                more = ': "and" joins conditions' if said == "where" else ""
+                raise cursor.error(f'"{said}" stands once{more}.', word)
+            seen.append(said)
+            if said == "where":
+                query = replace(query, where=self.where())
+            elif said == "rhythm":
+                query = replace(query, rhythm=self.rhythm(word, pattern))
+            elif cursor.take("word", "side"):
+                query = replace(query, either_side=True)
+            else:
+                raise cursor.error('"either side": the pattern or its mirror image.', word)
+        query = replace(query, stages=tuple(self.stages()))
+        token = cursor.token
+        if token.kind == "end":
+            return query
+        if query.stages:
+            raise cursor.error('Behind a stage comes another one, with a "|", or nothing.')
+        if seen[-1:] == ["where"] and token.text in _NOT_IN_WHERE:
+            raise cursor.error(_NOT_IN_WHERE[token.text])
+        if not seen or is_unknown(cursor) or token.kind in ("unknown", "string"):
+            raise stray(cursor)
+        raise cursor.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
+
+    def where(self) -> tuple[Condition, ...]:
+        conditions = [condition_at(self.cursor, self.labels)]
+        while self.cursor.take("word", "and"):
+            conditions.append(condition_at(self.cursor, self.labels))
+        return tuple(conditions)
+
+    def rhythm(self, begin: Token, pattern: Choice) -> tuple[Fraction, ...]:
+        cursor = self.cursor
+        numbers = [self.proportion()]
+        while cursor.take("mark", ":"):
+            numbers.append(self.proportion())
+        if len(numbers) == 1:
+            raise cursor.error_since(begin, "A rhythm has two numbers or more: 1:2")
+        counts = [steps_in(lines.first) for lines in pattern.alternatives]
+        if not any(least <= len(numbers) <= most for least, most in counts):
+            steps = " or ".join(dict.fromkeys(_number_of_steps(*count) for count in counts))
+            found = f"{len(numbers)} numbers, but the first line has {steps}: one number each."
+            raise cursor.error_since(begin, found)
+        return tuple(numbers)
+
+    def proportion(self) -> Fraction:
+        cursor, token = self.cursor, self.cursor.token
+        if token.kind != "number":
+            raise cursor.error("Numbers go here, one a step: rhythm 1:1:2", cursor.before)
+        number = cursor.number()
+        if not number:
+            raise cursor.error("No step lasts for nothing: a number above 0.", token)
+        return number
+
+    def stages(self) -> Iterator[Stage]:
+        counted = False
+        while bar := self.cursor.take("mark", "|"):
+            begin = self.cursor.token
+            stage = self.stage(bar)
+            if counted and not isinstance(stage, First):
+                found = 'After "count" there are no hits any more: only "first" may follow.'
+                raise self.cursor.error_since(begin, found)
+            counted |= isinstance(stage, Count)
+            yield stage
+
+    def stage(self, bar: Token) -> Stage:
+        cursor = self.cursor
+        word = cursor.take("word", "count", "sort", "first")
+        if word is None:
+            found = 'A stage follows "|": count, count by clip.label, sort by match.start, first 10'
+            raise cursor.error(found, bar if cursor.stands("end") else cursor.token)
+        if word.text == "first":
+            whole = cursor.stands("number") and cursor.token.text.isdecimal()
+            number = int(cursor.number()) if whole else 0
+            if not number:
+                raise cursor.error_since(word, "The first how many? first 10")
+            return First(number)
+        if cursor.take("word", "by"):
+            reference = reference_at(cursor, self.labels)
+            return Count(reference) if word.text == "count" else Sort(reference)
+        if word.text == "sort":
+            raise cursor.error("By what? sort by match.start", word)
+        if cursor.stands("word") and cursor.ahead(1).text == ".":
+            raise cursor.error('"by" is missing: count by clip.label', word)
+        return Count()
+
+
+def _number_of_steps(least: int, most: float) -> str:
+    if least == most:
+        return f"{least} step{'' if least == 1 else 's'}"
+    return f"{least} steps or more" if most == float("inf") else f"{least} to {most:.0f} steps"
+
+
+def _opened(pattern: Choice) -> Choice:
+    """Return what stands in brackets, if that is all: a score is lines side by side."""
+    match pattern:
+        case Choice((Lines(Line((Item(Bracket(inner), None, repeat, ""),), (), None, None), ()),)):
+            return inner if repeat == ONCE else pattern
+    return pattern
