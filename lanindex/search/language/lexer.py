@@ -7,7 +7,7 @@ the first error reported is the first one that a reader meets.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -68,30 +68,19 @@ def tokens(text: str) -> list[Token]:
 
 
 class Cursor:
-    """A pattern's tokens, read from left to right, with the numbers and lengths among them.
-
-    Parameters
-    ----------
-    text : str
-        The whole pattern.
-    vocabulary : Vocabulary
-        The words it may use.
-    read : sequence of Token, optional
-        What to read of it, the last of kind ``end``; by default all.
-    """
+    """The tokens of a whole pattern, or some, read from left to right, and what they make."""
 
     def __init__(
-        self, text: str, vocabulary: Vocabulary, read: Sequence[Token] | None = None
+        self, text: str, vocabulary: Vocabulary, some: Sequence[Token] | None = None
     ) -> None:
         self.text, self.vocabulary = text, vocabulary
-        self.tokens = tokens(text) if read is None else read
-        self.index = 0
+        self.tokens = tokens(text) if some is None else some
+        self.index = 0  # of the next token
 
-    def cut(self, begin: int) -> Cursor:
-        """Return a cursor of what was read since `index` was that; it ends where this stands."""
+    def since(self, index: int) -> list[Token]:
+        """Return the tokens read from an index on, and an end."""
         stop = self.before.stop
-        read = [*self.tokens[begin : self.index], Token("end", "", stop, stop)]
-        return Cursor(self.text, self.vocabulary, read)
+        return [*self.tokens[index : self.index], Token("end", "", stop, stop)]
 
     @property
     def token(self) -> Token:
@@ -189,20 +178,23 @@ class Cursor:
 
     def length(self, units: tuple[str, ...] = UNITS) -> Length | None:
         """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
+        if self.stands("compare") or self.stands("number"):
+            return self._range(lambda: self.time(units))
+        return None
+
+    def _range(self, value: Callable[[], Time]) -> Length:
         begin = self.token
         if compare := self.take("compare"):
-            return Length(compare.text, self.time(units))
-        if not self.stands("number"):
-            return None
-        time = self.time(units)
+            return Length(compare.text, value())
+        first = value()
         if self.take("mark", "+"):
-            return Length("+", time)
+            return Length("+", first)
         if not self.take("range"):
-            return Length("~", time)
-        last = self.time(units)
-        if last.unit == time.unit and last.number < time.number:
-            raise self.error_since(begin, f"From more to less: write {last}..{time}")
-        return Length("..", time, last)
+            return Length("~", first)
+        last = value()
+        if last.unit == first.unit and last.number < first.number:
+            raise self.error_since(begin, f"From more to less: write {last}..{first}")
+        return Length("..", first, last)
 
     @property
     def at_angle(self) -> bool:
@@ -218,23 +210,12 @@ class Cursor:
         number, unit = self.number_and_unit()
         if not number or unit in (*UNITS, DEGREES):
             return ""
-        begin, compare = self.token, self.take("compare")
-        first = self._sixth()
-        if compare:
-            return f"{compare.text}{first}"
-        if self.take("mark", "+"):
-            return f"{first}+"
-        if not self.take("range"):
-            return first
-        last = self._sixth()
-        if last < first:
-            raise self.error_since(begin, f"From more to less: write {last}..{first}")
-        return f"{first}..{last}"
+        return str(self._range(self._sixth))
 
-    def _sixth(self) -> str:
+    def _sixth(self) -> Time:
         token = self.advance()
         if token.kind == "number" and token.text.isdecimal() and int(token.text) <= SIXTHS:
-            return str(int(token.text))
+            return Time(Fraction(token.text), "")
         raise self.error(
             f"A limb is bent by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+",
             token,

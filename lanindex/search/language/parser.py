@@ -150,7 +150,8 @@ class _Parser:
 
     def __init__(self, cursor: Cursor, names: Mapping[str, str], strict: bool) -> None:
         self.cursor, self.names, self.strict = cursor, names, strict
-        self.lets: dict[str, Cursor] = {}  # what stands for each name that a let gave
+        self.lets: dict[str, list[Token]] = {}  # what each name stands for that a let gave
+        self.text = cursor.text
         self.open_names: list[str] = []  # of the patterns that are being read
         self.words_named = 0
         self.labels: dict[str, tuple[Token, Token]] = {}
@@ -255,9 +256,7 @@ class _Parser:
                 end = arrow
                 break
             arrows.append(arrow)
-            unit = items[-1].unit
-            last = frozenset((unit.mover,)) if isinstance(unit, Step) else last_movers(unit.pattern)
-            items.append(self.item(last, "->"))
+            items.append(self.item(last_movers(items[-1].unit), "->"))
         if all(item.optional for item in items):
             raise cursor.error_since(
                 begin,
@@ -456,7 +455,7 @@ class _Parser:
             raise cursor.error_since(let, found)
         if not cursor.stands("mark", ";"):
             raise stray(cursor)
-        self.lets[name] = cursor.cut(begin)
+        self.lets[name] = cursor.since(begin)
         cursor.advance()
         self.labels.clear()
 
@@ -494,7 +493,7 @@ class _Parser:
         if name in self.open_names:
             raise cursor.error(f'"@{name}" speaks of itself.', at, token)
         if name in self.lets:
-            inner = Cursor(self.lets[name].text, cursor.vocabulary, self.lets[name].tokens)
+            inner = Cursor(self.text, cursor.vocabulary, self.lets[name])
         elif name in self.names:
             inner = Cursor(self.names[name], cursor.vocabulary)
         elif cursor.stands("mark", ".") and cursor.ahead(1).text in ("lq", "lnd"):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from lanindex.search.language.clauses import Condition, Stage
-from lanindex.search.language.times import Length, decimal
+from lanindex.search.language.times import Length, decimal, whole_range
 from lanindex.search.language.words import (
     ABSENT,
     WORD_KINDS,
@@ -36,9 +36,8 @@ class Skips:
     @property
     def bounds(self) -> tuple[int, int | None]:
         """The fewest and the most, None: no limit."""
-        below = {"": self.count, "<": self.count - 1, "<=": self.count}
-        above = {"": self.count, ">": self.count + 1, ">=": self.count}
-        return above.get(self.form, 0), below.get(self.form)
+        count = Fraction(self.count)
+        return whole_range(self.form or "..", count, count, Fraction(0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,25 +291,22 @@ def steps_in(line: Line) -> tuple[int, float]:
     return least, most
 
 
-def last_movers(pattern: Choice) -> frozenset[Mover]:
-    """Return who moves last in the leading line of each alternative."""
-    units = [lines.first.items[-1].unit for lines in pattern.alternatives]
-    return frozenset[Mover]().union(
-        *({it.mover} if isinstance(it, Step) else last_movers(it.pattern) for it in units)
-    )
+def last_movers(unit: Step | Bracket) -> frozenset[Mover]:
+    """Return who moves last in a step, or in the leading line of each alternative."""
+    if isinstance(unit, Step):
+        return frozenset({unit.mover})
+    units = (lines.first.items[-1].unit for lines in unit.pattern.alternatives)
+    return frozenset(mover for it in units for mover in last_movers(it))
 
 
 def mirrored(pattern: Choice) -> Choice:
     """Return the mirror image of a pattern: of its parts and of its directions."""
-    return Choice(
-        tuple(
-            Lines(
-                _mirrored_line(lines.first),
-                tuple(replace(it, line=_mirrored_line(it.line)) for it in lines.others),
-            )
-            for lines in pattern.alternatives
-        )
-    )
+    return Choice(tuple(map(_mirrored_lines, pattern.alternatives)))
+
+
+def _mirrored_lines(lines: Lines) -> Lines:
+    others = tuple(replace(it, line=_mirrored_line(it.line)) for it in lines.others)
+    return Lines(_mirrored_line(lines.first), others)
 
 
 def _mirrored_line(line: Line) -> Line:

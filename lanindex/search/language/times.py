@@ -10,11 +10,8 @@ from math import ceil, floor
 TOLERANCE = Fraction(1, 10)
 """Seconds by which edges may differ that should agree, if nothing else is said."""
 
-_ABOUT = Fraction(1, 5)
-"""How far a bare length, ``1s``, may be off, in proportion."""
-
-_ABOUT_DEGREES = Fraction(45, 2)
-"""How far a bare angle, ``90deg``, may be off."""
+_ABOUT = Fraction(1, 5)  # how far a bare length, 1s, may be off, in proportion
+_ABOUT_DEGREES = Fraction(45, 2)  # how far a bare angle, 90deg, may be off
 
 
 def decimal(number: Fraction) -> str:
@@ -42,7 +39,6 @@ class Time:
     unit: str
 
     def __str__(self) -> str:
-        """Return it as written: ``0.3s``."""
         return decimal(self.number) + self.unit
 
     def frames(self, clock: Clock) -> Fraction:
@@ -55,24 +51,13 @@ class Time:
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """A condition on a length of time.
+    """A condition on a length of time, or of what else has units."""
 
-    Attributes
-    ----------
-    form : str
-        ``<``, ``<=``, ``>`` or ``>=``; ``+`` (or more), ``..`` (from, to) or ``~`` (about).
-    time : Time
-        The time compared with.
-    last : Time or None
-        The longest, of the form ``..``.
-    """
-
-    form: str
+    form: str  # <, <=, > or >=; + (or more), .. (from, to) or ~ (about)
     time: Time
-    last: Time | None = None
+    last: Time | None = None  # the longest, of the form ..
 
     def __str__(self) -> str:
-        """Return it as written: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
         forms = {"+": f"{self.time}+", "..": f"{self.time}..{self.last}", "~": f"{self.time}"}
         return forms.get(self.form, f"{self.form}{self.time}")
 
@@ -80,7 +65,7 @@ class Length:
         """Return the fewest and the most whole frames that meet it, None: no limit; exactly."""
         wanted = self.time.frames(clock)
         longest = self.last.frames(clock) if self.last else wanted
-        return _whole(self.form, wanted, longest, wanted * _ABOUT)
+        return whole_range(self.form, wanted, longest, wanted * _ABOUT)
 
 
 def degrees(said: str) -> tuple[int, int | None]:
@@ -116,22 +101,14 @@ def _range(said: str, off: Fraction) -> tuple[int, int | None]:
     assert match, said
     compare, number, form, last = match.groups()
     wanted = Fraction(number)
-    return _whole(compare or form or "~", wanted, Fraction(last or number), off)
+    return whole_range(compare or form or "~", wanted, Fraction(last or number), off)
 
 
-def _whole(form: str, wanted: Fraction, last: Fraction, off: Fraction) -> tuple[int, int | None]:
+def whole_range(
+    form: str, wanted: Fraction, last: Fraction, off: Fraction
+) -> tuple[int, int | None]:
     """Return the smallest and the largest whole number that a condition allows, None: no limit."""
-    above = {
-        ">": floor(wanted) + 1,
-        ">=": ceil(wanted),
-        "+": ceil(wanted),
-        "..": ceil(wanted),
-        "~": max(ceil(wanted - off), 0),
-    }
-    below = {
-        "<": ceil(wanted) - 1,
-        "<=": floor(wanted),
-        "..": floor(last),
-        "~": floor(wanted + off),
-    }
-    return above.get(form, 0), below.get(form)
+    least = dict.fromkeys((">=", "+", ".."), ceil(wanted))
+    least |= {">": floor(wanted) + 1, "~": max(ceil(wanted - off), 0)}
+    most = {"<": ceil(wanted) - 1, "<=": floor(wanted), "..": floor(last), "~": floor(wanted + off)}
+    return least.get(form, 0), most.get(form)

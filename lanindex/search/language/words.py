@@ -33,6 +33,7 @@ from lanindex.model.measures import ABOVE, BELOW, GRADES, USUAL
 from lanindex.search.language.times import degrees, sixths
 
 ANY = "any"
+ABSENT = ""  # what a symbol is that has no direction, no level or no amount
 
 RELATIVE = {
     **{"side": "right", "side_forward": "r_forward", "side_back": "r_back"},
@@ -43,12 +44,9 @@ RELATIVE = {
 ACROSS = tuple(name for name in RELATIVE if name.startswith("across"))
 """Those that only what has a side can take."""
 
-CHANGES = ("rising", "sinking")
-"""How a level compares with the one before."""
-
-PACES = ("slow", "fast")
-EXTENTS = ("small", "large")
-"""How a movement's speed and size compare with those of its group of parts."""
+CHANGES = ("rising", "sinking")  # how a level compares with the one before
+PACES = ("slow", "fast")  # how a movement's speed compares with others of its group of parts
+EXTENTS = ("small", "large")  # and its size
 
 BEND_MOVES = ("bend", "stretch")
 """What is said of an elbow or a knee, though its limb is named."""
@@ -112,10 +110,6 @@ def values_for(kinds: Collection[str]) -> Mapping[str, tuple[str, str]]:
     return {word: it for one in known for word, it in one.items()} if things else VALUES
 
 
-ABSENT = ""
-"""What a symbol is that has no direction, no level or no amount."""
-
-
 class Numbers(Mapping[str, int]):
     """Whole numbers by their names, ``90``: from 0 to the most, none of them kept."""
 
@@ -167,29 +161,19 @@ WORD_KINDS = {
 }
 """Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
 
-AMOUNTS = ("feet", "degrees", "bend", "touched", "carrier")
-"""The kinds of words that speak of a symbol's amount: no two can be said of one track."""
-
-MOVING = ("change", *GRADES)
-"""The kinds of words that speak of a movement, and of no stay or rest."""
-
-BESIDE_CELLS = (*AMOUNTS, *GRADES)
-"""The kinds of words that speak of what no cell tells."""
-
-_NAMES_TOO = ("feet", "bend", *GRADES)
-"""The kinds of words that may also be names: a colon or an @ tells which is meant."""
+# Kinds of words that speak of ...
+AMOUNTS = ("feet", "degrees", "bend", "touched", "carrier")  # an amount: a track has one of them
+MOVING = ("change", *GRADES)  # a movement, and of no stay or rest
+BESIDE_CELLS = (*AMOUNTS, *GRADES)  # what no cell tells
+_NAMES_TOO = ("feet", "bend", *GRADES)  # what a colon or an @ can make a name
 
 DEGREES = "deg"
-"""The unit of an angle."""
-
 UNITS = ("s", "ms", "f", "b")
 """Units of time: seconds, milliseconds, frames of the source, beats."""
 
 ONE_WORD_RELATIONS = ("with", "during", "without", "after", "before", "never")
-"""How a line may stand beside the first one, in one word."""
-
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
-"""Words that ``with`` follows: of relations of two words."""
+"""How a line may stand beside the first one; ``with`` follows those of two words."""
 
 MANNERS = ("at", "via", "hold")
 """Words that say how a part is or moves there."""
@@ -211,8 +195,6 @@ _SHORT = {
     **{"travel": "body_travel", "turn": "body_turn"},
     **{"twist": "torso_twist", "incline": "torso_incline"},
 }
-"""What parts are called for short."""
-
 _PLURALS = {"foot": "feet", "hand_touch": "hand_touches"}
 
 
@@ -316,22 +298,16 @@ def _place(part: str) -> tuple[bool, bool, str]:
 
 def _movers(parts: Collection[str]) -> dict[str, Mover]:
     movers = {name: Mover(name, "one", (name,)) for name in parts}
-    for group in (name[2:] for name in parts if name[:2] in ("r_", "l_")):
+    aliases = dict(_SHORT)
+    for group in [name[2:] for name in parts if name[:2] in ("r_", "l_")]:
         pair = (f"r_{group}", f"l_{group}")
         plural = _PLURALS.get(group, f"{group}s")
         movers.setdefault(group, Mover(group, "either", pair))
         movers.setdefault(plural, Mover(plural, "both", pair))
-        aliases = {
-            **{f"right_{group}": pair[0], f"left_{group}": pair[1]},
-            **{f"either_{group}": group, f"both_{plural}": plural},
-        }
-        for alias, name in aliases.items():
-            if name in movers:
-                movers.setdefault(alias, movers[name])
-    for alias, name in _SHORT.items():
-        if name in movers:
-            movers.setdefault(alias, movers[name])
-    return movers
+        aliases |= {f"right_{group}": pair[0], f"left_{group}": pair[1]}
+        aliases |= {f"either_{group}": group, f"both_{plural}": plural}
+    known = {alias: movers[name] for alias, name in aliases.items() if name in movers}
+    return movers | {alias: mover for alias, mover in known.items() if alias not in movers}
 
 
 class Vocabulary:
@@ -347,10 +323,10 @@ class Vocabulary:
     def __init__(self, parts: Collection[str] | None = None) -> None:
         self.of_library = parts is not None
         self.parts = tuple(sorted(TRACKS if parts is None else parts, key=_place))
-        self.movers = _movers({*TRACKS, *self.parts})
+        self.movers = _movers(dict.fromkeys((*TRACKS, *self.parts)))
 
     def mover(self, word: str) -> Mover | None:
-        """Return who a word names, or None."""
+        """Return who a word names."""
         return self.movers.get(word)
 
     def bending(self, mover: Mover) -> Mover | None:
@@ -364,11 +340,7 @@ class Vocabulary:
         return self.movers.get("_".join(words)) if words[0] in _APART else None
 
     def taken(self, word: str) -> str:
-        """Return what a word means, so that it can be no name; or nothing.
-
-        Words of `_NAMES_TOO`, and the tracks of the whole body, may be names: a colon or an @ tells
-        which is meant.
-        """
+        """Return what a word means, so that it can be no name; nothing of the whole body's."""
         kind, _ = VALUES.get(word, ("feet", ""))
         if word in LANGUAGE or kind not in _NAMES_TOO:
             return "a word of the language"
