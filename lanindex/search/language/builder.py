@@ -6,7 +6,6 @@ as text, and what cannot be said in the language cannot be built.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from lanindex.errors import UsageError
@@ -20,11 +19,6 @@ class Pattern:
 
     What speaks of a step (`lasting`, `times`, `labelled`) speaks of the last one. After lines side
     by side, `group` or ``|`` all that is there is one step, in brackets.
-
-    Attributes
-    ----------
-    query : Query
-        As the parser builds it.
 
     Examples
     --------
@@ -41,14 +35,12 @@ class Pattern:
     The alternatives before end with different parts (l_arm, r_arm). Name the part here.
     """
 
-    query: Query
+    query: Query  # as the parser builds it
 
     def __str__(self) -> str:
-        """Return it as text."""
         return str(self.query)
 
     def __repr__(self) -> str:
-        """Return it as text, in angle brackets."""
         return f"<Pattern {self}>"
 
     # steps
@@ -56,48 +48,36 @@ class Pattern:
     def to(self, *words: str, direction: str = "", level: str = "") -> Pattern:
         """Move there: the part that was just named, else the next step.
 
-        Parameters
-        ----------
-        *words : str
-            ``"right", "mid"``; ``"not low"``; ``"right/left"``.
-        direction, level : str
-            The same, by name.
+        Words are as in a pattern: ``"right", "mid"``; ``"not low"``; ``"right/left"``.
         """
-        return self._step("", words, direction, level)
+        return self._step(*words, direction, level)
 
     def at(self, *words: str, direction: str = "", level: str = "") -> Pattern:
         """Be there."""
-        return self._step("at", words, direction, level)
+        return self._step("at", *words, direction, level)
 
     def hold(self, *words: str, direction: str = "", level: str = "") -> Pattern:
         """Rest, there if it is said where."""
-        return self._step("hold", words, direction, level)
+        return self._step("hold", *words, direction, level)
 
     def via(self, *words: str, direction: str = "", level: str = "") -> Pattern:
         """Go through there."""
-        return self._step("via", words, direction, level)
+        return self._step("via", *words, direction, level)
 
     def then(
         self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
     ) -> Pattern:
-        """Go on: the next movement, or a pattern in brackets.
+        """Go on: the next movement, whose part may stand first, or a pattern in brackets.
 
-        Parameters
-        ----------
-        *words : str or Pattern
-            As for `to`; a part may stand first.
-        direction, level : str
-            By name.
-        within : str
-            The time between: ``"<1s"``.
+        `within` limits the time between: ``"<1s"``.
         """
-        return self._on("->", words, direction, level, within)
+        return self._on("->", within, *words, direction, level)
 
     def later(
         self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
     ) -> Pattern:
         """Go on, with anything between; `within` may also count: ``"<=2"``."""
-        return self._on("...", words, direction, level, within)
+        return self._on("...", within, *words, direction, level)
 
     def lasting(self, length: str) -> Pattern:
         """Let the last step last so long: ``"<0.3s"``, ``"1s..2s"``, ``"2s+"``."""
@@ -206,10 +186,14 @@ class Pattern:
 
     # how it is done
 
+    @property
+    def _behind(self) -> str:
+        """The clauses and stages, as text."""
+        return str(self.query).removeprefix(str(self.query.pattern))
+
     def _read(self, pattern: str) -> Pattern:
         """Return another pattern with the clauses and stages of this one."""
-        behind = str(self.query).removeprefix(str(self.query.pattern))
-        return _parsed(f"{pattern}{behind}")
+        return _parsed(f"{pattern}{self._behind}")
 
     def _line(self) -> Line:
         """Return the pattern as one line."""
@@ -220,33 +204,23 @@ class Pattern:
 
     def _bare(self) -> Choice:
         """Return the pattern, which shall have neither clauses nor stages."""
-        if Query(self.query.pattern) != self.query:
-            behind = str(self.query).removeprefix(str(self.query.pattern)).strip()
+        if self._behind:
             raise UsageError(
-                f'"{behind}" in a part of a pattern',
+                f'"{self._behind.strip()}" in a part of a pattern',
                 wanted="it behind the whole pattern, as it speaks of all of it",
             )
         return self.query.pattern
 
-    def _step(self, manner: str, words: Sequence[str], direction: str, level: str) -> Pattern:
+    def _step(self, *words: str) -> Pattern:
         line = self._line()
         last = line.items[-1]
         bare = isinstance(last.unit, Step) and str(last).endswith(str(last.unit.mover))
-        said = " ".join(filter(None, [manner, *words, direction, level]))
-        return self._read(f"{line} {'' if bare and not line.end else '-> '}{said}")
+        arrow = "" if bare and not line.end else "-> "
+        return self._read(f"{line} {arrow}{_joined(*words)}")
 
-    def _on(
-        self,
-        arrow: str,
-        words: Sequence[str | Pattern],
-        direction: str,
-        level: str,
-        within: str,
-    ) -> Pattern:
+    def _on(self, arrow: str, within: str, *words: str | Pattern) -> Pattern:
         said = [str(it._unit()) if isinstance(it, Pattern) else it for it in words]
-        limit = f"[{within}]" if within else ""
-        step = " ".join(filter(None, [*said, direction, level]))
-        return self._read(f"{self._line()} {arrow}{limit} {step}")
+        return self._read(f"{self._line()} {arrow}{_limit(within)} {_joined(*said)}")
 
     def _unit(self) -> Item:
         """Return the pattern as a step of another one."""
@@ -257,13 +231,20 @@ class Pattern:
     def _beside(self, relation: str, other: Pattern, within: str = "") -> Pattern:
         pattern = self.query.pattern
         first = f"({pattern})" if len(pattern.alternatives) > 1 else str(pattern)
-        limit = f"[{within}]" if within else ""
         other._bare()
-        return self._read(f"{first} {relation}{limit} {other._line()}")
+        return self._read(f"{first} {relation}{_limit(within)} {other._line()}")
 
 
 def _parsed(text: str) -> Pattern:
     return Pattern(parse(text))
+
+
+def _joined(*words: str) -> str:
+    return " ".join(filter(None, words))
+
+
+def _limit(within: str) -> str:
+    return f"[{within}]" if within else ""
 
 
 def part(name: str) -> Pattern:
@@ -273,11 +254,6 @@ def part(name: str) -> Pattern:
     ----------
     name : str
         ``r_arm``, ``arm`` (either one), ``arms`` (both at once), ``head`` ...
-
-    Returns
-    -------
-    Pattern
-        Any movement of it.
 
     Raises
     ------
