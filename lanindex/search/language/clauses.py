@@ -172,8 +172,7 @@ _NOUNS = {
 }
 """Every type of a term, and what it is called."""
 
-_ORDERED = ("time", "number", "level", "text", "clip")
-"""What can be more or less."""
+_ORDERED = ("time", "number", "level", "text", "clip")  # what can be more or less
 
 _COMPARABLE = [{"part", "text"}, {"clip", "text"}, {"clip", "number"}, {"clip", "part"}]
 """Of two types, what can still be compared."""

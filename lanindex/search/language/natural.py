@@ -26,8 +26,7 @@ _SPELLING = re.compile(
 )
 """What an error says to mend a word alone."""
 
-_SINGLE = ("head", "torso")
-"""Parts that have no side."""
+_SINGLE = ("head", "torso")  # parts that have no side
 
 _LEGS = ("leg", "thigh", "shank")
 _UP = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/high"}
@@ -100,8 +99,7 @@ _TOKEN = re.compile(r"->|→|\.\.\.|…|[^\W\d]\w*|\S")
 _HALF = re.compile(r"\b(right|left|both|the|an?|his|her|their|your|my) (lower|upper) (arm|leg)")
 """Where 'lower arm' is surely a limb, and 'lower' no verb."""
 
-_FROM = re.compile(r"(.*)\bfrom (.+?) to (.+)")
-"""From where to where: the one, and later the other."""
+_FROM = re.compile(r"(.*)\bfrom (.+?) to (.+)")  # from where to where: the one, and later the other
 
 
 @lru_cache(maxsize=1)

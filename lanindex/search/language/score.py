@@ -33,8 +33,7 @@ from lanindex.search.language.words import ANY, DEGREES, RELATIVE, THINGS, Mover
 _SUFFIXES = "|".join(("lq", *map(re.escape, NOTATIONS)))
 _FILE = re.compile(rf"@(?P<path>.*\.(?:{_SUFFIXES})|\S*[/\\].*)", re.IGNORECASE | re.DOTALL)
 
-_HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")
-"""What may stand behind ``#``."""
+_HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")  # what may stand behind #
 
 
 class Saved(str):
@@ -109,10 +108,9 @@ def score_at(cursor: Cursor, strict: bool) -> tuple[Step | Bracket, Length | Non
     Of a single line it is a step, and how long that lasts if the timing counts (`strict`).
     """
     score = _Score(cursor, strict)
-    (first, *more) = score.lines
-    if first.mover and first.symbol and not more:
-        step = Step(first.mover, True, "move", first.symbol.words)
-        return step, score.length(first.symbol)
+    if len(score.lines) == 1 and score.tracks:
+        ((mover, (symbol,)),) = score.tracks.items()
+        return Step(mover, True, "move", symbol.words), score.length(symbol)
     return Bracket(Choice((score.side_by_side(),))), None
 
 
@@ -128,81 +126,6 @@ class _Symbol:
     def length(self) -> Fraction:
         """Beats that it lasts; a starting position has none."""
         return self.stop - self.start
-
-
-@dataclass(frozen=True, slots=True)
-class _Pasted:
-    """One line, and where it stands: a heading, or who moves, and how."""
-
-    text: str
-    first: Token
-    last: Token
-    heading: str = ""
-    mover: Mover | None = None
-    symbol: _Symbol | None = None
-
-
-def _heading_at(cursor: Cursor) -> _Pasted:
-    begin = cursor.advance()
-    word = cursor.take("word")
-    said = word.text if word else ""
-    numbered = said[:4] == "unit" and said[4:].isdecimal()
-    if not (said in _HEADINGS or numbered):
-        known = " ".join(f"#{heading}" for heading in _HEADINGS)
-        raise cursor.error(f"No such heading. LND has: {known}", begin, word or begin)
-    cursor.take("mark", "=")
-    if not numbered and not cursor.take("number"):
-        raise cursor.error_since(begin, "A number follows this heading.")
-    if cursor.take("mark", "/") and not cursor.take("number"):
-        raise cursor.error_since(begin, "A rhythm is like 4/4.")
-    text = " ".join(cursor.text[begin.start : cursor.before.stop].split())
-    return _Pasted(text, begin, cursor.before, "unit" if numbered else said)
-
-
-def _symbol_at(cursor: Cursor) -> _Pasted:
-    begin = cursor.advance()
-    part = cursor.mover()
-    if part is None:
-        raise unknown(cursor, True) if is_unknown(cursor) else _short(cursor, begin)
-    if part.form != "one":
-        right, left = part.members
-        raise cursor.error(f"LND names one part: {right} or {left}", cursor.before)
-    words = tuple(_word_at(cursor, begin, kind) for kind in LINES[begin.text].names)
-    times = [_number_at(cursor, begin) for _ in range(2)]
-    start, stop = map(Fraction, times)
-    if stop < start:
-        raise cursor.error_since(begin, f"An end at {times[1]} lies before the start.")
-    told = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
-    text = " ".join([begin.text, part.name, *told, *times])
-    return _Pasted(text, begin, cursor.before, "", part, _Symbol(words, start, stop))
-
-
-def _short(cursor: Cursor, begin: Token) -> PatternError:
-    names = LINES[begin.text].names
-    count = {1: "four", 2: "five"}[len(names)]
-    known = f"A line of LND has {count} words behind {begin.text}: part"
-    return cursor.error_since(begin, f"{known} {' '.join(names)} start end")
-
-
-def _word_at(cursor: Cursor, begin: Token, kind: str) -> Word:
-    if kind == "degrees":
-        return Word(kind, (_number_at(cursor, begin) + DEGREES,))
-    if is_unknown(cursor) and cursor.token.text not in THINGS.get(kind, ()):
-        raise unknown(cursor)
-    found = values_for((kind,)).get(cursor.token.text) if cursor.stands("word") else None
-    if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
-        raise _short(cursor, begin)
-    cursor.advance()
-    return Word(kind, (found[1],))
-
-
-def _number_at(cursor: Cursor, begin: Token) -> str:
-    number = cursor.take("number")
-    if number is None:
-        raise _short(cursor, begin)
-    if len(number.text) > 40:
-        raise cursor.error("No more than 40 digits, please.", number)
-    return number.text
 
 
 def _words(symbol: model.Symbol) -> tuple[Word, ...]:
@@ -224,15 +147,81 @@ class _Score:
 
     def __init__(self, cursor: Cursor, strict: bool) -> None:
         self.cursor, self.strict = cursor, strict
-        self.lines: list[_Pasted] = []
+        self.lines: list[tuple[str, Token, Token]] = []  # the text of each, from where to where
+        self.tracks: dict[Mover, list[_Symbol]] = {}  # as written
+        self.speed: Fraction | None = None  # beats a minute
+        self.in_units = False
         while is_lnd(cursor):
-            heading = cursor.stands("mark", "#")
-            self.lines.append(_heading_at(cursor) if heading else _symbol_at(cursor))
-        said = [it.text.replace("=", " ").split()[-1] for it in self.lines if it.heading == "speed"]
-        self.speed = Fraction(said[0]) if said else Fraction(0)  # beats a minute
+            begin = cursor.advance()
+            text = self.heading(begin) if begin.text == "#" else self.symbol(begin)
+            self.lines.append((text, begin, cursor.before))
+
+    def heading(self, begin: Token) -> str:
+        cursor = self.cursor
+        word = cursor.take("word")
+        said = word.text if word else ""
+        numbered = said[:4] == "unit" and said[4:].isdecimal()
+        if not (said in _HEADINGS or numbered):
+            known = " ".join(f"#{heading}" for heading in _HEADINGS)
+            raise cursor.error(f"No such heading. LND has: {known}", begin, word or begin)
+        cursor.take("mark", "=")
+        if not numbered and not cursor.take("number"):
+            raise cursor.error_since(begin, "A number follows this heading.")
+        if cursor.take("mark", "/") and not cursor.take("number"):
+            raise cursor.error_since(begin, "A rhythm is like 4/4.")
+        self.in_units |= numbered or said == "unit"
+        text = " ".join(cursor.text[begin.start : cursor.before.stop].split())
+        if said == "speed" and self.speed is None:
+            self.speed = Fraction(text.replace("=", " ").split()[-1])
+        return text
+
+    def symbol(self, begin: Token) -> str:
+        cursor = self.cursor
+        part = cursor.mover()
+        if part is None:
+            raise unknown(cursor, True) if is_unknown(cursor) else self.short(begin)
+        if part.form != "one":
+            right, left = part.members
+            raise cursor.error(f"LND names one part: {right} or {left}", cursor.before)
+        words = tuple(self.word(begin, kind) for kind in LINES[begin.text].names)
+        times = [self.number(begin) for _ in range(2)]
+        start, stop = map(Fraction, times)
+        if stop < start:
+            raise cursor.error_since(begin, f"An end at {times[1]} lies before the start.")
+        self.tracks.setdefault(part, []).append(_Symbol(words, start, stop))
+        told = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
+        return " ".join([begin.text, part.name, *told, *times])
+
+    def short(self, begin: Token) -> PatternError:
+        names = LINES[begin.text].names
+        count = {1: "four", 2: "five"}[len(names)]
+        known = f"A line of LND has {count} words behind {begin.text}: part"
+        return self.cursor.error_since(begin, f"{known} {' '.join(names)} start end")
+
+    def word(self, begin: Token, kind: str) -> Word:
+        cursor = self.cursor
+        if kind == "degrees":
+            return Word(kind, (self.number(begin) + DEGREES,))
+        if is_unknown(cursor) and cursor.token.text not in THINGS.get(kind, ()):
+            raise unknown(cursor)
+        found = values_for((kind,)).get(cursor.token.text) if cursor.stands("word") else None
+        if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
+            raise self.short(begin)
+        cursor.advance()
+        return Word(kind, (found[1],))
+
+    def number(self, begin: Token) -> str:
+        number = self.cursor.take("number")
+        if number is None:
+            raise self.short(begin)
+        if len(number.text) > 40:
+            raise self.cursor.error("No more than 40 digits, please.", number)
+        return number.text
 
     def error(self, sentence: str) -> PatternError:
-        return self.cursor.error(sentence, self.lines[0].first, self.lines[-1].last)
+        """Return an error about all of it."""
+        (_, first, _), (_, _, last) = self.lines[0], self.lines[-1]
+        return self.cursor.error(sentence, first, last)
 
     def length(self, symbol: _Symbol) -> Length | None:
         """Return what a symbol may last."""
@@ -252,35 +241,29 @@ class _Score:
 
     def side_by_side(self) -> Lines:
         """Return a line for each part: those that move first, in order of appearance."""
-        movers = list(dict.fromkeys(line.mover for line in self.lines if line.mover))
-        if not movers:
+        if not self.tracks:
             raise self.error("A score without symbols: there is nothing to find.")
-        in_units = any(line.heading == "unit" for line in self.lines)
-        tracks = self.tracks_in_units() if in_units else self.tracks_as_written()
-        movers.sort(key=lambda mover: _stays(tracks[mover.name]))
-        lines = [self.line(mover, tracks[mover.name]) for mover in movers]
-        return Lines(lines[0], tuple(Beside("with", line) for line in lines[1:]))
-
-    def tracks_as_written(self) -> dict[str, list[_Symbol]]:
-        tracks: dict[str, list[_Symbol]] = {}
-        for line in self.lines:
-            if line.mover and line.symbol:
-                tracks.setdefault(line.mover.name, []).append(line.symbol)
-        return tracks
+        tracks = self.tracks
+        if self.in_units:
+            joined = self.tracks_in_units()
+            tracks = {mover: joined[mover.name] for mover in tracks}
+        movers = sorted(tracks, key=lambda mover: _stays(tracks[mover]))
+        first, *others = [self.line(mover, tracks[mover]) for mover in movers]
+        return Lines(first, tuple(Beside("with", line) for line in others))
 
     def tracks_in_units(self) -> dict[str, list[_Symbol]]:
         """Return the symbols by part, sorted by time, halves across bar lines joined."""
         from lanindex.notation import lnd
 
         try:
-            score = lnd.read("\n".join(["", *(line.text for line in self.lines)]), place="LND")
+            score = lnd.read("\n".join(["", *(text for text, _, _ in self.lines)]), place="LND")
         except NotationError as error:
             number = error.place.rpartition(":")[2]
             found = f"{error.found}{f', wanted {error.wanted}' if error.wanted else ''}."
             if not number.isdecimal():
                 raise self.error(found) from error
-            line = self.lines[int(number) - 2]
-            raise self.cursor.error(found, line.first, line.last) from error
+            _, first, last = self.lines[int(number) - 2]
+            raise self.cursor.error(found, first, last) from error
         beat = Fraction(score.meter.beats, score.meter.division)
         return {
             part: [

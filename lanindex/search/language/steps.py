@@ -31,16 +31,14 @@ _WHERE = {
     "at": "At what? Say where: at high, at place low",
     "via": "Via what? Say where it goes through: via right, via any",
 }
-NO_PART = "Name the part first: r_arm high"
-"""What is said where a pattern begins without one."""
+NO_PART = "Name the part first: r_arm high"  # what is said where a pattern begins without one
 
 _NO_PART = {
     "": NO_PART,
     "start": "Name the part here: start -> r_arm high",
     "or": 'Name the part here; "/" is either-or between words: high/low.',
 }
-_WHO = {"feet": "jump", "bend": "r_arm"}
-"""By kind of words, who may be forgotten."""
+_WHO = {"feet": "jump", "bend": "r_arm"}  # by kind of words, who may be forgotten
 
 
 def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:

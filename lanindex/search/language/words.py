@@ -48,8 +48,7 @@ CHANGES = ("rising", "sinking")  # how a level compares with the one before
 PACES = ("slow", "fast")  # how a movement's speed compares with others of its group of parts
 EXTENTS = ("small", "large")  # and its size
 
-BEND_MOVES = ("bend", "stretch")
-"""What is said of an elbow or a knee, though its limb is named."""
+BEND_MOVES = ("bend", "stretch")  # what is said of an elbow or a knee, though its limb is named
 
 BEND_WORDS = {
     **{name: name for name in (*BEND_MOVES, "bent", "straight")},
@@ -168,15 +167,13 @@ BESIDE_CELLS = (*AMOUNTS, *GRADES)  # what no cell tells
 _NAMES_TOO = ("feet", "bend", *GRADES)  # what a colon or an @ can make a name
 
 DEGREES = "deg"
-UNITS = ("s", "ms", "f", "b")
-"""Units of time: seconds, milliseconds, frames of the source, beats."""
+UNITS = ("s", "ms", "f", "b")  # units of time: seconds, milliseconds, frames of the source, beats
 
 ONE_WORD_RELATIONS = ("with", "during", "without", "after", "before", "never")
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
 """How a line may stand beside the first one; ``with`` follows those of two words."""
 
-MANNERS = ("at", "via", "hold")
-"""Words that say how a part is or moves there."""
+MANNERS = ("at", "via", "hold")  # words that say how a part is or moves there
 
 LANGUAGE = (
     *("then", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS, "or"),
