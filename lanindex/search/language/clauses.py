@@ -1,6 +1,6 @@
 """What stands behind a pattern: conditions of ``where``, and the stages of a pipe.
 
-First the syntax tree, of which every node prints as it is written; then how a condition is read.
+First the syntax tree, of which every node prints as it is written; then how it is read.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
                 yield by
 
 
-# Reading a condition.
+# Reading.
 
 _NOUNS = {
     "part": "a part",
@@ -204,8 +204,49 @@ def _type(term: Term) -> str:
     return {Time: "time", Number: "number", Text: "text"}[type(term)]
 
 
-def condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
-    """Read a condition, which begins here, of a pattern with some labels."""
+def stages_at(cursor: Cursor, labels: Collection[str]) -> Iterator[Stage]:
+    """Read the stages that stand here, behind a pattern with some labels."""
+    counted = False
+    while bar := cursor.take("mark", "|"):
+        begin = cursor.token
+        stage = _stage_at(cursor, labels, bar)
+        if counted and not isinstance(stage, First):
+            found = 'After "count" there are no hits any more: only "first" may follow.'
+            raise cursor.error_since(begin, found)
+        counted |= isinstance(stage, Count)
+        yield stage
+
+
+def _stage_at(cursor: Cursor, labels: Collection[str], bar: Token) -> Stage:
+    word = cursor.take("word", "count", "sort", "first")
+    if word is None:
+        found = 'A stage follows "|": count, count by clip.label, sort by match.start, first 10'
+        raise cursor.error(found, bar if cursor.stands("end") else cursor.token)
+    if word.text == "first":
+        whole = cursor.stands("number") and cursor.token.text.isdecimal()
+        number = int(cursor.number()) if whole else 0
+        if not number:
+            raise cursor.error_since(word, "The first how many? first 10")
+        return First(number)
+    if cursor.take("word", "by"):
+        reference = _reference_at(cursor, labels)
+        return Count(reference) if word.text == "count" else Sort(reference)
+    if word.text == "sort":
+        raise cursor.error("By what? sort by match.start", word)
+    if cursor.stands("word") and cursor.ahead(1).text == ".":
+        raise cursor.error('"by" is missing: count by clip.label', word)
+    return Count()
+
+
+def conditions_at(cursor: Cursor, labels: Collection[str]) -> tuple[Condition, ...]:
+    """Read the conditions that begin here, behind a pattern with some labels."""
+    conditions = [_condition_at(cursor, labels)]
+    while cursor.take("word", "and"):
+        conditions.append(_condition_at(cursor, labels))
+    return tuple(conditions)
+
+
+def _condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
     if cursor.token.kind == "word" and cursor.ahead(1).text == "mirrors":
         return _mirrors_at(cursor, labels)
     begin = cursor.token
@@ -260,7 +301,7 @@ def _no_label(name: str, labels: Collection[str]) -> str:
     return f'There is no label "{name}". It stands before a step: {name}: r_arm high'
 
 
-def reference_at(cursor: Cursor, labels: Collection[str]) -> Reference:
+def _reference_at(cursor: Cursor, labels: Collection[str]) -> Reference:
     """Read what a term or a stage speaks of: ``a.start``, ``match.length``, ``clip.label``."""
     token = cursor.token
     name, names = token.text, (*labels, CLIP, MATCH)
@@ -330,7 +371,7 @@ def _term_at(cursor: Cursor, labels: Collection[str]) -> Term:
         cursor.advance()
         return Text(said[1:-1])
     if after.text == "." and token.kind == "word":
-        return reference_at(cursor, labels)
+        return _reference_at(cursor, labels)
     if token.kind == "word" and (value := VALUES.get(token.text)):
         return _value_at(cursor, *value)
     if mover := cursor.mover():

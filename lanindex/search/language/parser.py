@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
 from lanindex.errors import PatternError, shown
-from lanindex.search.language.clauses import (
-    Condition,
-    Count,
-    First,
-    Sort,
-    Stage,
-    condition_at,
-    reference_at,
-)
+from lanindex.search.language.clauses import conditions_at, stages_at
 from lanindex.search.language.lexer import COUNT, Cursor, Token
 from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.query import (
@@ -529,14 +521,14 @@ class _Parser:
                 raise cursor.error(f'"{said}" stands once{more}.', word)
             seen.append(said)
             if said == "where":
-                query = replace(query, where=self.where())
+                query = replace(query, where=conditions_at(cursor, self.labels))
             elif said == "rhythm":
                 query = replace(query, rhythm=self.rhythm(word, pattern))
             elif cursor.take("word", "side"):
                 query = replace(query, either_side=True)
             else:
                 raise cursor.error('"either side": the pattern or its mirror image.', word)
-        query = replace(query, stages=tuple(self.stages()))
+        query = replace(query, stages=tuple(stages_at(cursor, self.labels)))
         token = cursor.token
         if token.kind == "end":
             return query
@@ -547,12 +539,6 @@ class _Parser:
         if not seen or is_unknown(cursor) or token.kind in ("unknown", "string"):
             raise stray(cursor)
         raise cursor.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
-
-    def where(self) -> tuple[Condition, ...]:
-        conditions = [condition_at(self.cursor, self.labels)]
-        while self.cursor.take("word", "and"):
-            conditions.append(condition_at(self.cursor, self.labels))
-        return tuple(conditions)
 
     def rhythm(self, begin: Token, pattern: Choice) -> tuple[Fraction, ...]:
         cursor = self.cursor
@@ -576,38 +562,6 @@ class _Parser:
         if not number:
             raise cursor.error("No step lasts for nothing: a number above 0.", token)
         return number
-
-    def stages(self) -> Iterator[Stage]:
-        counted = False
-        while bar := self.cursor.take("mark", "|"):
-            begin = self.cursor.token
-            stage = self.stage(bar)
-            if counted and not isinstance(stage, First):
-                found = 'After "count" there are no hits any more: only "first" may follow.'
-                raise self.cursor.error_since(begin, found)
-            counted |= isinstance(stage, Count)
-            yield stage
-
-    def stage(self, bar: Token) -> Stage:
-        cursor = self.cursor
-        word = cursor.take("word", "count", "sort", "first")
-        if word is None:
-            found = 'A stage follows "|": count, count by clip.label, sort by match.start, first 10'
-            raise cursor.error(found, bar if cursor.stands("end") else cursor.token)
-        if word.text == "first":
-            whole = cursor.stands("number") and cursor.token.text.isdecimal()
-            number = int(cursor.number()) if whole else 0
-            if not number:
-                raise cursor.error_since(word, "The first how many? first 10")
-            return First(number)
-        if cursor.take("word", "by"):
-            reference = reference_at(cursor, self.labels)
-            return Count(reference) if word.text == "count" else Sort(reference)
-        if word.text == "sort":
-            raise cursor.error("By what? sort by match.start", word)
-        if cursor.stands("word") and cursor.ahead(1).text == ".":
-            raise cursor.error('"by" is missing: count by clip.label', word)
-        return Count()
 
 
 def _number_of_steps(least: int, most: float) -> str:
