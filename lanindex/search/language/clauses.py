@@ -15,7 +15,16 @@ from lanindex.model.measures import GRADES
 from lanindex.search.language.lexer import COUNT, Cursor, Token
 from lanindex.search.language.suggestions import unknown_word
 from lanindex.search.language.times import Time, decimal
-from lanindex.search.language.words import ANY, LANGUAGE, RELATIVE, THINGS, UNITS, VALUES
+from lanindex.search.language.words import (
+    ANY,
+    LANGUAGE,
+    RELATIVE,
+    THINGS,
+    UNITS,
+    VALUES,
+    WORD_KINDS,
+    with_article,
+)
 
 CLIP, MATCH = "clip", "match"
 """What may be spoken of besides labels: the capture, and all that matched."""
@@ -158,25 +167,8 @@ def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
 
 # Reading.
 
-_NOUNS = {
-    "part": "a part",
-    "direction": "a direction",
-    "level": "a level",
-    "feet": "a kind of jump",
-    "touched": "a thing touched",
-    "carrier": "a carrier",
-    "number": "a number",
-    "time": "a time",
-    "text": "a text",
-    "clip": "a text or a number",
-}
-"""Every type of a term, and what it is called."""
-
-_ORDERED = ("time", "number", "level", "text", "clip")  # what can be more or less
-
+_ORDERED = ("time", "number", "level", "text", "clip")  # the types that can be more or less
 _COMPARABLE = [{"part", "text"}, {"clip", "text"}, {"clip", "number"}, {"clip", "part"}]
-"""Of two types, what can still be compared."""
-
 _COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")
 """What people ask a clip for."""
 
@@ -202,6 +194,12 @@ def _type(term: Term) -> str:
         case Value(kind=kind):
             return kind
     return {Time: "time", Number: "number", Text: "text"}[type(term)]
+
+
+def _noun(kind: str) -> str:
+    if kind == "clip":
+        return "a text or a number"
+    return with_article(WORD_KINDS[kind].noun if kind in WORD_KINDS else kind)
 
 
 def stages_at(cursor: Cursor, labels: Collection[str]) -> Iterator[Stage]:
@@ -351,9 +349,8 @@ def _sum_at(cursor: Cursor, labels: Collection[str]) -> Sum:
         terms.append((1 if sign.text == "+" else -1, term))
         for one in (first, term):
             if _type(one) not in ("time", "number", "clip"):
-                noun = _NOUNS[_type(one)]
-                found = f'"{one}" is {noun}: only times and numbers have a sum.'
-                raise cursor.error_since(begin, found)
+                only = "only times and numbers have a sum."
+                raise cursor.error_since(begin, f'"{one}" is {_noun(_type(one))}: {only}')
         if {_type(term), _type(first)} == {"time", "number"}:
             raise cursor.error_since(begin, _unlike(first, term))
     return Sum(tuple(terms))
@@ -425,7 +422,7 @@ def _complaint(cursor: Cursor, said: Comparison) -> str | None:
         return _unlike(left, right)
     unordered = next((it for it in types if it not in _ORDERED), "")
     if said.compare not in ("=", "!=") and unordered:
-        noun = _NOUNS[unordered].capitalize()
+        noun = _noun(unordered).capitalize()
         return f"{noun} is neither more nor less than another: use = or !="
     text = next((term.text for term in (left, right) if isinstance(term, Text)), None)
     if text is not None and "part" in types:
@@ -446,4 +443,4 @@ def _unlike(left: Term, right: Term) -> str:
                 return f"Take the quotation marks away: {text}"
             case Value() if "clip" in types:
                 return f'A text has quotation marks: "{term}"'
-    return f"{left} is {_NOUNS[types[0]]}, {right} is {_NOUNS[types[1]]}: they cannot be compared."
+    return f"{left} is {_noun(types[0])}, {right} is {_noun(types[1])}: they cannot be compared."

@@ -213,7 +213,8 @@ class Cursor:
 
     def _sixth(self) -> Time:
         token = self.advance()
-        if token.kind == "number" and token.text.isdecimal() and int(token.text) <= SIXTHS:
+        whole = token.kind == "number" and token.text.isdecimal()
+        if whole and len(token.text) <= _LONGEST_NUMBER and int(token.text) <= SIXTHS:
             return Time(Fraction(token.text), "")
         raise self.error(
             f"A limb is bent by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+",

@@ -172,7 +172,11 @@ class _Score:
         self.in_units |= numbered or said == "unit"
         text = " ".join(cursor.text[begin.start : cursor.before.stop].split())
         if said == "speed" and self.speed is None:
-            self.speed = Fraction(text.replace("=", " ").split()[-1])
+            try:
+                self.speed = Fraction(text.replace("=", " ").split()[-1])
+            except (ValueError, ZeroDivisionError) as error:  # thousands of digits, or 1/0
+                found = "A speed is beats a minute: #speed=120"
+                raise cursor.error_since(begin, found) from error
         return text
 
     def symbol(self, begin: Token) -> str:

@@ -23,6 +23,7 @@ from lanindex.search.language.words import (
     Mover,
     values_for,
     values_of,
+    with_article,
 )
 
 _BENDING = frozenset((*BENDS, *BENDS.values()))
@@ -203,7 +204,7 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     moves = word.kind == "bend" and word.values[0].split()[0] in BEND_MOVES
     cannot = f'"{word}" cannot be said of {mover.name}:'
     if word.kind not in kind.words and word.values != (ANY,):
-        return f"{cannot} {'an' if kind.name[0] in 'aeio' else 'a'} {kind.name} has no {noun}."
+        return f"{cannot} {with_article(kind.name)} has no {noun}."
     if word.kind == "bend" and any(it not in _BENDING for it in mover.members):
         return f"{cannot} only arms and legs bend and stretch."
     if moves and kind.name == "gesture":

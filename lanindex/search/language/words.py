@@ -195,6 +195,11 @@ _SHORT = {
 _PLURALS = {"foot": "feet", "hand_touch": "hand_touches"}
 
 
+def with_article(noun: str) -> str:
+    """Return ``an angle``, ``a level``."""
+    return f"{'an' if noun[0] in 'aeio' else 'a'} {noun}"
+
+
 def mirrored_value(kind: str, value: str) -> str:
     """Return the mirror image of a word; relative directions and ``any`` are their own."""
     return WORD_KINDS[kind].mirrored.get(value, value)
