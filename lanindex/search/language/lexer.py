@@ -67,19 +67,12 @@ def tokens(text: str) -> list[Token]:
 
 
 class Cursor:
-    """The tokens of a whole pattern, or some, read from left to right, and what they make."""
+    """The tokens of a pattern, read from left to right, and the numbers and lengths they make."""
 
-    def __init__(
-        self, text: str, vocabulary: Vocabulary, some: Sequence[Token] | None = None
-    ) -> None:
+    def __init__(self, text: str, vocabulary: Vocabulary) -> None:
         self.text, self.vocabulary = text, vocabulary
-        self.tokens = tokens(text) if some is None else some
+        self.tokens: Sequence[Token] = tokens(text)
         self.index = 0  # of the next token
-
-    def since(self, index: int) -> list[Token]:
-        """Return the tokens read from an index on, and an end."""
-        stop = self.before.stop
-        return [*self.tokens[index : self.index], Token("end", "", stop, stop)]
 
     @property
     def token(self) -> Token:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 from lanindex.errors import PatternError, shown
 from lanindex.search.language.clauses import conditions_at, stages_at
-from lanindex.search.language.lexer import COUNT, Cursor, Token
+from lanindex.search.language.lexer import COUNT, Cursor, Token, tokens
 from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.query import (
     ONCE,
@@ -115,7 +115,7 @@ def parse(
     vocabulary = Vocabulary(parts)
 
     def read(text: str) -> Query:
-        return _Parser(Cursor(text, vocabulary), names or {}, strict).query()
+        return _Parser(text, vocabulary, names or {}, strict).query()
 
     try:
         if len(text) > _LONGEST:
@@ -133,17 +133,19 @@ def parse(
         raise
 
 
-class _Parser:
+class _Parser(Cursor):
     """Each rule reads its tokens and returns its node.
 
     `carried` is whom an arrow carries over, `after` what comes before: ``->``, a relation, ``or``,
     ``start`` or nothing.
     """
 
-    def __init__(self, cursor: Cursor, names: Mapping[str, str], strict: bool) -> None:
-        self.cursor, self.names, self.strict = cursor, names, strict
-        self.lets: dict[str, list[Token]] = {}  # what each name stands for that a let gave
-        self.text = cursor.text
+    def __init__(
+        self, text: str, vocabulary: Vocabulary, names: Mapping[str, str], strict: bool
+    ) -> None:
+        super().__init__(text, vocabulary)
+        self.names, self.strict = names, strict
+        self.lets: dict[str, tuple[str, list[Token]]] = {}  # what names stand for
         self.open_names: list[str] = []  # of the patterns that are being read
         self.words_named = 0
         self.labels: dict[str, tuple[Token, Token]] = {}
@@ -152,29 +154,28 @@ class _Parser:
         self.timed = False
 
     def query(self) -> Query:
-        cursor = self.cursor
-        begin = cursor.token
-        while let := cursor.take("word", "let"):
+        begin = self.token
+        while let := self.take("word", "let"):
             self.let(let)
-        if cursor.stands("end"):
-            raise cursor.error("Nothing to look for. Name a part first: r_arm right mid")
+        if self.stands("end"):
+            raise self.error("Nothing to look for. Name a part first: r_arm right mid")
         pattern = self.pattern(frozenset())
         if self.strict and not self.timed:
             found = "Only the timing of pasted LND can be strict, and there is none here."
-            raise cursor.error_since(begin, found)
+            raise self.error_since(begin, found)
         query = self.clauses(_opened(pattern) if self.timed else pattern)
         if self.words_named and (length := len(str(query))) > _LONGEST:
             found = (
                 f"With all names written out it has {length} characters; {_LONGEST} is the most."
             )
-            raise cursor.error_since(begin, found)
+            raise self.error_since(begin, found)
         return query
 
     # lines
 
     def pattern(self, carried: frozenset[Mover], after: str = "") -> Choice:
         alternatives = [self.lines(carried, after)]
-        while self.cursor.take("word", "or"):
+        while self.take("word", "or"):
             alternatives.append(self.lines(carried, "or"))
         return Choice(tuple(alternatives))
 
@@ -191,66 +192,64 @@ class _Parser:
         return Lines(first, tuple(others))
 
     def relation(self) -> str | None:
-        word = self.cursor.take("word", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS)
+        word = self.take("word", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS)
         if word is None:
             return None
         if word.text not in TWO_WORD_RELATIONS:
             return word.text
-        if not self.cursor.take("word", "with"):
-            raise self.cursor.error(f'"with" follows: r_arm high {word.text} with l_arm high', word)
+        if not self.take("word", "with"):
+            raise self.error(f'"with" follows: r_arm high {word.text} with l_arm high', word)
         return f"{word.text} with"
 
     def limit(self, relation: str) -> Length | None:
         """Read the limit of a relation, if one stands here: ``after[<1s]``, ``with[1s]``."""
-        cursor = self.cursor
-        begin, opening = cursor.before, cursor.take("mark", "[")
+        begin, opening = self.before, self.take("mark", "[")
         plain = relation in ("with", "without")
         example = f"{relation}[{'1s' if plain else '<1s'}]"
         if opening is None:
-            if cursor.stands("compare") or cursor.stands("number"):
-                raise cursor.error(f"A time goes into square brackets: {example}")
+            if self.stands("compare") or self.stands("number"):
+                raise self.error(f"A time goes into square brackets: {example}")
             return None
         if relation in _UNLIMITED:
             found = f'No time goes with "{relation}": {_UNLIMITED[relation]}'
-            raise cursor.error(found, begin, opening)
+            raise self.error(found, begin, opening)
         not_plain = f"A plain time: {relation}[1s] is less than 1s between."
-        if plain and cursor.stands("compare"):
-            raise cursor.error(not_plain)
-        if plain and cursor.stands("number"):
-            length: Length | None = Length("<", cursor.time())
+        if plain and self.stands("compare"):
+            raise self.error(not_plain)
+        if plain and self.stands("number"):
+            length: Length | None = Length("<", self.time())
         else:
-            length = cursor.length()
+            length = self.length()
         if length is None:
-            raise cursor.error(f"A time goes into the brackets: {example}", opening)
-        if plain and (cursor.stands("mark", "+") or cursor.stands("range")):
-            raise cursor.error(not_plain)
+            raise self.error(f"A time goes into the brackets: {example}", opening)
+        if plain and (self.stands("mark", "+") or self.stands("range")):
+            raise self.error(not_plain)
         self.close(opening)
         if plain and not length.time.number:
             alone = f'"{relation}" alone is about sharing a frame.'
-            raise cursor.error_since(opening, f"Nothing is less than no time between. {alone}")
+            raise self.error_since(opening, f"Nothing is less than no time between. {alone}")
         return length
 
     def close(self, opening: Token) -> None:
-        if not self.cursor.take("mark", "]"):
-            raise self.cursor.error('This bracket is never closed: a "]" is missing.', opening)
+        if not self.take("mark", "]"):
+            raise self.error('This bracket is never closed: a "]" is missing.', opening)
 
     def line(self, carried: frozenset[Mover], after: str) -> Line:
-        cursor = self.cursor
-        begin = cursor.token
+        begin = self.token
         start = None
-        if cursor.take("word", "start") and (start := self.arrow()) is None:
-            raise cursor.error('An arrow follows "start": start -> r_arm high', begin)
+        if self.take("word", "start") and (start := self.arrow()) is None:
+            raise self.error('An arrow follows "start": start -> r_arm high', begin)
         items = [self.item(carried, "start" if start else after)]
         arrows: list[Arrow] = []
         end = None
         while arrow := self.arrow():
-            if cursor.take("word", "end"):
+            if self.take("word", "end"):
                 end = arrow
                 break
             arrows.append(arrow)
             items.append(self.item(last_movers(items[-1].unit), "->"))
         if all(item.optional for item in items):
-            raise cursor.error_since(
+            raise self.error_since(
                 begin,
                 "All of this line may be left out, so there is nothing to find: "
                 'take a "?" or an "x0" away.',
@@ -259,25 +258,24 @@ class _Parser:
 
     def arrow(self) -> Arrow | None:
         """Read an arrow with its limit, if one stands here: ``->``, ``...[<2s]``."""
-        cursor = self.cursor
-        begin = cursor.take("arrow") or cursor.take("dots")
+        begin = self.take("arrow") or self.take("dots")
         if begin is None:
             return None
         later = begin.kind == "dots"
-        opening = cursor.take("mark", "[")
+        opening = self.take("mark", "[")
         if opening is None:
             return Arrow(later)
         skips = self.skips()
-        length = None if skips else cursor.length()
+        length = None if skips else self.length()
         if skips is None and length is None:
-            raise cursor.error(
+            raise self.error(
                 "A limit goes into the brackets: [<2s] of the time between, "
                 "...[<=2] of the movements skipped.",
                 opening,
             )
         self.close(opening)
         if skips and not later:
-            raise cursor.error_since(
+            raise self.error_since(
                 begin,
                 "The arrow -> skips nothing: it leads to the next movement. "
                 f"...[{skips}] counts what is skipped, ->[{skips}s] is a time.",
@@ -286,33 +284,31 @@ class _Parser:
 
     def skips(self) -> Skips | None:
         """Read a number of movements, if one stands here: a number that no unit follows."""
-        cursor = self.cursor
-        number, unit = cursor.number_and_unit()
+        number, unit = self.number_and_unit()
         if not number or unit in UNITS:
             return None
-        compare, token = cursor.take("compare"), cursor.advance()
+        compare, token = self.take("compare"), self.advance()
         if not number.isdecimal():
             found = "Movements are counted in whole numbers; a time has a unit."
-            raise cursor.error(found, token)
-        return Skips(compare.text if compare else "", int(cursor.checked(token)))
+            raise self.error(found, token)
+        return Skips(compare.text if compare else "", int(self.checked(token)))
 
     # steps
 
     def item(self, carried: frozenset[Mover], after: str) -> Item:
-        cursor = self.cursor
-        begin, labelled = cursor.token, len(self.labels)
+        begin, labelled = self.token, len(self.labels)
         label = self.label()
-        first = cursor.token
+        first = self.token
         unit, timed = self.unit(carried, after)
-        length = cursor.length()
-        if length and (token := cursor.token) and cursor.length():
-            raise cursor.error_since(token, "Two lengths. From 1s to 2s is 1s..2s")
+        length = self.length()
+        if length and (token := self.token) and self.length():
+            raise self.error_since(token, "Two lengths. From 1s to 2s is 1s..2s")
         item = Item(unit, length or timed, self.repeat(), label)
         if item.repeat != ONCE:
             self.refuse_more(first)
             self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
         if (steps := steps_taken(item)) > _MOST_STEPS:
-            raise cursor.error_since(
+            raise self.error_since(
                 begin,
                 f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most. "
                 "x3+ leaves the number open.",
@@ -321,183 +317,181 @@ class _Parser:
 
     def label(self) -> str:
         """Read a label with its colon, if one stands here: ``a:``."""
-        cursor = self.cursor
-        if not cursor.at_label:
+        if not self.at_label:
             return ""
         label = self.name()
-        colon = cursor.advance()
-        if cursor.at_label:
-            raise cursor.error("One label is enough.", cursor.token, cursor.ahead(1))
+        colon = self.advance()
+        if self.at_label:
+            raise self.error("One label is enough.", self.token, self.ahead(1))
         if label.text in self.labels:
-            raise cursor.error(f'The label "{label.text}" stands once.', label, colon)
+            raise self.error(f'The label "{label.text}" stands once.', label, colon)
         self.labels[label.text] = (label, colon)
         return label.text
 
     def name(self) -> Token:
         """Read a name, which goes here."""
-        cursor, token = self.cursor, self.cursor.token
+        token = self.token
         if token.kind != "word":
-            raise cursor.error("A name goes here, such as a or reach_up.", cursor.before)
+            raise self.error("A name goes here, such as a or reach_up.", self.before)
         count = "a count" if COUNT.fullmatch(token.text) else ""
-        if means := count or cursor.vocabulary.taken(token.text):
-            raise cursor.error(f'"{cursor.said(token)}" is {means}: choose another name.')
-        return cursor.advance()
+        if means := count or self.vocabulary.taken(token.text):
+            raise self.error(f'"{self.said(token)}" is {means}: choose another name.')
+        return self.advance()
 
     def refuse_labels(self, before: int, where: str) -> None:
         """Refuse labels where they could not tell which symbols they mean."""
         for name, place in list(self.labels.items())[before:]:
-            raise self.cursor.error(f'The label "{name}" stands inside {where}', *place)
+            raise self.error(f'The label "{name}" stands inside {where}', *place)
 
     def repeat(self) -> Repeat:
         """Read a count, if one stands here: ``x3``, ``x3+``, ``x2..3``, ``?``."""
-        cursor = self.cursor
-        begin = cursor.token
-        if cursor.take("mark", "?"):
+        begin = self.token
+        if self.take("mark", "?"):
             return Repeat(0, 1)
         counted = COUNT.fullmatch(begin.text) if begin.kind == "word" else None
         if counted is None:
             return ONCE
-        cursor.advance()
-        least = int(cursor.checked(begin, counted[1]))
+        self.advance()
+        least = int(self.checked(begin, counted[1]))
         most: int | None = least
-        if cursor.take("mark", "+"):
+        if self.take("mark", "+"):
             most = None
-        elif cursor.take("range"):
-            number = cursor.take("number")
+        elif self.take("range"):
+            number = self.take("number")
             if number is None or not number.text.isdecimal():
-                raise cursor.error_since(begin, "From how often to how often? x2..3")
-            most = int(cursor.checked(number))
+                raise self.error_since(begin, "From how often to how often? x2..3")
+            most = int(self.checked(number))
             if most < least:
-                raise cursor.error_since(begin, f"From more to less: write x{most}..{least}")
+                raise self.error_since(begin, f"From more to less: write x{most}..{least}")
         if most == 0:
             found = '"x0" is never. To say that it does not happen: without'
-            raise cursor.error_since(begin, found)
+            raise self.error_since(begin, found)
         return Repeat(least, most)
 
     def refuse_more(self, begin: Token) -> None:
         """Refuse a length or another count after a count: it could be meant in two ways."""
-        cursor = self.cursor
-        counted, token = cursor.said(begin, cursor.before), cursor.token
-        if cursor.length():
+        counted, token = self.said(begin, self.before), self.token
+        if self.length():
             more, of, each = "length", "time", "; to time each, length first."
         elif self.repeat() != ONCE:
             more, of, each = "count", "repeat", ""
         else:
             return
-        bracketed = f"({counted}) {cursor.said(token, cursor.before)}{each}"
+        bracketed = f"({counted}) {self.said(token, self.before)}{each}"
         found = f"A {more} after a count: to {of} all of it, bracket it: {bracketed}"
-        raise cursor.error_since(token, found)
+        raise self.error_since(token, found)
 
     def unit(self, carried: frozenset[Mover], after: str) -> tuple[Step | Bracket, Length | None]:
         """Read a step, with the length that a line of LND tells."""
-        cursor = self.cursor
-        if word := cursor.take("word", "mirror"):
-            if not cursor.stands("mark", "("):
-                raise cursor.error("Brackets follow: mirror(r_arm right)", word)
+        if word := self.take("word", "mirror"):
+            if not self.stands("mark", "("):
+                raise self.error("Brackets follow: mirror(r_arm right)", word)
             self.mirror = not self.mirror
             bracket = self.bracket(carried)
             self.mirror = not self.mirror
             return bracket, None
-        if cursor.stands("mark", "("):
+        if self.stands("mark", "("):
             return self.bracket(carried), None
-        if cursor.stands("mark", "@"):
+        if self.stands("mark", "@"):
             return self.named(carried), None
-        if is_lnd(cursor):
+        if is_lnd(self):
             self.timed = True
-            unit, timed = score_at(cursor, self.strict)
+            unit, timed = score_at(self, self.strict)
             return mirrored_unit(unit) if self.mirror else unit, timed
-        return step_at(cursor, carried, after, self.mirror), None
+        return step_at(self, carried, after, self.mirror), None
 
     def bracket(self, carried: frozenset[Mover]) -> Bracket:
-        cursor = self.cursor
-        opening = cursor.advance()
+        opening = self.advance()
         self.deepen(opening)
-        if cursor.stands("mark", ")"):
-            raise cursor.error("Nothing between these brackets.", opening, cursor.token)
+        if self.stands("mark", ")"):
+            raise self.error("Nothing between these brackets.", opening, self.token)
         pattern = self.pattern(carried)
-        if cursor.stands("end"):
-            raise cursor.error('This bracket is never closed: a ")" is missing.', opening)
-        if not cursor.take("mark", ")"):
-            raise stray(cursor)
+        if self.stands("end"):
+            raise self.error('This bracket is never closed: a ")" is missing.', opening)
+        if not self.take("mark", ")"):
+            raise stray(self)
         self.depth -= 1
         return Bracket(pattern)
 
     def deepen(self, opening: Token) -> None:
         self.depth += 1
         if self.depth > _DEEPEST:
-            raise self.cursor.error(f"More than {_DEEPEST} brackets inside each other.", opening)
+            raise self.error(f"More than {_DEEPEST} brackets inside each other.", opening)
 
     # names of patterns: each is read anew wherever it is used, since a part may carry into it
 
     def let(self, let: Token) -> None:
         """Read ``let NAME = pattern ;``: checked now, read again with each use."""
-        cursor = self.cursor
         token = self.name()
         name = token.text
         if name in self.lets:
-            raise cursor.error(f'"{name}" has a pattern already: choose another name.', token)
-        if not cursor.take("mark", "="):
-            raise cursor.error(f"An = follows: let {name} = mid -> high;", let, token)
-        begin = cursor.index
+            raise self.error(f'"{name}" has a pattern already: choose another name.', token)
+        if not self.take("mark", "="):
+            raise self.error(f"An = follows: let {name} = mid -> high;", let, token)
+        begin = self.index
         self.open_names.append(name)
         self.pattern(frozenset((_ANYONE,)), "=")
         self.open_names.pop()
-        if cursor.stands("end"):
+        if self.stands("end"):
             found = 'A ";" ends it, and the pattern follows: let up = mid -> high; r_arm low -> @up'
-            raise cursor.error_since(let, found)
-        if not cursor.stands("mark", ";"):
-            raise stray(cursor)
-        self.lets[name] = cursor.since(begin)
-        cursor.advance()
+            raise self.error_since(let, found)
+        if not self.stands("mark", ";"):
+            raise stray(self)
+        stop = self.before.stop
+        read = [*self.tokens[begin : self.index], Token("end", "", stop, stop)]
+        self.lets[name] = self.text, read
+        self.advance()
         self.labels.clear()
 
     def named(self, carried: frozenset[Mover]) -> Bracket:
         """Read ``@NAME``: its pattern, in brackets."""
-        cursor, at = self.cursor, self.cursor.advance()
+        at = self.advance()
         self.deepen(at)
         labelled = len(self.labels)
-        name, inner = self.opened(at)
+        name, text, read = self.opened(at)
+        outside = self.text, self.tokens, self.index
+        self.text, self.tokens, self.index = text, read, 0
         self.open_names.append(name)
-        self.cursor = inner
         try:
             pattern = self.pattern(carried)
-            if not inner.stands("end"):
-                raise stray(inner)
+            if not self.stands("end"):
+                raise stray(self)
         except PatternError as error:
-            said = cursor.said(at, cursor.before)
+            self.text, self.tokens, self.index = outside
+            said = self.said(at, self.before)
             found = f"{said}: {error.found}"
             if error.found == NO_PART:
                 found = f"{said} begins without a part. Let one carry into it: r_arm low -> {said}"
-            raise cursor.error_since(at, found) from error
-        self.cursor = cursor
+            raise self.error_since(at, found) from error
+        self.text, self.tokens, self.index = outside
         self.open_names.pop()
         for label in list(self.labels)[labelled:]:
-            self.labels[label] = (at, cursor.before)
+            self.labels[label] = (at, self.before)
         self.depth -= 1
         return Bracket(pattern)
 
-    def opened(self, at: Token) -> tuple[str, Cursor]:
-        """Read a name behind ``@``, and return it and what it stands for."""
-        cursor, token = self.cursor, self.cursor.token
+    def opened(self, at: Token) -> tuple[str, str, Sequence[Token]]:
+        """Read a name behind ``@``, and return it and what it stands for, as text and tokens."""
+        token = self.token
         if token.kind != "word":
-            raise cursor.error("The name of a pattern follows: @reach_up", at)
-        name = cursor.advance().text
+            raise self.error("The name of a pattern follows: @reach_up", at)
+        name = self.advance().text
         if name in self.open_names:
-            raise cursor.error(f'"@{name}" speaks of itself.', at, token)
+            raise self.error(f'"@{name}" speaks of itself.', at, token)
         if name in self.lets:
-            inner = Cursor(self.text, cursor.vocabulary, self.lets[name])
+            text, read = self.lets[name]
         elif name in self.names:
-            inner = Cursor(self.names[name], cursor.vocabulary)
-        elif cursor.stands("mark", ".") and cursor.ahead(1).text in ("lq", "lnd"):
+            text, read = self.names[name], tokens(self.names[name])
+        elif self.stands("mark", ".") and self.ahead(1).text in ("lq", "lnd"):
             found = "A pattern in a file stands alone: search @raise.lq"
-            raise cursor.error(found, at, cursor.ahead(1))
+            raise self.error(found, at, self.ahead(1))
         else:
-            raise cursor.error(self.no_name(name), at, token)
-        self.words_named += len(inner.tokens)
+            raise self.error(self.no_name(name), at, token)
+        self.words_named += len(read)
         if self.words_named > _MOST_WORDS:
             found = f"With all names written out this has more than {_MOST_WORDS} words."
-            raise cursor.error(found, at, token)
-        return name, inner
+            raise self.error(found, at, token)
+        return name, text, read
 
     def no_name(self, name: str) -> str:
         from rapidfuzz import process
@@ -512,55 +506,54 @@ class _Parser:
 
     def clauses(self, pattern: Choice) -> Query:
         """Read all that stands behind a pattern, and return the whole query."""
-        cursor, query = self.cursor, Query(pattern)
+        query = Query(pattern)
         seen: list[str] = []
-        while word := cursor.take("word", "either", "rhythm", "where"):
+        while word := self.take("word", "either", "rhythm", "where"):
             said = "either side" if word.text == "either" else word.text
             if said in seen:
                 more = ': "and" joins conditions' if said == "where" else ""
-                raise cursor.error(f'"{said}" stands once{more}.', word)
+                raise self.error(f'"{said}" stands once{more}.', word)
             seen.append(said)
             if said == "where":
-                query = replace(query, where=conditions_at(cursor, self.labels))
+                query = replace(query, where=conditions_at(self, self.labels))
             elif said == "rhythm":
                 query = replace(query, rhythm=self.rhythm(word, pattern))
-            elif cursor.take("word", "side"):
+            elif self.take("word", "side"):
                 query = replace(query, either_side=True)
             else:
-                raise cursor.error('"either side": the pattern or its mirror image.', word)
-        query = replace(query, stages=tuple(stages_at(cursor, self.labels)))
-        token = cursor.token
+                raise self.error('"either side": the pattern or its mirror image.', word)
+        query = replace(query, stages=tuple(stages_at(self, self.labels)))
+        token = self.token
         if token.kind == "end":
             return query
         if query.stages:
-            raise cursor.error('Behind a stage comes another one, with a "|", or nothing.')
+            raise self.error('Behind a stage comes another one, with a "|", or nothing.')
         if seen[-1:] == ["where"] and token.text in _NOT_IN_WHERE:
-            raise cursor.error(_NOT_IN_WHERE[token.text])
-        if not seen or is_unknown(cursor) or token.kind in ("unknown", "string"):
-            raise stray(cursor)
-        raise cursor.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
+            raise self.error(_NOT_IN_WHERE[token.text])
+        if not seen or is_unknown(self) or token.kind in ("unknown", "string"):
+            raise stray(self)
+        raise self.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
 
     def rhythm(self, begin: Token, pattern: Choice) -> tuple[Fraction, ...]:
-        cursor = self.cursor
         numbers = [self.proportion()]
-        while cursor.take("mark", ":"):
+        while self.take("mark", ":"):
             numbers.append(self.proportion())
         if len(numbers) == 1:
-            raise cursor.error_since(begin, "A rhythm has two numbers or more: 1:2")
+            raise self.error_since(begin, "A rhythm has two numbers or more: 1:2")
         counts = [steps_in(lines.first) for lines in pattern.alternatives]
         if not any(least <= len(numbers) <= most for least, most in counts):
             steps = " or ".join(dict.fromkeys(_number_of_steps(*count) for count in counts))
             found = f"{len(numbers)} numbers, but the first line has {steps}: one number each."
-            raise cursor.error_since(begin, found)
+            raise self.error_since(begin, found)
         return tuple(numbers)
 
     def proportion(self) -> Fraction:
-        cursor, token = self.cursor, self.cursor.token
+        token = self.token
         if token.kind != "number":
-            raise cursor.error("Numbers go here, one a step: rhythm 1:1:2", cursor.before)
-        number = cursor.number()
+            raise self.error("Numbers go here, one a step: rhythm 1:1:2", self.before)
+        number = self.number()
         if not number:
-            raise cursor.error("No step lasts for nothing: a number above 0.", token)
+            raise self.error("No step lasts for nothing: a number above 0.", token)
         return number
 
 
