@@ -32,8 +32,7 @@ _KINDS = {
 _TOKEN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in _KINDS.items()), re.DOTALL)
 _ALIASES = {"≤": "<=", "≥": ">=", "→": "->", "…": "..."}
 
-COUNT = re.compile(r"x(\d+)")  # A word that counts: x3
-
+COUNT = re.compile(r"x(\d+)")  # a word that counts: x3
 _LONGEST_NUMBER = 9
 _QUOTED = re.compile(r'"([^"]*)"')
 

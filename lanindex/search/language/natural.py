@@ -27,7 +27,6 @@ _SPELLING = re.compile(
 """What an error says to mend a word alone."""
 
 _SINGLE = ("head", "torso")  # parts that have no side
-
 _LEGS = ("leg", "thigh", "shank")
 _UP = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/high"}
 _UP |= {"thigh": _UP["leg"], "palm": "high"}
@@ -70,16 +69,10 @@ def reading(text: str) -> str | None:
 def offer_reading(
     error: PatternError, understood: Callable[[str], Query], held: Collection[str]
 ) -> None:
-    """Let the error of a pattern offer the one that was probably meant, if that is plain.
+    """Let the error of a whole pattern offer the one that was probably meant, if that is plain.
 
-    Parameters
-    ----------
-    error : PatternError
-        Of the whole text.
-    understood : callable
-        Reads a pattern, or raises a PatternError.
-    held : collection of str
-        The parts that the library has: what names none of them is not offered.
+    `understood` reads a pattern, or raises a PatternError; what names none of the parts that the
+    library has (`held`) is not offered.
     """
     read = reading(error.text)
     try:
@@ -193,7 +186,6 @@ class _Clause:
         return bool(self.values or self.verbs)
 
     def take(self, table: str, meaning: str) -> None:
-        """Add a phrase."""
         if table == "phrases":
             self.values += [meaning] if meaning not in self.values else []
         elif table == "verbs":

@@ -56,13 +56,11 @@ _UNLIMITED = {
 }
 """Relations that take no time, and why."""
 
+_ONE_COMPARISON = "One comparison in each condition: a.length > 1s and a.length < 2s"
 _NOT_IN_WHERE = {
     "or": '"and" joins conditions. "or" joins lines, before "where".',
     "/": 'A condition has one word: a.level >= mid. "/" is for steps.',
-    **dict.fromkeys(
-        ("<", "<=", ">", ">=", "=", "!="),
-        "One comparison in each condition: a.length > 1s and a.length < 2s",
-    ),
+    **dict.fromkeys(("<", "<=", ">", ">=", "=", "!="), _ONE_COMPARISON),
 }
 """What may seem to go on behind a condition."""
 
@@ -486,21 +484,17 @@ class _Parser(Cursor):
             found = "A pattern in a file stands alone: search @raise.lq"
             raise self.error(found, at, self.ahead(1))
         else:
-            raise self.error(self.no_name(name), at, token)
+            from rapidfuzz import process
+
+            guess = process.extractOne(name, [*self.lets, *self.names], score_cutoff=60)
+            remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
+            remedy = f'Did you mean "@{guess[0]}"?' if guess else remedy
+            raise self.error(f'There is no pattern "@{name}". {remedy}', at, token)
         self.words_named += len(read)
         if self.words_named > _MOST_WORDS:
             found = f"With all names written out this has more than {_MOST_WORDS} words."
             raise self.error(found, at, token)
         return name, text, read
-
-    def no_name(self, name: str) -> str:
-        from rapidfuzz import process
-
-        guess = process.extractOne(name, [*self.lets, *self.names], score_cutoff=60)
-        remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
-        if guess:
-            remedy = f'Did you mean "@{guess[0]}"?'
-        return f'There is no pattern "@{name}". {remedy}'
 
     # clauses and stages
 

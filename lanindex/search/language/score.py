@@ -53,7 +53,7 @@ class Saved(str):
 
 
 def pattern_in(text: str, folder: Path | None = None) -> str:
-    r"""Return a pattern, read from a file where its text names one.
+    r"""Return a pattern: the text itself, or a `Saved` one where that names a file.
 
     Parameters
     ----------
@@ -62,11 +62,6 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
         slash. Scores in other notations are read as LND.
     folder : Path, optional
         What the path starts from; by default the working folder.
-
-    Returns
-    -------
-    str
-        The text itself, or a `Saved`.
 
     Raises
     ------

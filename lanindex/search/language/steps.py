@@ -32,8 +32,7 @@ _WHERE = {
     "at": "At what? Say where: at high, at place low",
     "via": "Via what? Say where it goes through: via right, via any",
 }
-NO_PART = "Name the part first: r_arm high"  # what is said where a pattern begins without one
-
+NO_PART = "Name the part first: r_arm high"
 _NO_PART = {
     "": NO_PART,
     "start": "Name the part here: start -> r_arm high",
@@ -43,18 +42,10 @@ _WHO = {"feet": "jump", "bend": "r_arm"}  # by kind of words, who may be forgott
 
 
 def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:
-    """Read a step, which begins here.
+    """Read a step, which begins here; `mirror` tells whether it is seen in a mirror.
 
-    Parameters
-    ----------
-    cursor : Cursor
-        Stands where it begins.
-    carried : frozenset of Mover
-        Whom the arrow carries over; more than one: it is not known whom.
-    after : str
-        What comes before: ``->``, a relation, ``or``, ``start`` or nothing.
-    mirror : bool
-        Whether the step is seen in a mirror.
+    `carried` is whom the arrow carries over (of several it is not known whom), `after` what comes
+    before: ``->``, a relation, ``or``, ``start`` or nothing.
     """
     _check_meant(cursor, carried)
     named = cursor.mover()

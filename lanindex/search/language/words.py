@@ -49,7 +49,6 @@ PACES = ("slow", "fast")  # how a movement's speed compares with others of its g
 EXTENTS = ("small", "large")  # and its size
 
 BEND_MOVES = ("bend", "stretch")  # what is said of an elbow or a knee, though its limb is named
-
 BEND_WORDS = {
     **{name: name for name in (*BEND_MOVES, "bent", "straight")},
     **{"bends": "bend", "bending": "bend", "stretches": "stretch", "stretching": "stretch"},
@@ -315,11 +314,8 @@ def _movers(parts: Collection[str]) -> dict[str, Mover]:
 class Vocabulary:
     """The words that a pattern may use, those of the parts included.
 
-    Parameters
-    ----------
-    parts : collection of str, optional
-        The parts that the library has; by default those of the alphabet. A pattern may name
-        these in any case: one that no capture has never moves.
+    The parts are those that the library has, by default those of the alphabet. A pattern may name
+    these in any case: one that no capture has never moves.
     """
 
     def __init__(self, parts: Collection[str] | None = None) -> None:
