@@ -9,7 +9,7 @@ from lanindex.search.language.words import LANGUAGE, UNITS, VALUES, Vocabulary
 
 _CONDITION = "Conditions stand behind where: r_arm high where match.length < 2s"
 _LND = "A line of LND stands where a step could: behind an arrow, or at the beginning."
-_MARKS = {
+_STRAY = {
     ")": 'This bracket was never opened: take it away, or put a "(" before.',
     "(": 'Something is missing before the bracket: "->", "with" or "or".',
     "/": '"/" joins words, high/low; "or" joins lines: r_arm high or l_arm low',
@@ -32,8 +32,6 @@ _MARKS = {
     "{": '"x2..3" is two or three times: r_arm rising x2..3',
     "&": '"with" sets side by side: r_arm high with l_arm high',
     "!": '"not" denies a word, "without" a line: r_arm not low without head',
-}
-_WORDS = {
     "start": '"start" begins a line: start -> r_arm high',
     "end": 'An arrow goes before "end": r_arm high -> end',
     "either": '"either side" speaks of the whole pattern: put it at its end.',
@@ -55,6 +53,7 @@ _WORDS = {
     "by": '"by" belongs to a stage: | sort by match.start',
     "direction": _LND,
 }
+"""What is said of marks and words that go on where a line is complete."""
 
 _NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", "match", "and")
 """Words that are no step, wherever they stand."""
@@ -186,10 +185,10 @@ def no_step(cursor: Cursor, after: str) -> PatternError:
             return cursor.error("Two arrows, and no movement between them.")
         return cursor.error("Nothing before the arrow. Name a part first: r_arm low -> high")
     if token.kind in ("unknown", "string"):
-        known = _MARKS.get(token.text)
+        known = _STRAY.get(token.text)
         return cursor.error(known) if known else unknown(cursor)
     if token.text in _NO_STEPS:
-        return cursor.error(_WORDS[token.text])
+        return cursor.error(_STRAY[token.text])
     if after:
         what = "the arrow" if arrow else f'"{after}"'
         return cursor.error(f"Nothing after {what}: a movement follows it.", cursor.before)
@@ -204,8 +203,8 @@ def stray(cursor: Cursor) -> PatternError:
     if cursor.at_label:
         found = "A label goes before a step, behind the arrow: r_arm low -> a: high"
         return cursor.error(found, token, cursor.ahead(1))
-    no_mark = token.kind in ("unknown", "string") and token.text not in _MARKS
-    if is_unknown(cursor) or no_mark:
+    known = token.text in _STRAY
+    if is_unknown(cursor) or (token.kind in ("unknown", "string") and not known):
         return unknown(cursor)
     if token.kind == "word" and cursor.vocabulary.mover(token.text):
         return cursor.error(
@@ -213,11 +212,11 @@ def stray(cursor: Cursor) -> PatternError:
         )
     if cursor.before.text == "end":
         return cursor.error('After "end" the line does not go on.')
-    if token.text in _WORDS:
-        return cursor.error(_WORDS[token.text])
+    if known:
+        return cursor.error(_STRAY[token.text])
     if token.text in VALUES:
         return cursor.error(
             f"Direction and level stand before length and count: r_arm high <1s x2. "
             f"The next movement has an arrow: -> {token.text}"
         )
-    return cursor.error(_MARKS.get(token.text, f'"{cursor.said(token)}" says nothing here.'))
+    return cursor.error(f'"{cursor.said(token)}" says nothing here.')
