@@ -238,8 +238,8 @@ def _stage_at(cursor: Cursor, labels: Collection[str], bar: Token) -> Stage:
 
 def conditions_at(cursor: Cursor, labels: Collection[str]) -> tuple[Condition, ...]:
     """Read the conditions that begin here, behind a pattern with some labels."""
-    conditions = [_condition_at(cursor, labels)]
-    while cursor.take("word", "and"):
+    conditions: list[Condition] = []
+    while not conditions or cursor.take("word", "and"):
         conditions.append(_condition_at(cursor, labels))
     return tuple(conditions)
 

@@ -174,6 +174,7 @@ class Cursor:
         return None
 
     def _range(self, value: Callable[[], Time]) -> Length:
+        """Read a range, which stands here; `value` reads one end of it."""
         begin = self.token
         if compare := self.take("compare"):
             return Length(compare.text, value())
@@ -191,10 +192,6 @@ class Cursor:
     def at_angle(self) -> bool:
         """Whether an angle stands here."""
         return self.number_and_unit()[1] == DEGREES
-
-    def angle(self) -> str:
-        """Read an angle, which stands here: ``<90deg``, ``45deg..90deg``, ``360deg+``."""
-        return str(self.length((DEGREES,)))
 
     def sixths(self) -> str:
         """Read a degree of bending, if one stands here: ``3``, ``3+``, ``2..4``, ``<3``."""

@@ -529,9 +529,14 @@ class _Parser(Cursor):
         raise self.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
 
     def rhythm(self, begin: Token, pattern: Choice) -> tuple[Fraction, ...]:
-        numbers = [self.proportion()]
-        while self.take("mark", ":"):
-            numbers.append(self.proportion())
+        numbers: list[Fraction] = []
+        while not numbers or self.take("mark", ":"):
+            token = self.token
+            if token.kind != "number":
+                raise self.error("Numbers go here, one a step: rhythm 1:1:2", self.before)
+            numbers.append(self.number())
+            if not numbers[-1]:
+                raise self.error("No step lasts for nothing: a number above 0.", token)
         if len(numbers) == 1:
             raise self.error_since(begin, "A rhythm has two numbers or more: 1:2")
         counts = [steps_in(lines.first) for lines in pattern.alternatives]
@@ -540,15 +545,6 @@ class _Parser(Cursor):
             found = f"{len(numbers)} numbers, but the first line has {steps}: one number each."
             raise self.error_since(begin, found)
         return tuple(numbers)
-
-    def proportion(self) -> Fraction:
-        token = self.token
-        if token.kind != "number":
-            raise self.error("Numbers go here, one a step: rhythm 1:1:2", self.before)
-        number = self.number()
-        if not number:
-            raise self.error("No step lasts for nothing: a number above 0.", token)
-        return number
 
 
 def _number_of_steps(least: int, most: float) -> str:

@@ -13,6 +13,7 @@ from lanindex.search.language.words import (
     ACROSS,
     ANY,
     BEND_MOVES,
+    DEGREES,
     MANNERS,
     MOVING,
     RELATIVE,
@@ -154,7 +155,7 @@ def _says(cursor: Cursor, mover: Mover) -> bool:
 def _value(cursor: Cursor, mover: Mover) -> tuple[str, str]:
     """Read a word that says something, or an angle: of which kind it is, and its own spelling."""
     if cursor.at_angle:
-        return "degrees", cursor.angle()
+        return "degrees", str(cursor.length((DEGREES,)))
     kind, value = _values(mover)[cursor.advance().text]
     degree = cursor.sixths() if kind == "bend" and value in ("bend", "stretch", "bent") else ""
     return kind, f"{value} {degree}".rstrip()

@@ -53,7 +53,7 @@ _STRAY = {
     "by": '"by" belongs to a stage: | sort by match.start',
     "direction": _LND,
 }
-"""What is said of marks and words that go on where a line is complete."""
+"""What is said of marks and words that stand where they cannot."""
 
 _NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", "match", "and")
 """Words that are no step, wherever they stand."""
