@@ -1,10 +1,17 @@
 """Random clips for the tests of search by example: rows by part, as a library keeps them."""
 
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
 import numpy as np
 from hypothesis import strategies as st
 
 from lanindex.alphabet import MIRRORED, mirrored_part
+from lanindex.model import Capture, Track
+from lanindex.model.columns import columns_of
 from lanindex.model.symbol import blank
+from lanindex.search.example.clips import Clips, Source
 
 PARTS = ("r_arm", "l_arm", "head")
 
@@ -36,6 +43,30 @@ def clips(draw: st.DrawFn, most: int = 7):
     """Draw a clip: rows by part, some parts missing."""
     named = draw(st.lists(st.sampled_from(PARTS), unique=True, max_size=3))
     return {part: draw(rows(most)) for part in named}
+
+
+Rows = Mapping[str, np.ndarray[Any, Any]]
+
+
+def source_of(
+    many: Sequence[Rows],
+    rates: Sequence[float],
+    parts: Sequence[str],
+    frames: Sequence[int] | None = None,
+) -> Source:
+    """Return clips, given as rows by part, as the columns of a library."""
+    lengths = np.zeros(len(many), np.int64) if frames is None else np.array(frames, np.int64)
+    captures = [Capture(0, "", "", "", "", Fraction(1), length) for length in lengths.tolist()]
+    columns = {}
+    for part in parts:
+        tracks = [Track(part, clip[part], ()) if part in clip else None for clip in many]
+        columns[part] = columns_of(part, captures, tracks)
+    return Source(columns, np.arange(len(many)), lengths, np.array(rates, np.float64))
+
+
+def clips_of(many: Sequence[Rows], rates: Sequence[float], parts: Sequence[str]) -> Clips:
+    """Return the same clips, laid out."""
+    return source_of(many, rates, parts).taken(np.arange(len(many)))
 
 
 def mirrored(clip):

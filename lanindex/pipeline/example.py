@@ -5,21 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lanindex.alphabet import kind_of
 from lanindex.errors import AbsentError, CaptureError, NotationError, UsageError, shown
 from lanindex.library.find import is_number
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Span, Track
-from lanindex.model.columns import Roster
+from lanindex.model.columns import Roster, columns_of
 from lanindex.pipeline.named import ranged, stored, within
 from lanindex.pipeline.patience import Patience, silent
 from lanindex.search.example.align import Pair, pairs
-from lanindex.search.example.moves import Clips, LazyClips, clips_of
-from lanindex.search.example.nearest import Found, Near, nearest
+from lanindex.search.example.clips import Clips, Source
+from lanindex.search.example.nearest import Near, nearest
 from lanindex.search.hits import Hits
 
 BEST = 100
@@ -61,10 +61,15 @@ class Example:
         UsageError
             Where nothing moves in it.
         """
-        held = {part: track for part, track in self.tracks.items() if kind_of(part) == "gesture"}
-        rows = {part: track.symbols for part, track in held.items() if len(track)}
-        clip = clips_of([rows], [self.rate], list(rows)) if rows else None
-        clip = clip and clip.cut(0, self.span.start, self.span.stop)
+        nobody = Capture(0, "", "", "", "", Fraction(self.rate), self.span.stop)
+        limbs = {
+            part: columns_of(part, [nobody], [track])
+            for part, track in self.tracks.items()
+            if kind_of(part) == "gesture" and len(track)
+        }
+        only = np.zeros(1, np.int64)
+        source = Source(limbs, only, only + self.span.stop, np.array([self.rate]))
+        clip = source.taken(only).cut(0, self.span.start, self.span.stop) if limbs else None
         if clip is None or not clip.moves.sizes.any():
             place = f"--like {shown(self.named)}"
             raise UsageError("nothing moves there", place=place, wanted="one movement at least")
@@ -178,23 +183,16 @@ def alike(
         How long it may take, and who is told how far it is.
     """
     query, watch = one.clip(), patience or Patience(silent, None)
-    roster, clips = laid_out(library, chosen, query.parts, one.capture)
-    found = Found([], 0, True)
-    if clips is not None:
-        frames, rates = roster.frames.tolist(), rates_of(roster).tolist()
-        seconds = len(one.span) / one.rate
-        found = nearest(query, seconds, clips, frames, rates, limit, watch=watch)
-    hits = Hits(_hits(library, query, roster, found.near), f"like {one.named}")
+    roster, source = source_of(library, chosen, query.parts, one.capture)
+    found = nearest(query, len(one.span) / one.rate, source, limit, watch=watch)
+    hits = Hits(_hits(library, query, roster, source, found.near), f"like {one.named}")
     return Alike(one, hits, len(roster), found.aligned, found.sure)
 
 
-def laid_out(
-    library: Store,
-    chosen: Iterable[int] | None,
-    parts: Iterable[str],
-    but: Capture | None = None,
-) -> tuple[Roster, LazyClips | None]:
-    """Return captures and their movements, to be laid out; None where there is no capture.
+def source_of(
+    library: Store, chosen: Iterable[int] | None, parts: Iterable[str], but: Capture | None = None
+) -> tuple[Roster, Source]:
+    """Return captures, and their movements ready to be laid out.
 
     Parameters
     ----------
@@ -211,25 +209,20 @@ def laid_out(
     roster, columns = library.columns(names, chosen, more=["swings"])
     places = np.flatnonzero(roster.number != (but.id if but is not None else 0))
     roster = roster.taken(places)
-    there = len(places) and names
-    clips = LazyClips(tuple(names), columns, places, rates_of(roster)) if there else None
-    return roster, clips
+    rates = roster.rate[:, 0] / roster.rate[:, 1]
+    own = {part: columns[part] for part in names}
+    return roster, Source(own, places, roster.frames.astype(np.int64), rates)
 
 
-def rates_of(roster: Roster) -> NDArray[np.float64]:
-    """Return the frames a second of each capture: (C,)."""
-    rates: NDArray[np.float64] = roster.rate[:, 0] / roster.rate[:, 1]
-    return rates
-
-
-def _hits(library: Store, query: Clips, roster: Roster, near: list[Near]) -> Iterator[Hit]:
+def _hits(
+    library: Store, query: Clips, roster: Roster, source: Source, near: list[Near]
+) -> Iterator[Hit]:
     """Yield what is near as hits, with the symbols that correspond."""
     numbers = [int(roster.number[one.clip]) for one in near]
     found = {capture.id: (capture, held) for capture, held in library.tracks(numbers, query.parts)}
     for number, one in zip(numbers, near, strict=True):
         capture, tracks = found[number]
-        rows = {part: track.symbols for part, track in tracks.items()}
-        clip = clips_of([rows], [float(capture.rate)], query.parts)
+        clip = source.taken(np.array([one.clip]))
         whole = one.begin == 0 and one.end == capture.frames
         clip = clip if whole else clip.cut(0, one.begin, one.end)
         matched = [pairs(query, clip, part) for part in range(len(query.parts))]
@@ -245,5 +238,5 @@ def _hull(clip: Clips, matched: list[list[Pair]], one: Near) -> Span:
     rows = np.array([pair.row for part in matched for pair in part], np.int64)
     if not len(rows):
         return Span(one.begin, one.end)
-    moves = clip.moves.some(rows)
+    moves = clip.moves.taken(rows)
     return Span(int(moves.starts.min()), int(moves.stops.max()))

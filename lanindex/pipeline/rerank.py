@@ -17,7 +17,7 @@ from lanindex.notation import notation_of
 from lanindex.pipeline.example import Alike
 from lanindex.pipeline.patience import Patience, silent
 from lanindex.pipeline.prepare import as_ingested
-from lanindex.search.example.positions import normalised, warped
+from lanindex.search.example.warping import normalised, warped
 from lanindex.search.hits import Hits
 
 MOST = 100

@@ -9,7 +9,7 @@ from lanindex.alphabet import kind_of
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture
-from lanindex.pipeline.example import laid_out
+from lanindex.pipeline.example import source_of
 from lanindex.pipeline.patience import Patience, silent
 from lanindex.pipeline.sampling import sampled
 from lanindex.search.example.groups import Grouped, grouped
@@ -96,13 +96,12 @@ def similar(
     if wanted is not None and wanted < 1:
         raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
     limbs = [part for part in library.parts(checked=False) if kind_of(part) == "gesture"]
-    roster, clips = laid_out(library, chosen, limbs)
+    roster, source = source_of(library, chosen, limbs)
     found, numbers = Grouped([], 0, True), roster.number
-    if clips is not None:
-        watch = patience or Patience(silent, None)
-        places = sampled(len(clips), sample)
-        some, numbers = clips.taken(places, watch), numbers[places]
-        found = grouped(some, least=least, wanted=wanted, watch=watch)
+    if len(roster) and limbs:
+        watch, places = patience or Patience(silent, None), sampled(len(roster), sample)
+        clips, numbers = source.taken(places, watch), numbers[places]
+        found = grouped(clips, least=least, wanted=wanted, watch=watch)
     captures = library.some(numbers.tolist())
     groups = [
         Similar(tuple(captures[one] for one in group.members), group.likeness)

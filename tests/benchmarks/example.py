@@ -36,8 +36,8 @@ What was tried, on bandai2; on mae_openni:
     all parts jointly: poses of symbols, warped   .637 .500 .407 .512; .774 .750 .648 .695
     without runner-up cells                       .900 .688 .532 .622; .833 .810 .722 .767
     without swings                                .900 .725 .541 .635; .833 .845 .760 .799
-    REPLACED 0.4 in place of 0.8                  .887 .775 .576 .644; .750 .798 .634 .676
-    REPLACED 1.6                                  .900 .750 .473 .607; .929 .917 .858 .883
+    SUBSTITUTED 0.4 in place of 0.8               .887 .775 .576 .644; .750 .798 .634 .676
+    SUBSTITUTED 1.6                               .900 .750 .473 .607; .929 .917 .858 .883
     STEP 0.125 in place of 0.25                   .912 .713 .524 .633; .869 .881 .789 .833
     STEP 0.5                                      .900 .750 .553 .651; .810 .821 .700 .746
     stretches of clips from twice the length on   .875 .713 .508 .618; .845 .845 .779 .817
@@ -60,17 +60,17 @@ from statistics import median
 from time import process_time
 
 import numpy as np
-from places import CAPTURES
+import places
+from made_clips import clips_of, source_of
 from rapidfuzz.distance import Levenshtein
 
 from lanindex.alphabet import PARTS
 from lanindex.encode import encode
 from lanindex.formats import read
 from lanindex.pipeline.labels import read_labels
-from lanindex.search.example import align, moves, nearest
-from lanindex.search.example.candidates import promises
-from lanindex.search.example.moves import Clips, clips_of
-from lanindex.search.example.positions import normalised, warped
+from lanindex.search.example import align, clips, nearest
+from lanindex.search.example.clips import Clips, Source
+from lanindex.search.example.warping import normalised, warped
 
 STYLES: dict[str, Callable[[Path], str]] = {
     "bandai2": lambda path: path.stem.split("_")[-2],
@@ -95,14 +95,22 @@ class Set:
     joints: list[np.ndarray]
     cells: list[list[bytes]]
 
+    @property
+    def parts(self) -> list[str]:
+        return [part for part in PARTS if part in self.rows[0]]
+
     def clips(self, change: Callable[[np.ndarray], np.ndarray] = np.asarray) -> Clips:
         rows = [{part: change(own) for part, own in clip.items()} for clip in self.rows]
-        return clips_of(rows, self.rates, [part for part in PARTS if part in rows[0]])
+        return clips_of(rows, self.rates, self.parts)
+
+    def source(self) -> Source:
+        return source_of(self.rows, self.rates, self.parts, self.frames)
 
 
 def loaded(name: str) -> Set:
-    labels = {path: label for path, (label, _) in read_labels(CAPTURES / "labels.csv").items()}
-    paths = sorted((CAPTURES / "bvh" / name).rglob("*.bvh"))
+    captures = places.CAPTURES
+    labels = {path: label for path, (label, _) in read_labels(captures / "labels.csv").items()}
+    paths = sorted((captures / "bvh" / name).rglob("*.bvh"))
     motions = [read(path) for path in paths]
     scores = [encode(motion) for motion in motions]
     rows = [
@@ -147,19 +155,19 @@ def edited(own: Set) -> Ranking:
 
 
 def aligned(own: Set, change: Callable[[np.ndarray], np.ndarray] = np.asarray) -> Ranking:
-    clips = own.clips(change)
-    windows = clips.whole()
-    each = [clips.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
-    return lambda one: -align.compared(each[one], clips, windows)
+    laid_out = own.clips(change)
+    windows = laid_out.whole()
+    each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
+    return lambda one: -align.compared(each[one], laid_out, windows)
 
 
 def searched(own: Set) -> Ranking:
-    clips = own.clips()
-    each = [clips.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
+    laid_out, source = own.clips(), own.source()
+    each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
 
     def far(one: int) -> np.ndarray:
         seconds = own.frames[one] / own.rates[one]
-        found = nearest.nearest(each[one], seconds, clips, own.frames, own.rates, len(own.frames))
+        found = nearest.nearest(each[one], seconds, source, len(own.frames))
         distance = np.zeros(len(own.frames))
         for near in found.near:
             distance[near.clip] = -near.likeness
@@ -169,15 +177,15 @@ def searched(own: Set) -> Ranking:
 
 
 def bounded(own: Set) -> Ranking:
-    clips = own.clips()
-    each = [clips.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
-    return lambda one: -promises(each[one], clips).whole
+    laid_out = own.clips()
+    each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
+    return lambda one: -nearest.bounds_of(each[one], laid_out).whole
 
 
 def dwelling(own: Set) -> Ranking:
     """How long each part is in each cell, blurred over neighbouring ones: no order at all."""
     table = []
-    middles = moves.POINTS.reshape(-1, 3)
+    middles = clips.POINTS.reshape(-1, 3)
     blur = np.exp(-np.square(middles[:, None] - middles).sum(axis=2) / 0.5)
     blur /= blur.sum(axis=1, keepdims=True)
     for clip, frames in zip(own.rows, own.frames, strict=True):
@@ -272,17 +280,17 @@ def main() -> None:
         told("all parts jointly: poses of symbols, warped", own, jointly(own))
         told("without runner-up cells", own, aligned(own, without("margin")))
         told("without swings", own, aligned(own, without("swings")))
-        for constant in ("REPLACED", "PACE", "POSE"):
+        for constant in ("SUBSTITUTED", "PACE", "POSE"):
             kept = getattr(align, constant)
             for value in (0.0, kept / 2, 2 * kept):
                 setattr(align, constant, value)
                 told(f"{constant} {value:g} in place of {kept:g}", own, aligned(own))
             setattr(align, constant, kept)
-        kept = moves.STEP
+        kept = clips.STEP
         for value in (0.0, kept / 2, 2 * kept):
-            moves.STEP = value
+            clips.STEP = value
             told(f"STEP {value:g} in place of {kept:g}", own, aligned(own))
-        moves.STEP = kept
+        clips.STEP = kept
         timed(own, ways)
 
 
@@ -303,15 +311,14 @@ def timed(own: Set, ways: dict[str, Ranking]) -> None:
         rates=own.rates * 25,
         rows=own.rows * 25,
     )
-    clips = many.clips()
-    each = own.clips()
+    source, each = many.source(), own.clips()
     for limit in (10, 100):
         times = []
         for one in chosen:
             query = each.cut(int(one), 0, own.frames[one])
             seconds = own.frames[one] / own.rates[one]
             begin = process_time()
-            nearest.nearest(query, seconds, clips, many.frames, many.rates, limit)
+            nearest.nearest(query, seconds, source, limit)
             times.append(1000 * (process_time() - begin))
         print(f"  the best {limit} of {len(many.frames)} clips{'':24} {median(times):.1f}")
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
+from made_clips import clips_of
 
 from lanindex.errors import CaptureError, LanindexError, UsageError
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.example import laid_out
-from lanindex.search.example.moves import clips_of
+from lanindex.pipeline.example import source_of
 
 TWICE = RAISE.replace("unit_total 2", "unit_total 8") + "".join(
     f"#unit{unit}\ndirection r_arm {cell} mid 0.5 1.5\ndirection r_arm place low 2 3.5\n"
@@ -88,8 +88,8 @@ def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:
     rows = [{part: one.symbols for part, one in tracks.items()} for _, tracks in held]
     rates = [float(capture.rate) for capture, _ in held]
     wanted = clips_of(rows, rates, library.parts())
-    roster, lazy = laid_out(library, None, library.parts())
-    found = lazy.taken(np.arange(len(lazy)))
+    roster, source = source_of(library, None, library.parts())
+    found = source.taken(np.arange(len(source)))
     assert roster.number.tolist() == [capture.id for capture, _ in held]
     assert np.array_equal(found.first, wanted.first)
     for name in ("points", "sizes", "paces", "swings", "starts", "stops", "rows"):

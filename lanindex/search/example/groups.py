@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.search.example.align import paired
-from lanindex.search.example.moves import POINTS, Clips, Floats, Numbers, Watch, unwatched
+from lanindex.search.example.clips import POINTS, Clips, Floats, Numbers, Watch, unwatched
 
 PAIRS = 60_000
 """Pairs that are aligned, about; of each clip `FEWEST` at least."""
@@ -168,7 +168,7 @@ class _Known:
         values = [np.empty(0, np.float64)]
         for some in np.array_split(keys, len(keys) // _AT_ONCE + 1):
             self._watch("pairs", done, len(keys))
-            one, two = (whole.some(place) for place in np.divmod(some, len(self._clips)))
+            one, two = (whole.taken(place) for place in np.divmod(some, len(self._clips)))
             values.append(paired(self._clips, one, self._clips, two).astype(np.float64))
             done += len(some)
         return np.concatenate(values)

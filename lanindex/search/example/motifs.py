@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import PASSING, Columns, codes_of
-from lanindex.search.example.moves import Watch, unwatched
+from lanindex.search.example.clips import Watch, unwatched
 
 Numbers = NDArray[np.int64]
 

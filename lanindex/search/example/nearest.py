@@ -1,16 +1,39 @@
-"""The clips that are most like one: whole or, where they are much longer, their best stretch."""
+"""The nearest neighbours of a clip: whole clips or, where they are much longer, a stretch of each.
+
+To align the example with every clip would take long, so a prefilter comes first: what two clips
+share is at most what each movement of one saves if it may substitute the best of the other,
+whatever the order. That bound takes one look at each symbol, and is never less than what an
+alignment finds. Clips are aligned in the order of their bounds, and when the bound falls below the
+likeness of the worst that is wanted, the rest need not be looked at.
+
+In a long clip, stretches of about the example's length begin everywhere. Running sums tell the
+bound of each; the most promising are aligned, those of all clips together; then the edges of the
+best are moved about, and the most promising of these aligned.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lanindex.search.example.align import compared
-from lanindex.search.example.candidates import promises
-from lanindex.search.example.moves import Clips, LazyClips, Watch, pieces, unwatched
-from lanindex.search.example.stretches import reach_of, stretches
+from lanindex.model.columns import ranges
+from lanindex.search.example.align import CALM, SUBSTITUTED, begun, compared, likeness, savings_of
+from lanindex.search.example.clips import (
+    STEP,
+    Clips,
+    Floats,
+    Moves,
+    Numbers,
+    Source,
+    Watch,
+    Windows,
+    pieces,
+    unwatched,
+)
+
+Doubles = NDArray[np.float64]
 
 LONGER = 4.0
 """From how many times the length of the example on a clip is looked through by stretches, too."""
@@ -26,6 +49,27 @@ _ROWS = 1 << 18
 
 _LONG = 16
 """Rows a part of an example from which on these are fewer."""
+
+LONGEST = 2048
+"""Movements of one part of the example that are each compared with every movement."""
+
+_FARTHEST = 2.0
+"""How far a movement can go."""
+
+_STEPS = 4
+"""Beginnings of stretches in the length of the example."""
+
+_BEGINNINGS = 2000
+"""Beginnings of stretches in one clip, at the most."""
+
+_TRIED = 12
+"""Stretches of a clip that are aligned at a time."""
+
+_FINALISTS = 3
+"""Stretches of a clip whose edges are moved about."""
+
+_LENGTHS = np.array([0.7, 1.0, 1.4])
+"""Lengths of stretches, as parts of the example's."""
 
 
 class Near(NamedTuple):
@@ -68,9 +112,7 @@ class Found(NamedTuple):
 def nearest(
     query: Clips,
     seconds: float,
-    clips: Clips | LazyClips,
-    frames: Sequence[int],
-    rates: Sequence[float],
+    source: Source,
     limit: int,
     *,
     most: int = MOST,
@@ -81,63 +123,222 @@ def nearest(
     Parameters
     ----------
     query : Clips
-        The one, with the same parts as `clips`.
+        The one, with the same parts as the source.
     seconds : float
         How long it lasts.
-    clips : Clips
+    source : Source
         To choose from.
-    frames, rates : sequence
-        Of each clip: its length in frames, and frames a second.
-    limit : int
-        How many are wanted.
-    most : int
-        How many are aligned at the most.
+    limit, most : int
+        How many are wanted, and how many are aligned at the most.
     watch : callable, optional
         Is told how far it is; it may raise.
     """
     # of a long example fewer clips at a time, so that whoever waits is told as often
-    work = clips.counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
-    whole, stretch = np.zeros((2, len(clips)), np.float32)
+    work = source.counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
+    whole, stretch = np.zeros((2, len(source)), np.float32)
     for some in pieces(work, _ROWS):
-        watch("captures", some.start, len(clips))
-        own = clips.taken(np.arange(some.start, some.stop))
-        whole[some], stretch[some], _ = promises(query, own)
-    lasting = np.array(frames, np.int64)
-    lengths = seconds * np.array(rates, np.float64)
-    longer = lasting >= LONGER * lengths
-    hope = np.where(longer, np.maximum(whole, stretch), whole)
-    order = np.argsort(-hope, kind="stable")
+        watch("captures", some.start, len(source))
+        clips = source.taken(np.arange(some.start, some.stop))
+        whole[some], stretch[some], *_ = bounds_of(query, clips)
+    lengths = seconds * source.rates
+    longer = source.frames >= LONGER * lengths
+    bound = np.where(longer, np.maximum(whole, stretch), whole)
+    order = np.argsort(-bound, kind="stable")
     near: list[Near] = []
     done, worst = 0, 0.0
-    while done < min(most, len(order)) and hope[order[done]] > worst:
+    while done < min(most, len(order)) and bound[order[done]] > worst:
         watch("candidates", done, min(most, len(order)))
         block = order[done : min(done + _BLOCK, most)]
         block = block[next(pieces(work[block], _ROWS))]
-        own = clips.taken(block)
-        alike = compared(query, own, own.whole()).tolist()
-        whole_ones = zip(block.tolist(), lasting[block].tolist(), alike, strict=True)
-        near = _best(
-            [*near, *(Near(clip, 0, last, value) for clip, last, value in whole_ones)], limit
-        )
+        clips, frames = source.taken(block), source.frames[block]
+        alike = compared(query, clips, clips.whole())
+        near = _best(near, _Tried(block, np.zeros_like(block), frames, alike), limit)
         worst = near[-1].likeness if len(near) == limit else 0.0
         chosen = np.flatnonzero(longer[block] & (stretch[block] > worst))
         if len(chosen):
-            reach = reach_of(query, own, promises(query, own))
-            found = stretches(query, own, reach, chosen, lasting[block], lengths[block], worst)
-            near += [Near(int(block[one.clip]), *one[1:]) for one in found]
-            near = _best(near, limit)
+            found = _stretches(query, clips, chosen, frames, lengths[block], worst)
+            near = _best(near, found._replace(clips=block[found.clips]), limit)
             worst = near[-1].likeness if len(near) == limit else 0.0
         done += len(block)
-    return Found(near, done, done >= len(order) or bool(hope[order[done]] <= worst))
+    return Found(near, done, done >= len(order) or bool(bound[order[done]] <= worst))
 
 
-def _best(near: list[Near], limit: int) -> list[Near]:
-    """Return the best, each clip once."""
+class _Tried(NamedTuple):
+    """Stretches that were aligned: whose, from which frame to which, how alike; (K,) each."""
+
+    clips: NDArray[Any]
+    begins: NDArray[Any]
+    ends: NDArray[Any]
+    likeness: NDArray[Any]
+
+    def best(self, most: int) -> _Tried:
+        """Return the best of each clip, so many at the most."""
+        kept = _least(self.clips, -self.likeness, most)
+        return _Tried._make(column[kept] for column in self)
+
+
+def _best(near: list[Near], more: _Tried, limit: int) -> list[Near]:
+    """Return the best, each clip once; of equally good ones the longest."""
+    every = [*near, *map(Near, *(column.tolist() for column in more))]
     kept: dict[int, Near] = {}
-    for one in sorted(near, key=_rank):
+    for one in sorted(every, key=lambda one: (-one.likeness, one.begin - one.end, one.clip)):
         kept.setdefault(one.clip, one)
     return [one for one in kept.values() if one.likeness > 0][:limit]
 
 
-def _rank(near: Near) -> tuple[float, int, int]:
-    return -near.likeness, near.begin - near.end, near.clip
+class Bounds(NamedTuple):
+    """How alike clips can be to one.
+
+    Attributes
+    ----------
+    whole : ndarray
+        (C,) float32, no less than the likeness of each whole clip.
+    stretch : ndarray
+        (C,) float32, about how alike its best stretch may be.
+    sizes, shares : ndarray
+        (N + 1,) running sums over the clips' rows: of their sizes, and of what they save at most.
+    asked, begun : float
+        The size of the one, and what its beginnings may save at most.
+    """
+
+    whole: Floats
+    stretch: Floats
+    sizes: Doubles
+    shares: Doubles
+    asked: float
+    begun: float
+
+    def of(self, windows: Windows) -> Doubles:
+        """Return how alike stretches may be at the most: (B,)."""
+        inside = np.minimum(windows.low + 1, windows.high)
+        whole = self.asked + (self.sizes[windows.high] - self.sizes[inside]).sum(axis=0)
+        common = (self.shares[windows.high] - self.shares[inside]).sum(axis=0)
+        most: Doubles = (common + self.begun + CALM) / (whole + CALM)
+        return most
+
+
+def bounds_of(query: Clips, clips: Clips) -> Bounds:
+    """Return how alike each of many clips can be to one clip, which has the same parts."""
+    saved, found = np.zeros((2, len(clips)), np.float32)
+    share = np.zeros(len(clips.moves.rows), np.float32)
+    begins = query.moves.taken(query.first[:, 0][query.first[:, 0] < query.first[:, 1]])
+    for (low, high), borders in zip(query.first, clips.first, strict=True):
+        there = np.flatnonzero(np.diff(borders))
+        if low == high or not len(there):
+            continue
+        own, first = query.moves.taken(slice(low, high)), borders[there]
+        rows = slice(first[0], borders[-1])
+        most, best = _savings(own, clips.moves.taken(rows), first - first[0])
+        share[rows] = best
+        saved[there] += np.minimum(most, np.add.reduceat(best, first - first[0]))
+        saved[there] += begun(own.taken(np.zeros(len(there), np.int64)), clips.moves.taken(first))
+        found[there] += most
+    sizes, shares = (
+        np.append(0, np.cumsum(values, dtype=np.float64)) for values in (clips.moves.sizes, share)
+    )
+    asked = query.moves.sizes.sum()
+    total = np.diff(sizes[clips.first], axis=1).sum(axis=0).astype(np.float32) + asked
+    stretch = found / np.maximum(asked + found / 2, np.float32(1e-6))  # 0 where nothing is asked
+    return Bounds(
+        likeness(total - saved, total),
+        np.clip(stretch, 0, 1),
+        sizes,
+        shares,
+        float(asked),
+        2 * float(begins.swings.sum()),
+    )
+
+
+def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
+    """Return by clip what the query's movements save at most, and by row what it saves at most.
+
+    `first` is where each clip begins among the rows.
+    """
+    most = np.zeros(len(first), np.float32)
+    best = np.zeros(len(rows.rows), np.float32)
+    if len(own.rows) > LONGEST:
+        most += _most(own)[1:].sum()
+        best = _most(rows)
+        best[first] = 0
+        return most, best
+    for saving in savings_of(own, rows):
+        np.maximum(saving, 0, out=saving)
+        saving[first] = 0
+        most += np.maximum.reduceat(saving, first)
+        np.maximum(best, saving, out=best)
+    return most, best
+
+
+def _most(moves: Moves) -> Floats:
+    """Return what each movement saves at most, whatever it may substitute.
+
+    That is what it and its like cost, and what is not asked for how much farther the other goes; a
+    starting position behind a gap, which costs nothing of its own, may stand for a whole movement.
+    """
+    farther = np.float32((1 - SUBSTITUTED) * _FARTHEST)
+    starting = np.float32(STEP + _FARTHEST)
+    most: Floats = 2 * moves.sizes + np.where(moves.starts < moves.stops, farther, starting)
+    return most
+
+
+def _stretches(
+    query: Clips, clips: Clips, chosen: Numbers, frames: Numbers, lengths: Doubles, worst: float
+) -> _Tried:
+    """Return the best stretch of each of some clips, if it may be better than the worst wanted.
+
+    Parameters
+    ----------
+    query, clips : Clips
+        The example, and all clips.
+    chosen : ndarray
+        Which clips, in order.
+    frames, lengths : ndarray
+        (C,) of each clip its length, and the example's at its rate.
+    worst : float
+        A likeness; what cannot be above it is left out.
+    """
+    bounds = bounds_of(query, clips)
+    step = lengths / _STEPS
+    each = np.maximum(step, frames / _BEGINNINGS)
+    counts = np.ceil(np.maximum(frames - lengths / 2, 1) / each).astype(np.int64)[chosen]
+    _, place = ranges(np.zeros_like(counts), counts)
+    owner = np.repeat(chosen, counts)
+    begins = np.asarray(place * each[owner], np.float64)
+    first = _tried(query, clips, bounds, owner, begins, begins + lengths[owner], worst)
+    finals = first.best(_FINALISTS)
+    middles = (finals.begins + finals.ends)[:, None] / 2
+    middles = middles + step[finals.clips, None] * np.arange(-1, 2) / 3
+    middle = np.repeat(middles.ravel(), len(_LENGTHS))
+    owner = np.repeat(finals.clips, middles.shape[1] * len(_LENGTHS))
+    half = lengths[owner] * np.tile(_LENGTHS, middles.size) / 2
+    again = _tried(query, clips, bounds, owner, middle - half, middle + half, worst)
+    every = _Tried._make(np.append(*both) for both in zip(first, again, strict=True)).best(1)
+    begins, ends = np.maximum(every.begins, 0), np.minimum(every.ends, frames[every.clips])
+    return every._replace(begins=begins, ends=ends)
+
+
+def _tried(
+    query: Clips,
+    clips: Clips,
+    bounds: Bounds,
+    owner: Numbers,
+    begins: Doubles,
+    ends: Doubles,
+    worst: float,
+) -> _Tried:
+    """Return the most promising stretches of each clip, and how alike they are."""
+    low, high = np.round(begins).astype(np.int64), np.round(ends).astype(np.int64)
+    windows = clips.windows(owner, low, high)
+    most = bounds.of(windows)
+    kept = _least(owner, -most, _TRIED)
+    kept = kept[most[kept] > worst]
+    return _Tried(owner[kept], low[kept], high[kept], compared(query, clips, windows.taken(kept)))
+
+
+def _least(owner: Numbers, value: NDArray[Any], most: int) -> Numbers:
+    """Return which have the least values of their owner's, so many of each, in that order."""
+    order = np.lexsort((value, owner))
+    fresh = np.flatnonzero(np.diff(owner[order], prepend=-1))
+    sizes = np.diff(fresh, append=len(order))
+    kept: Numbers = order[np.arange(len(order)) - np.repeat(fresh, sizes) < most]
+    return kept

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_clips import PARTS, clips, mirrored
+from made_clips import PARTS, clips, clips_of, mirrored, source_of
 from plain_example import likeness, middle
 
 from lanindex.model import SYMBOL
-from lanindex.search.example import align, candidates
+from lanindex.search.example import align
+from lanindex.search.example import nearest as module
 from lanindex.search.example.align import compared, pairs
-from lanindex.search.example.candidates import promises
-from lanindex.search.example.moves import POINTS, clips_of
-from lanindex.search.example.nearest import nearest
-from lanindex.search.example.stretches import reach_of
+from lanindex.search.example.clips import POINTS
+from lanindex.search.example.nearest import bounds_of, nearest
 
 RATE = 30.0
 
@@ -61,9 +60,9 @@ def test_laws(one, two) -> None:
 
 @settings(max_examples=40)
 @given(clips(), st.lists(clips(), min_size=1, max_size=4))
-def test_no_clip_is_more_like_than_was_promised(one, many) -> None:
-    promise = promises(side_by_side([one]), side_by_side(many))
-    assert (promise.whole >= alike(one, many) - 1e-5).all()
+def test_no_clip_is_more_like_than_its_bound(one, many) -> None:
+    bounds = bounds_of(side_by_side([one]), side_by_side(many))
+    assert (bounds.whole >= alike(one, many) - 1e-5).all()
 
 
 @settings(max_examples=40)
@@ -72,13 +71,13 @@ def test_long_parts_are_compared_piece_by_piece(one, two, square) -> None:
     exact = alike(one, [one, two])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(align, "SQUARE", square)
-        patch.setattr(candidates, "LONGEST", 1)
+        patch.setattr(module, "LONGEST", 1)
         found = alike(one, [one, two])
         assert found[0] == pytest.approx(1, abs=1e-5)
         assert found[1] <= exact[1] + 1e-5
         assert alike(two, [one])[0] == pytest.approx(found[1], abs=1e-5)
-        promise = promises(side_by_side([one]), side_by_side([one, two]))
-        assert (promise.whole >= found - 1e-5).all()
+        bounds = bounds_of(side_by_side([one]), side_by_side([one, two]))
+        assert (bounds.whole >= found - 1e-5).all()
 
 
 def test_the_work_of_long_parts_grows_with_their_length(monkeypatch) -> None:
@@ -112,7 +111,7 @@ def test_a_stretch_is_as_like_as_the_clip_cut_from_it(one, two, begin, length) -
 def test_no_stretch_is_more_like_than_its_bound(one, two, begin, length) -> None:
     query, clip = side_by_side([one]), side_by_side([two])
     window = clip.windows(np.array([0]), np.array([begin]), np.array([begin + length]))
-    most = reach_of(query, clip, promises(query, clip)).most(window)
+    most = bounds_of(query, clip).of(window)
     assert most[0] >= compared(query, clip, window)[0] - 1e-5
 
 
@@ -135,9 +134,8 @@ def test_what_corresponds_saves_what_is_not_different(one, two) -> None:
 @settings(max_examples=40)
 @given(clips(), st.lists(clips(), min_size=1, max_size=6), st.integers(1, 3))
 def test_the_nearest_are_the_nearest_of_all(one, many, limit) -> None:
-    found = nearest(
-        side_by_side([one]), 1e6, side_by_side(many), [200] * len(many), [RATE] * len(many), limit
-    )
+    source = source_of(many, [RATE] * len(many), PARTS, [200] * len(many))
+    found = nearest(side_by_side([one]), 1e6, source, limit)
     every = sorted((value for value in alike(one, many) if value > 0), reverse=True)
     assert [near.likeness for near in found.near] == pytest.approx(every[:limit], abs=1e-6)
     assert found.sure

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_clips import PARTS, clips, dance
+from made_clips import PARTS, clips, clips_of, dance
 
 from lanindex.search.example import groups
 from lanindex.search.example.align import compared
 from lanindex.search.example.groups import grouped, linked, near, signatures
-from lanindex.search.example.moves import clips_of
 
 
 def plainly(count: int, table: np.ndarray, least: float) -> set[frozenset[int]]:

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from made_clips import dance
+from made_clips import clips_of, dance, source_of
 
 from lanindex.search.example import nearest as module
-from lanindex.search.example.moves import Clips, clips_of
+from lanindex.search.example.clips import Source
 from lanindex.search.example.nearest import nearest
 
 RATE = 30.0
@@ -23,10 +23,14 @@ def laid_out(*clips):
     return clips_of(clips, [RATE] * len(clips), ["r_arm"])
 
 
+def among(frames, *clips):
+    return source_of(clips, [RATE] * len(clips), ["r_arm"], [frames] * len(clips))
+
+
 def test_the_stretch_of_a_long_clip_is_found() -> None:
     long = dance([*noise(1, 40), *WAVE, *noise(2, 40)])
     example = laid_out(dance([(0, 0), *WAVE]))
-    found = nearest(example, 2.5, laid_out(dance(noise(3, 90)), long), [1350] * 2, [RATE] * 2, 2)
+    found = nearest(example, 2.5, among(1350, dance(noise(3, 90)), long), 2)
     best = found.near[0]
     assert best.clip == 1
     assert best.likeness > 0.8
@@ -35,40 +39,40 @@ def test_the_stretch_of_a_long_clip_is_found() -> None:
 
 
 def test_a_clip_of_like_length_is_compared_as_a_whole() -> None:
-    example = laid_out(dance([(0, 0), *WAVE]))
-    (near,) = nearest(example, 2.5, example, [75], [RATE], 5).near
+    clip = dance([(0, 0), *WAVE])
+    (near,) = nearest(laid_out(clip), 2.5, among(75, clip), 5).near
     assert (near.begin, near.end) == (0, 75)
 
 
 def test_what_was_not_looked_at_is_told() -> None:
-    many = laid_out(*(dance(noise(seed, 9)) for seed in range(300)))
+    many = among(135, *(dance(noise(seed, 9)) for seed in range(300)))
     example = laid_out(dance(noise(1000, 9)))
-    bounded = nearest(example, 1e6, many, [135] * 300, [RATE] * 300, 300, most=256)
+    bounded = nearest(example, 1e6, many, 300, most=256)
     assert (bounded.aligned, bounded.sure) == (256, False)
-    assert nearest(example, 1e6, many, [135] * 300, [RATE] * 300, 300).sure
+    assert nearest(example, 1e6, many, 300).sure
 
 
 def test_few_are_aligned_where_few_are_wanted() -> None:
     random = [dance(noise(seed, 9)) for seed in range(2000)]
-    many = laid_out(*random, dance([(0, 0), *WAVE]))
-    found = nearest(laid_out(dance([(0, 0), *WAVE])), 1e6, many, [135] * 2001, [RATE] * 2001, 1)
+    many = among(135, *random, dance([(0, 0), *WAVE]))
+    found = nearest(laid_out(dance([(0, 0), *WAVE])), 1e6, many, 1)
     assert found.near[0].clip == 2000
     assert found.sure
     assert found.aligned <= 512
 
 
 def test_few_clips_are_laid_out_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    many = laid_out(*(dance([*noise(seed, 30), *WAVE]) for seed in range(60)))
+    many = among(525, *(dance([*noise(seed, 30), *WAVE]) for seed in range(60)))
     example = laid_out(dance([(0, 0), *WAVE]))
-    asked = example, 2.5, many, [525] * 60, [RATE] * 60, 20
+    asked = example, 2.5, many, 20
     wanted = nearest(*asked)
-    sizes, seen, plain = [], [], Clips.taken
+    sizes, seen, plain = [], [], Source.taken
 
     def taken(self, order):
         sizes.append(len(order))
         return plain(self, order)
 
-    monkeypatch.setattr(Clips, "taken", taken)
+    monkeypatch.setattr(Source, "taken", taken)
     monkeypatch.setattr(module, "_ROWS", 140)
     found = nearest(*asked, watch=lambda noun, done, total: seen.append((noun, done, total)))
     assert max(sizes) <= 5  # of 35 rows each
