@@ -13,7 +13,7 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Span
 from lanindex.pipeline.patience import Patience, silent
 from lanindex.pipeline.sampling import sampled
-from lanindex.search.example.motifs import LONGEST, Motif, line_in, motifs, told_first
+from lanindex.search.example.motifs import LONGEST, Motif, line_of, motifs, ranked
 
 SAMPLE = 5000
 """Captures that the command looks through: of more, so many taken at random."""
@@ -148,7 +148,7 @@ def recurring(
         own_columns = columns.pop(part)
         if not len(own_columns):
             continue
-        line = line_in(own_columns.taken(places), roster.number)
+        line = line_of(own_columns.taken(places), roster.number)
         own = motifs(part, line, least=least, shortest=shortest, watch=watch)
         if own.cut:
             told.append(f"{part}: too many places for motifs of {own.cut} steps and more")
@@ -166,6 +166,6 @@ def recurring(
             motif.hits,
             _Places(motif, captures),
         )
-        for motif in told_first(found)
+        for motif in ranked(found)
     ]
     return Motifs(listed, len(roster), of, told)

@@ -77,21 +77,9 @@ def sizes(moves: Moves, windows: Windows) -> Floats:
 
 
 def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, whole: Floats) -> Floats:
-    """Return the most that substitutions save of each part of stretches, pair by pair.
+    """Return the most that substitutions save of each part of stretches, pair by pair: (P, B).
 
-    Parameters
-    ----------
-    one, two : Moves
-        Both sides' movements.
-    ours, theirs : Windows
-        B stretches of each.
-    whole : ndarray
-        (P, B) float32, the sizes of both together.
-
-    Returns
-    -------
-    ndarray
-        (P, B) float32.
+    `whole` is (P, B) float32, the sizes of both together.
     """
     mine, others = ours.high - ours.low, theirs.high - theirs.low
     both = (mine > 0) & (others > 0)
@@ -158,12 +146,7 @@ def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
 class _Lanes(NamedTuple):
     """Movements of one side of pairs, those of each pair, a lane, behind those of the one before.
 
-    Attributes
-    ----------
-    first, counts : ndarray
-        (L,) where each lane begins, and how many rows it has, its beginning counted.
-    columns : ndarray
-        (6, N) float32, as `_columns` makes them.
+    (L,) where each lane begins, how many rows it has, its beginning counted, and (6, N) `_columns`.
     """
 
     first: Numbers
@@ -225,17 +208,12 @@ def _saving(mine: Floats, other: Floats, before: Floats) -> tuple[Floats, Floats
 
 
 def _best(counts: Numbers, most: Floats, savings: Iterable[Floats]) -> Floats:
-    """Return the most that each lane saves: row by row of the one side, all lanes at once.
+    """Return the most that each lane saves, (L,): row by row of the one side, all lanes at once.
 
-    Parameters
-    ----------
-    counts : ndarray
-        (L,) how many rows each lane has of the other side.
-    most : ndarray
-        (L,) no lane can save more. So what is saved before a place is a running maximum along all
-        of them, if each begins to count that much higher, and a little, than the one before it.
-    savings : iterable of ndarray
-        By row of the one side, what it saves in each place of the other: (N,), fewer and fewer.
+    Of the other side, a lane has so many rows as `counts` says; `savings` come in its places, (N,),
+    fewer and fewer. No lane can save more than `most`: so what is saved before a place is a running
+    maximum along all lanes, if each begins to count that much higher, and a little, than the one
+    before it.
     """
     begun = np.cumsum(most + 1.0, dtype=np.float64) - most
     best = np.repeat(begun, counts)

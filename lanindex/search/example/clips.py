@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,13 +96,9 @@ class Moves(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """Stretches of clips.
+    """Stretches of clips: (P, B) rows of `Clips` by part, half-open.
 
-    Attributes
-    ----------
-    low, high : ndarray
-        (P, B) rows of `Clips`, half-open, by part: the first is where the part is before; equal
-        where it is not there.
+    The first row is where the part is before; both are equal where it is not there.
     """
 
     low: Numbers
@@ -252,6 +248,15 @@ def distances(one: Floats, two: Floats) -> Floats:
     total += np.square(one[1] - two[1])
     total += np.square(one[2] - two[2])
     return np.asarray(np.sqrt(total, out=total), np.float32)
+
+
+def lowest(owner: Numbers, value: NDArray[Any], most: int) -> Numbers:
+    """Return which have the least values of their owner's, so many of each, in that order."""
+    order = np.lexsort((value, owner))
+    fresh = np.flatnonzero(np.diff(owner[order], prepend=-1))
+    sizes = np.diff(fresh, append=len(order))
+    kept: Numbers = order[np.arange(len(order)) - np.repeat(fresh, sizes) < most]
+    return kept
 
 
 def pieces(counts: Numbers, most: int) -> Iterator[slice]:

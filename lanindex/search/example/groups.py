@@ -1,4 +1,4 @@
-"""Groups of clips that are like each other: average linkage over the pairs that may be alike.
+"""Clustering of clips that are alike: average linkage over the pairs that may be alike.
 
 Two groups are joined while the mean likeness of their members, pair by pair, is the greatest there
 is and no less than a threshold. Of few clips all pairs are aligned. Of many only each one's nearest
@@ -9,10 +9,10 @@ Where a number of groups is wanted and those that are left have nothing in commo
 whose signatures are nearest.
 So the work grows with the number of clips, not with its square, and groups may be of any size.
 
-For their signatures clips are dealt out into blocks of neighbours, halved by the way from one clip
-to another, both taken at random, and that some times over; the nearest are looked for block by
-block. Up to 2,048 clips that finds the nearest there are; of 50,000 captures it found 98.7 % of the
-pairs that comparing all with all does, in a quarter of the time.
+To find nearest signatures, clips are dealt out into blocks of neighbours, halved by the way from
+one clip to another, both taken at random, and that some times over; the nearest are looked for
+block by block. Up to 2,048 clips that finds the nearest there are; of 50,000 captures it found
+98.7 % of the pairs that comparing all with all does, in a quarter of the time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.search.example.align import paired
-from lanindex.search.example.clips import POINTS, Clips, Floats, Numbers, Watch, unwatched
+from lanindex.search.example.clips import POINTS, Clips, Floats, Numbers, Watch, lowest, unwatched
 
 PAIRS = 60_000
 """Pairs that are aligned, about; of each clip `FEWEST` at least."""
@@ -55,15 +55,13 @@ _TREES = 8
 """How often more clips than that are dealt out into such blocks."""
 
 
-class Group(NamedTuple):
-    """Clips that are like each other.
+Doubles = NDArray[np.float64]
 
-    Attributes
-    ----------
-    members : list of int
-        Which, the medoid first: the one that is most like all others; then the likest to it.
-    likeness : float
-        The mean of the others' likeness to the medoid; of one clip alone 1.
+
+class Group(NamedTuple):
+    """Clips that are like each other: the medoid, which is most like all others, then the likest.
+
+    `likeness` is the mean of the others' to the medoid; of one clip alone 1.
     """
 
     members: list[int]
@@ -71,17 +69,7 @@ class Group(NamedTuple):
 
 
 class Grouped(NamedTuple):
-    """All clips in groups.
-
-    Attributes
-    ----------
-    groups : list of Group
-        The largest first.
-    pairs : int
-        How many were aligned to find them.
-    every : bool
-        Whether those were all pairs.
-    """
+    """All clips in groups, the largest first; how many pairs were aligned, and whether all were."""
 
     groups: list[Group]
     pairs: int
@@ -127,64 +115,48 @@ def grouped(
             break
         floor = floor / 2 if settled else floor
     aligned = len(known)
-    return Grouped(_told(groups, known), aligned, every and rounds == 1)
+    return Grouped(_ranked(groups, known), aligned, every and rounds == 1)
 
 
 class _Known:
-    """How alike pairs of clips are, each aligned once.
-
-    Parameters
-    ----------
-    clips : Clips
-        All.
-    watch : callable
-        Is told how far it is.
-    """
+    """How alike pairs of clips are, each aligned once."""
 
     def __init__(self, clips: Clips, watch: Watch) -> None:
         self._clips, self._watch = clips, watch
-        self._keys = np.empty(0, np.int64)
-        self._values = np.empty(0, np.float64)
+        self._keys: Numbers = np.empty(0, np.int64)
+        self._values: Doubles = np.empty(0)
 
     def __len__(self) -> int:
         return len(self._keys)
 
-    def alike(self, pairs: Numbers) -> NDArray[np.float64]:
+    def alike(self, pairs: Numbers) -> Doubles:
         """Return how alike pairs of clips are: (K,), of a clip with itself 1."""
         low, high = np.sort(pairs, axis=1).T
         keys = low * len(self._clips) + high
-        new = _distinct(keys[low < high])
-        new = new[~np.isin(new, self._keys, kind="sort")]
-        every = np.concatenate([self._keys, new])
+        new = np.setdiff1d(keys[low < high], self._keys)
+        every = np.append(self._keys, new)
         order = np.argsort(every)
-        self._values = np.concatenate([self._values, self._aligned(new)])[order]
+        self._values = np.append(self._values, self._aligned(new))[order]
         self._keys = every[order]
         values = np.ones(len(keys))
         values[low < high] = self._values[np.searchsorted(self._keys, keys[low < high])]
         return values
 
-    def _aligned(self, keys: Numbers) -> NDArray[np.float64]:
+    def _aligned(self, keys: Numbers) -> Doubles:
         whole, done = self._clips.whole(), 0
-        values = [np.empty(0, np.float64)]
+        values = []
         for some in np.array_split(keys, len(keys) // _AT_ONCE + 1):
             self._watch("pairs", done, len(keys))
             one, two = (whole.taken(place) for place in np.divmod(some, len(self._clips)))
-            values.append(paired(self._clips, one, self._clips, two).astype(np.float64))
+            values.append(paired(self._clips, one, self._clips, two))
             done += len(some)
-        return np.concatenate(values)
+        return np.concatenate(values).astype(np.float64)
 
 
 def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
     """Return the pairs that may be alike: (K, 2), the lower number first, each once.
 
-    Parameters
-    ----------
-    found : ndarray
-        (C, A) signatures.
-    reach : int
-        Of how many nearest of one clip it is a pair; if it has no more others, all pairs are.
-    watch : callable, optional
-        Is told how far it is.
+    A clip makes pairs with so many as `reach` whose signatures, (C, A), are nearest to its own.
     """
     count = len(found)
     if reach >= count - 1:
@@ -201,18 +173,9 @@ def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
         keys.append((block[:, None] * count + block[nearest]).ravel())
         ways.append(np.take_along_axis(apart, nearest, axis=1).ravel())
     key, once = np.unique(np.concatenate(keys), return_index=True)
-    owner, other = np.divmod(key, count)
-    order = np.lexsort((np.concatenate(ways)[once], owner))
-    firsts = np.searchsorted(owner, np.arange(count))
-    order = order[np.arange(len(order)) - firsts[owner] < reach]
-    low, high = np.minimum(owner, other)[order], np.maximum(owner, other)[order]
-    return np.stack(np.divmod(_distinct(low * count + high), count), axis=1)
-
-
-def _distinct(keys: Numbers) -> Numbers:
-    """Return numbers in order, each once."""
-    ordered = np.sort(keys)
-    return ordered[np.diff(ordered, prepend=-1) > 0]
+    kept = lowest(key // count, np.concatenate(ways)[once], reach)
+    both = np.sort(np.stack(np.divmod(key[kept], count), axis=1), axis=1)
+    return np.stack(np.divmod(np.unique(both @ [count, 1]), count), axis=1)
 
 
 def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
@@ -233,15 +196,14 @@ def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
 def signatures(clips: Clips) -> Floats:
     """Return how much each part of each clip moves to which cell, in a few numbers: (C, A)."""
     cells, count = POINTS.reshape(-1, 3), len(clips)
-    table = np.zeros((count, len(clips.parts) * len(cells)), np.float32)
+    table = np.zeros((count, len(clips.parts), len(cells)), np.float32)
     for part, borders in enumerate(clips.first):
-        rows = slice(borders[0], borders[-1])
-        points = clips.moves.points[rows]
-        nearest = np.argmax(points @ cells.T - np.square(cells).sum(axis=1) / 2, axis=1)
+        moves = clips.moves.taken(slice(borders[0], borders[-1]))
+        nearest = np.argmax(moves.points @ cells.T - np.square(cells).sum(axis=1) / 2, axis=1)
         places = np.repeat(np.arange(count), np.diff(borders)) * len(cells) + nearest
-        own = np.bincount(places, clips.moves.sizes[rows], count * len(cells))
-        table[:, part * len(cells) : (part + 1) * len(cells)] = own.reshape(count, -1)
-    table = np.sqrt(table)
+        own = np.bincount(places, moves.sizes, count * len(cells))
+        table[:, part] = own.reshape(count, -1)
+    table = np.sqrt(table.reshape(count, -1))
     table -= table.mean(axis=0)
     # the axes along which they differ most, nearly: all of them would take longer than the rest
     axes = np.random.default_rng(0).normal(size=(table.shape[1], _AXES)).astype(np.float32)
@@ -254,25 +216,15 @@ def signatures(clips: Clips) -> Floats:
 def linked(
     weights: Sequence[int],
     pairs: Numbers,
-    alike: NDArray[np.float64],
-    least: float,
+    alike: Doubles,
+    floor: float,
     wanted: int,
     watch: Watch = unwatched,
 ) -> list[list[int]]:
-    """Return groups by average linkage; a pair that is not told is not alike.
+    """Return groups by average linkage: joined down to a mean likeness, or until few are left.
 
-    Parameters
-    ----------
-    weights : sequence of int
-        For how many clips each stands.
-    pairs, alike : ndarray
-        (K, 2) and (K,), those that are told, and how alike they are.
-    least : float
-        The mean likeness down to which groups are joined.
-    wanted : int
-        How many groups shall be left.
-    watch : callable, optional
-        Is told how far it is.
+    Each stands for so many clips as its weight says. Of (K, 2) pairs it is told how alike they are,
+    (K,); others are not alike.
     """
     sums: dict[int, dict[int, float]] = {one: {} for one in range(len(weights))}
     for first in range(0, len(pairs), _AT_ONCE):
@@ -295,34 +247,23 @@ def linked(
         value, one, two = heappop(queue)
         if one not in members or two not in members:
             continue
-        if -value < least:
+        if -value < floor:
             break
         watch("captures", new - len(weights), len(weights))
         members[new] = members.pop(one) + members.pop(two)
         size[new] = size[one] + size[two]
-        for third, total in _merged(sums, one, two, new).items():
+        own, other = sums.pop(one), sums.pop(two)
+        sums[new] = {}
+        for third in sorted((own.keys() | other.keys()) - {one, two}):
+            total = sums[third].pop(one, 0.0) + sums[third].pop(two, 0.0)
+            sums[new][third] = sums[third][new] = total
             heappush(queue, (-total / (size[new] * size[third]), third, new))
         new += 1
     return list(members.values())
 
 
-def _merged(sums: dict[int, dict[int, float]], one: int, two: int, new: int) -> dict[int, float]:
-    """Put a new group in place of two, and return what it has in common with others."""
-    own, other = sums.pop(one), sums.pop(two)
-    both = {
-        third: own.get(third, 0.0) + other.get(third, 0.0)
-        for third in sorted((own.keys() | other.keys()) - {one, two})
-    }
-    for third, total in both.items():
-        sums[third].pop(one, None)
-        sums[third].pop(two, None)
-        sums[third][new] = total
-    sums[new] = both
-    return both
-
-
 def _medoids_first(
-    joined: list[list[int]], weights: Sequence[int], pairs: Numbers, alike: NDArray[np.float64]
+    joined: list[list[int]], weights: Sequence[int], pairs: Numbers, alike: Doubles
 ) -> list[list[int]]:
     """Return groups, the member of each first that is most like all others of it."""
     count = len(weights)
@@ -339,16 +280,15 @@ def _medoids_first(
     return [part.tolist() for part in np.split(order, ends[:-1])]
 
 
-def _told(groups: list[list[int]], known: _Known) -> list[Group]:
+def _ranked(groups: list[list[int]], known: _Known) -> list[Group]:
     """Return groups, the largest first, their members by likeness to the medoid."""
     owner = np.repeat([group[0] for group in groups], [len(group) for group in groups])
-    members = np.array([one for group in groups for one in group], np.int64)
-    alike = known.alike(np.stack([owner, members], axis=1))
-    told, first = [], 0
-    for group in groups:
-        own = alike[first + 1 : first + len(group)]
+    alike = known.alike(np.stack([owner, np.concatenate(groups)], axis=1))
+    ranked, first = [], 0
+    for medoid, *others in groups:
+        own = alike[first + 1 : first + 1 + len(others)]
         order = np.argsort(-own, kind="stable").tolist()
-        mean = float(own.mean()) if len(own) else 1.0
-        told.append(Group([group[0], *(group[1 + place] for place in order)], mean))
-        first += len(group)
-    return sorted(told, key=lambda group: (-len(group.members), group.members[0]))
+        mean = float(own.mean()) if others else 1.0
+        ranked.append(Group([medoid, *(others[place] for place in order)], mean))
+        first += 1 + len(others)
+    return sorted(ranked, key=lambda group: (-len(group.members), group.members[0]))

@@ -1,4 +1,4 @@
-"""Sequences of symbols that recur: what a library is full of, before one knows what to ask.
+"""Motifs, sequences of symbols that recur: what a library is full of, before one knows what to ask.
 
 A motif is a pattern of one part, `r_arm place low -> right mid -> place high`, each step a whole
 cell; its count is the number of hits that a search for it has. So its rules are those of the
@@ -6,38 +6,39 @@ language: between its first and its last step a motif may also go through what i
 arrow crosses a gap, of the ways from one start the one that ends first counts, of those that end
 together the nearest, and hits that overlap are taken from left to right.
 
-Motifs grow by one step at a time, all at once, from the rows at which they stand. What occurs too
-seldom is not grown: no longer motif that begins with it occurs more often. So time and memory are
-those of what is frequent, and `most` bounds them.
+Motifs are extended by one step at a time, all at once, at the rows where they occur. What occurs
+too seldom is not extended: no longer motif that begins with it occurs more often. So time and
+memory are those of what is frequent, and `most` bounds them.
 """
 
 from __future__ import annotations
 
 from heapq import heapify, heappop, heappush
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.model.columns import PASSING, Columns, codes_of
-from lanindex.search.example.clips import Watch, unwatched
-
-Numbers = NDArray[np.int64]
+from lanindex.model.columns import PASSING, Columns, codes_of, ranges
+from lanindex.search.example.clips import Numbers, Watch, unwatched
 
 LONGEST = 12
 """Steps of a motif, at the most."""
 
 MOST = 5_000_000
-"""Places at which motifs stand that are grown, at the most, for one part."""
+"""Occurrences of motifs that are extended, at the most, for one part."""
 
-TOLD = 200
-"""Motifs that are told in the order of what they alone account for."""
+RANKED = 200
+"""Motifs that are put in the order of what they alone account for."""
 
 _FLAT = len(DIRECTIONS) * len(LEVELS)
 """The first cell of a part whose symbols have no level."""
 
 _CELLS = _FLAT + len(DIRECTIONS)
+
+_Name = tuple[int, ...]
+"""The cells of a motif."""
 
 
 class Line(NamedTuple):
@@ -62,6 +63,19 @@ class Line(NamedTuple):
     captures: Numbers
 
 
+def line_of(columns: Columns, captures: Numbers) -> Line:
+    """Return the rows of columns side by side; `captures` is (C,) the number of each capture."""
+    direction, level = (codes.astype(np.int64) for codes in codes_of(columns.cell))
+    if (level < 0).all():
+        cells = np.where(direction >= 0, _FLAT + direction, -1)
+    else:
+        known = (direction >= 0) & (level >= 0)
+        cells = np.where(known, direction * len(LEVELS) + level, -1)
+    owners = np.repeat(captures, np.diff(columns.bounds))
+    starts, stops = columns.start.astype(np.int64), columns.stop.astype(np.int64)
+    return Line(cells, starts, stops, (columns.cell & PASSING) > 0, owners)
+
+
 class Motif(NamedTuple):
     """A sequence that recurs.
 
@@ -70,7 +84,7 @@ class Motif(NamedTuple):
     part : str
         Whose.
     cells : tuple of int
-        3 * direction + level, a step each.
+        As of a `Line`, a step each.
     captures, hits : int
         In how many captures it occurs, and how often.
     line : Line
@@ -80,7 +94,7 @@ class Motif(NamedTuple):
     """
 
     part: str
-    cells: tuple[int, ...]
+    cells: _Name
     captures: int
     hits: int
     line: Line
@@ -96,62 +110,35 @@ class Motif(NamedTuple):
     @property
     def pattern(self) -> str:
         """As one types it into a search."""
-        steps = (_said(cell) for cell in self.cells)
-        return f"{self.part} {' -> '.join(steps)}"
+        return f"{self.part} {' -> '.join(map(_words, self.cells))}"
+
+
+def _words(cell: int) -> str:
+    if cell >= _FLAT:
+        return DIRECTIONS[cell - _FLAT]
+    return f"{DIRECTIONS[cell // len(LEVELS)]} {LEVELS[cell % len(LEVELS)]}"
 
 
 class Motifs(NamedTuple):
-    """What recurs in a part.
+    """What recurs in a part: motifs that no longer one of the same count contains.
 
-    Attributes
-    ----------
-    found : list of Motif
-        Those that no longer one of the same count contains.
-    cut : int
-        Steps from which on motifs were not grown, there being too many places; 0: all were.
+    From `cut` steps on they were not extended, there being too many occurrences; 0: all were.
     """
 
     found: list[Motif]
     cut: int
 
 
-class _Stand(NamedTuple):
-    """Where motifs stand: which, where they began, where they are."""
+class _Occurrences(NamedTuple):
+    """Where motifs occur: which, the row of its first step, and of its last; (K,) each."""
 
     motif: Numbers
     first: Numbers
-    row: Numbers
+    last: Numbers
 
-
-def _said(cell: int) -> str:
-    if cell >= _FLAT:
-        return DIRECTIONS[cell - _FLAT]
-    return f"{DIRECTIONS[cell // len(LEVELS)]} {LEVELS[cell % len(LEVELS)]}"
-
-
-def _cells(direction: NDArray[np.int8], level: NDArray[np.int8]) -> Numbers:
-    """Return direction and level as one number; -1 where a symbol lacks what others have."""
-    wide = direction.astype(np.int64)
-    if (level < 0).all():
-        return np.where(wide >= 0, _FLAT + wide, -1)
-    return np.where((wide >= 0) & (level >= 0), wide * len(LEVELS) + level, -1)
-
-
-def line_of(tracks: list[NDArray[Any]], captures: list[int]) -> Line:
-    """Return the rows of one part, those of each capture, side by side."""
-    rows = np.concatenate(tracks)
-    cells = _cells(rows["direction"], rows["level"])
-    owners = np.repeat(np.array(captures, np.int64), [len(track) for track in tracks])
-    starts, stops = rows["start"].astype(np.int64), rows["stop"].astype(np.int64)
-    return Line(cells, starts, stops, rows["passing"].copy(), owners)
-
-
-def line_in(columns: Columns, captures: NDArray[np.int64]) -> Line:
-    """Return the rows of columns side by side; of each capture its number is told, (C,)."""
-    cells = _cells(*codes_of(columns.cell))
-    owners = np.repeat(captures, np.diff(columns.bounds))
-    starts, stops = columns.start.astype(np.int64), columns.stop.astype(np.int64)
-    return Line(cells, starts, stops, (columns.cell & PASSING) > 0, owners)
+    def kept(self, which: NDArray[np.bool_] | Numbers) -> _Occurrences:
+        """Return some of them."""
+        return _Occurrences(self.motif[which], self.first[which], self.last[which])
 
 
 def motifs(
@@ -177,33 +164,28 @@ def motifs(
     shortest, longest : int
         How many steps it has.
     most : int
-        Places that are grown at the most.
+        Occurrences that are extended at the most.
     watch : callable, optional
         Is told how far it is; it may raise.
     """
     follows = _following(line)
-    stand = _begun(line)
-    names: list[tuple[int, ...]] = [(cell,) for cell in range(_CELLS)]
-    counted: dict[tuple[int, ...], Motif] = {}
+    shown = np.flatnonzero(~line.passing & (line.cells >= 0))
+    there = _Occurrences(line.cells[shown], shown, shown)
+    names: list[_Name] = [(cell,) for cell in range(_CELLS)]
+    counted: dict[_Name, Motif] = {}
     cut = 0
     for steps in range(2, longest + 2):
         watch("steps", steps - 2, longest)
-        stand, names = _grown(line, follows, _frequent(stand, least), names)
-        if len(stand.row) > most:
+        there, names = _extended(line, follows, _frequent(there, least), names)
+        if len(there.last) > most:
             cut = steps
             break
-        if not len(stand.row):
+        if not len(there.last):
             break
-        for motif in _counted(part, line, stand, names, least):
+        for motif in _counted(part, line, there, names, least):
             counted[motif.cells] = motif
     closed = [motif for motif in _closed(counted) if shortest <= len(motif.cells) <= longest]
     return Motifs(closed, cut)
-
-
-def _begun(line: Line) -> _Stand:
-    """Return where motifs of one step stand: at all that a score shows."""
-    rows = np.flatnonzero(~line.passing & (line.cells >= 0))
-    return _Stand(line.cells[rows], rows, rows)
 
 
 def _following(line: Line) -> Numbers:
@@ -220,54 +202,46 @@ def _following(line: Line) -> Numbers:
     return np.where(same & ~begins, ahead - np.arange(count), 0)
 
 
-def _frequent(stand: _Stand, least: int) -> _Stand:
-    """Return only those that have begun often enough."""
-    # A motif that stands at several rows from one beginning has begun once.
-    far = int(stand.first.max(initial=0)) + 1
-    pairs = np.sort(stand.motif * far + stand.first)
-    begun = np.bincount(pairs[np.diff(pairs, prepend=-1) != 0] // far)
-    kept = begun[stand.motif] >= least
-    return _Stand(stand.motif[kept], stand.first[kept], stand.row[kept])
+def _frequent(there: _Occurrences, least: int) -> _Occurrences:
+    """Return only those of motifs that have begun often enough."""
+    # A motif that is at several rows from one beginning has begun once.
+    far = int(there.first.max(initial=0)) + 1
+    begun = np.sort(there.motif * far + there.first)
+    counts = np.bincount(begun[_fresh(begun)] // far)
+    return there.kept(counts[there.motif] >= least)
 
 
-def _grown(
-    line: Line,
-    counts: Numbers,
-    stand: _Stand,
-    names: list[tuple[int, ...]],
-) -> tuple[_Stand, list[tuple[int, ...]]]:
+def _extended(
+    line: Line, follows: Numbers, there: _Occurrences, names: list[_Name]
+) -> tuple[_Occurrences, list[_Name]]:
     """Return motifs with one more step, and their names."""
-    here = counts[stand.row]
-    index = np.repeat(np.arange(len(here)), here)
-    offset = np.arange(len(index)) - np.repeat(np.cumsum(here) - here, here)
-    rows = stand.row[index] + 1 + offset
-    kept = line.cells[rows] >= 0
-    index, rows = index[kept], rows[kept]
-    keys, motif = np.unique(stand.motif[index] * _CELLS + line.cells[rows], return_inverse=True)
-    longer = [(*names[key // _CELLS], int(key % _CELLS)) for key in keys.tolist()]
-    return _Stand(motif, stand.first[index], rows), longer
+    counts = follows[there.last]
+    _, last = ranges(there.last + 1, there.last + 1 + counts)
+    motif, first = np.repeat(there.motif, counts), np.repeat(there.first, counts)
+    longer = _Occurrences(motif, first, last).kept(line.cells[last] >= 0)
+    pairs = longer.motif * _CELLS + line.cells[longer.last]
+    keys, motif = np.unique(pairs, return_inverse=True)
+    named = [(*names[key // _CELLS], int(key % _CELLS)) for key in keys.tolist()]
+    return longer._replace(motif=motif), named
 
 
 def _counted(
-    part: str, line: Line, stand: _Stand, names: list[tuple[int, ...]], least: int
+    part: str, line: Line, there: _Occurrences, names: list[_Name], least: int
 ) -> list[Motif]:
     """Return the motifs that end here often enough, with their hits."""
-    ends = ~line.passing[stand.row]
-    motif, first, row = stand.motif[ends], stand.first[ends], stand.row[ends]
-    order = np.lexsort((row, first, motif))
-    motif, first, row = motif[order], first[order], row[order]
+    ends = there.kept(~line.passing[there.last])
+    ends = ends.kept(np.lexsort((ends.last, ends.first, ends.motif)))
     # From one beginning the way that ends first counts.
-    fresh = np.ones(len(motif), bool)
-    fresh[1:] = (np.diff(motif) != 0) | (np.diff(first) != 0)
-    motif, first, row = motif[fresh], first[fresh], row[fresh]
-    kept = _apart(motif, line.captures[first], line.starts[first], line.stops[row])
-    motif, rows = motif[kept], np.stack([first[kept], row[kept]], axis=1).astype(np.int32)
-    owners = line.captures[rows[:, 0]]
-    ends = np.cumsum(np.bincount(motif, minlength=len(names)))
-    other = np.cumsum((np.diff(motif, prepend=-1) != 0) | (np.diff(owners, prepend=-1) != 0))
+    ends = ends.kept(_fresh(ends.motif, ends.first))
+    owners = line.captures[ends.first]
+    kept = _apart(ends.motif, owners, line.starts[ends.first], line.stops[ends.last])
+    motif, owners = ends.motif[kept], owners[kept]
+    rows = np.stack([ends.first[kept], ends.last[kept]], axis=1).astype(np.int32)
+    edges = np.append(0, np.cumsum(np.bincount(motif, minlength=len(names))))
+    other = np.cumsum(_fresh(motif, owners))
     found = []
-    for one in np.flatnonzero(np.diff(ends, prepend=0) >= least).tolist():
-        low, high = int(ends[one - 1]) if one else 0, int(ends[one])
+    for one in np.flatnonzero(np.diff(edges) >= least).tolist():
+        low, high = edges[one : one + 2].tolist()
         captures = int(other[high - 1] - other[low]) + 1
         found.append(Motif(part, names[one], captures, high - low, line, rows[low:high]))
     return found
@@ -279,34 +253,32 @@ def _apart(motif: Numbers, owner: Numbers, start: Numbers, stop: Numbers) -> Num
     Of those of a motif that end together it is the one that begins last; of the others, from left
     to right, those that begin when the one before is over.
     """
-    told = np.flatnonzero(_last(motif, owner, stop))
-    changes = (np.diff(motif[told], prepend=-1) != 0) | (np.diff(owner[told], prepend=-1) != 0)
+    order = np.lexsort((stop, owner, motif))  # what is the same stays in order
+    last = np.ones(len(order), bool)
+    last[order[:-1]] = _fresh(motif[order], owner[order], stop[order])[1:]
+    hits = np.flatnonzero(last)
+    changes = _fresh(motif[hits], owner[hits])
     line, far = np.cumsum(changes), int(stop.max(initial=0)) + 1
-    begins, ends = line * far + start[told], line * far + stop[told]
+    begins, ends = line * far + start[hits], line * far + stop[hits]
     behind = np.searchsorted(begins, ends)  # the next that begins when this one is over
-    kept, here = np.zeros(len(told), bool), np.flatnonzero(changes)
+    kept, here = np.zeros(len(hits), bool), np.flatnonzero(changes)
     while len(here):  # a hit of each capture that has any left
         kept[here] = True
         ahead = behind[here]
-        same = np.append(line, -1)[ahead] == line[here]
-        here = ahead[same]
-    return told[kept]
+        here = ahead[np.append(line, -1)[ahead] == line[here]]
+    return hits[kept]
 
 
-def _last(motif: Numbers, owner: Numbers, stop: Numbers) -> NDArray[np.bool_]:
-    """Return of the hits of a motif that end together the one that stands last."""
-    order = np.lexsort((stop, owner, motif))  # what is the same stays in order
-    alike = np.ones(len(order[1:]), bool)
-    for column in (motif, owner, stop):
-        alike &= np.diff(column[order]) == 0
-    last = np.ones(len(order), bool)
-    last[order[:-1]] = ~alike
-    return last
+def _fresh(*columns: Numbers) -> NDArray[np.bool_]:
+    """Return which rows differ from the row before them; the first one does."""
+    fresh = np.ones(len(columns[0]), bool)
+    fresh[1:] = np.logical_or.reduce([np.diff(column) != 0 for column in columns])
+    return fresh
 
 
-def _closed(counted: dict[tuple[int, ...], Motif]) -> list[Motif]:
+def _closed(counted: dict[_Name, Motif]) -> list[Motif]:
     """Return the motifs that no motif with one more step and as many hits contains."""
-    within: set[tuple[int, ...]] = set()
+    within: set[_Name] = set()
     for cells, motif in counted.items():
         for shorter in (cells[1:], cells[:-1]):
             if shorter in counted and counted[shorter].hits == motif.hits:
@@ -314,27 +286,24 @@ def _closed(counted: dict[tuple[int, ...], Motif]) -> list[Motif]:
     return [motif for cells, motif in counted.items() if cells not in within]
 
 
-def told_first(found: list[Motif], most: int = TOLD) -> list[Motif]:
+def ranked(found: list[Motif], most: int = RANKED) -> list[Motif]:
     """Return motifs in the order in which one wants to hear of them.
 
     First the one that accounts for most symbols, then the one that accounts for most of the
-    others, and so on; where nothing is left, or `most` are told, by symbols alone.
+    others, and so on; where nothing is left, or `most` are ranked, by symbols alone.
     """
-    covered: dict[str, NDArray[np.bool_]] = {}
-    for motif in found:
-        reach = int(motif.rows.max()) + 1
-        if len(covered.get(motif.part, ())) < reach:
-            covered[motif.part] = np.zeros(reach, bool)
     queue = [
         (-motif.hits * len(motif.cells), motif.part, motif.cells, index)
         for index, motif in enumerate(found)
     ]
     order = [index for *_, index in sorted(queue)]
     heapify(queue)
+    covered = {motif.part: np.zeros(len(motif.line.cells), bool) for motif in found}
     first: list[int] = []
     while queue and len(first) < most:
         _, part, cells, index = heappop(queue)
-        rows = _between(found[index].rows)
+        low, high = found[index].rows.astype(np.int64).T
+        _, rows = ranges(low, high + 1)
         fresh = int((~covered[part][rows]).sum())  # no more than it was when it was asked before
         if queue and -fresh > queue[0][0]:
             if fresh:
@@ -344,10 +313,3 @@ def told_first(found: list[Motif], most: int = TOLD) -> list[Motif]:
         first.append(index)
     told = set(first)
     return [found[index] for index in [*first, *(one for one in order if one not in told)]]
-
-
-def _between(rows: NDArray[np.int32]) -> Numbers:
-    """Return all rows from the firsts to the lasts."""
-    counts = rows[:, 1] - rows[:, 0] + 1
-    offsets = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.asarray(np.repeat(rows[:, 0], counts) + offsets)

@@ -29,6 +29,7 @@ from lanindex.search.example.clips import (
     Source,
     Watch,
     Windows,
+    lowest,
     pieces,
     unwatched,
 )
@@ -73,17 +74,7 @@ _LENGTHS = np.array([0.7, 1.0, 1.4])
 
 
 class Near(NamedTuple):
-    """A clip that is like the example, or a stretch of it.
-
-    Attributes
-    ----------
-    clip : int
-        Which.
-    begin, end : int
-        Frames of its source, half-open.
-    likeness : float
-        0 to 1.
-    """
+    """A clip, or a stretch of it (frames, half-open), and how like the example it is, 0 to 1."""
 
     clip: int
     begin: int
@@ -92,16 +83,9 @@ class Near(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What is like an example.
+    """What is like an example, the best first, and how many clips were aligned to find it.
 
-    Attributes
-    ----------
-    near : list of Near
-        The best first.
-    aligned : int
-        How many clips were aligned.
-    sure : bool
-        Whether no whole clip that was not aligned could be among them.
+    It is `sure` if no whole clip that was not aligned could be among them.
     """
 
     near: list[Near]
@@ -173,7 +157,7 @@ class _Tried(NamedTuple):
 
     def best(self, most: int) -> _Tried:
         """Return the best of each clip, so many at the most."""
-        kept = _least(self.clips, -self.likeness, most)
+        kept = lowest(self.clips, -self.likeness, most)
         return _Tried._make(column[kept] for column in self)
 
 
@@ -284,18 +268,9 @@ def _most(moves: Moves) -> Floats:
 def _stretches(
     query: Clips, clips: Clips, chosen: Numbers, frames: Numbers, lengths: Doubles, worst: float
 ) -> _Tried:
-    """Return the best stretch of each of some clips, if it may be better than the worst wanted.
+    """Return the best stretch of each chosen clip; what cannot be above `worst` is left out.
 
-    Parameters
-    ----------
-    query, clips : Clips
-        The example, and all clips.
-    chosen : ndarray
-        Which clips, in order.
-    frames, lengths : ndarray
-        (C,) of each clip its length, and the example's at its rate.
-    worst : float
-        A likeness; what cannot be above it is left out.
+    `frames` and `lengths` are (C,), of each clip its length, and the example's at its rate.
     """
     bounds = bounds_of(query, clips)
     step = lengths / _STEPS
@@ -330,15 +305,6 @@ def _tried(
     low, high = np.round(begins).astype(np.int64), np.round(ends).astype(np.int64)
     windows = clips.windows(owner, low, high)
     most = bounds.of(windows)
-    kept = _least(owner, -most, _TRIED)
+    kept = lowest(owner, -most, _TRIED)
     kept = kept[most[kept] > worst]
     return _Tried(owner[kept], low[kept], high[kept], compared(query, clips, windows.taken(kept)))
-
-
-def _least(owner: Numbers, value: NDArray[Any], most: int) -> Numbers:
-    """Return which have the least values of their owner's, so many of each, in that order."""
-    order = np.lexsort((value, owner))
-    fresh = np.flatnonzero(np.diff(owner[order], prepend=-1))
-    sizes = np.diff(fresh, append=len(order))
-    kept: Numbers = order[np.arange(len(order)) - np.repeat(fresh, sizes) < most]
-    return kept

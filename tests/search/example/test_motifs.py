@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from plain_matcher import find
 
 from lanindex.model import Capture, Span, Track
+from lanindex.model.columns import columns_of
 from lanindex.model.symbol import blank
-from lanindex.search.example.motifs import LONGEST, line_of, motifs, told_first
+from lanindex.search.example.motifs import LONGEST, line_of, motifs, ranked
 from lanindex.search.language import parse
 
 
@@ -57,7 +58,9 @@ def searched(pattern: str, many: list[Track]) -> list[tuple[int, int, int]]:
 
 
 def mined(many: list[Track], least: int = 2, **how):
-    line = line_of([track.symbols for track in many], list(range(1, len(many) + 1)))
+    owners = [capture for capture, _ in captures(many)]
+    columns = columns_of("r_arm", owners, many)
+    line = line_of(columns, np.array([capture.id for capture in owners]))
     return motifs("r_arm", line, least=least, shortest=how.pop("shortest", 2), **how)
 
 
@@ -126,7 +129,7 @@ def test_what_was_not_grown_is_told() -> None:
 def test_what_tells_most_of_what_is_left_comes_next() -> None:
     many = [repeated("abab" * 4, 1), repeated("cd" * 3, 1)]
     every = mined(many).found
-    found = told_first(every)
+    found = ranked(every)
     assert set(found[0].cells) == {24, 26}
     assert set(found[1].cells) == {1, 13}
     assert sorted(motif.cells for motif in found) == sorted(motif.cells for motif in every)
