@@ -113,15 +113,8 @@ class Windows(NamedTuple):
 class Clips:
     """Clips laid out: the movements of a part in all of them, then those of the next part.
 
-    Attributes
-    ----------
-    parts : tuple of str
-        In order.
-    moves : Moves
-        All movements.
-    first : ndarray
-        (P, C + 1), the row with which each clip's part begins, where it is before it first moves;
-        two equal ones in a row where a clip lacks the part.
+    `first` is (P, C + 1), the row with which each clip's part begins, where it is before it first
+    moves; two equal ones in a row where a clip lacks the part.
     """
 
     parts: tuple[str, ...]
@@ -138,23 +131,16 @@ class Clips:
 
     def windows(self, clips: Numbers, begins: Numbers, ends: Numbers) -> Windows:
         """Return stretches of clips: (B,) which, and frames, half-open; what arrives in them."""
-        low = np.zeros((len(self.parts), len(clips)), np.int64)
-        high = low.copy()
-        if not len(clips):
-            return Windows(low, high)
-        some = slice(clips.min(), clips.max() + 2)
-        far = max(self.moves.stops.max(initial=0), begins.max(), ends.max()) + 2
-        for part, borders in enumerate(self.first):
-            edges = borders[some]
-            stops = self.moves.stops[edges[0] : edges[-1]]
-            times = np.repeat(np.arange(len(edges) - 1) * far, np.diff(edges)) + stops
-            base = (clips - some.start) * far
-            first, last = borders[clips], borders[clips + 1]
-            before = np.searchsorted(times, base + np.maximum(begins, -1), "right") - 1
-            low[part] = np.maximum(edges[0] + before, first)
-            high[part] = edges[0] + np.searchsorted(times, base + np.maximum(ends, -1), "right")
-            high[part] = np.where(first < last, np.maximum(high[part], low[part] + 1), low[part])
-        return Windows(low, high)
+        # the parts of all clips one after the other, so far apart that one search tells a row
+        stops = self.moves.stops
+        far = max(times.max(initial=0) for times in (stops, begins, ends)) + 2
+        each = np.arange(len(self.parts) * len(self)).reshape(len(self.parts), -1) * far
+        times = np.repeat(each.ravel(), np.diff(self.first, axis=1).ravel()) + stops
+        first, last, base = self.first[:, clips], self.first[:, clips + 1], each[:, clips]
+        low = np.searchsorted(times, base + np.maximum(begins, -1), "right") - 1
+        low = np.maximum(low, first)
+        high = np.searchsorted(times, base + np.maximum(ends, -1), "right")
+        return Windows(low, np.where(first < last, np.maximum(high, low + 1), low))
 
     def cut(self, clip: int, begin: int, end: int) -> Clips:
         """Return one stretch of one clip as a clip by itself."""

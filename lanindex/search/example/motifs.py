@@ -42,18 +42,10 @@ _Name = tuple[int, ...]
 
 
 class Line(NamedTuple):
-    """The symbols of one part in many captures, one capture after the other.
+    """The symbols of one part in many captures, one capture after the other: (N,) each.
 
-    Attributes
-    ----------
-    cells : ndarray
-        (N,) 3 * direction + level, -1 where a symbol has no such thing.
-    starts, stops : ndarray
-        (N,) frames, half-open; equal at a starting position.
-    passing : ndarray
-        (N,) bool, whether it is only passed.
-    captures : ndarray
-        (N,) whose it is; grows.
+    A cell is 3 * direction + level, -1 where a symbol has no such thing. Frames are half-open, and
+    equal at a starting position. The numbers of the captures grow.
     """
 
     cells: Numbers
@@ -77,20 +69,9 @@ def line_of(columns: Columns, captures: Numbers) -> Line:
 
 
 class Motif(NamedTuple):
-    """A sequence that recurs.
+    """A sequence that recurs: a cell for each step, in how many captures, how often, and where.
 
-    Attributes
-    ----------
-    part : str
-        Whose.
-    cells : tuple of int
-        As of a `Line`, a step each.
-    captures, hits : int
-        In how many captures it occurs, and how often.
-    line : Line
-        The symbols of that part.
-    rows : ndarray
-        (H, 2) int32 of each hit its first and its last row there.
+    `rows` is (H, 2) int32, of each hit its first and its last row in the line of the part.
     """
 
     part: str
@@ -155,14 +136,10 @@ def motifs(
 
     Parameters
     ----------
-    part : str
-        Its name.
-    line : Line
-        Its symbols.
-    least : int
-        How often a motif occurs at least.
-    shortest, longest : int
-        How many steps it has.
+    part, line : str, Line
+        Its name and its symbols.
+    least, shortest, longest : int
+        How often a motif occurs, at least, and how many steps it has.
     most : int
         Occurrences that are extended at the most.
     watch : callable, optional

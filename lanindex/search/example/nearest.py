@@ -273,38 +273,30 @@ def _stretches(
     `frames` and `lengths` are (C,), of each clip its length, and the example's at its rate.
     """
     bounds = bounds_of(query, clips)
+
+    def tried(owner: Numbers, begins: Doubles, ends: Doubles) -> _Tried:
+        low, high = np.round(begins).astype(np.int64), np.round(ends).astype(np.int64)
+        windows = clips.windows(owner, low, high)
+        most = bounds.of(windows)
+        kept = lowest(owner, -most, _TRIED)  # the most promising
+        kept = kept[most[kept] > worst]
+        alike = compared(query, clips, windows.taken(kept))
+        return _Tried(owner[kept], low[kept], high[kept], alike)
+
     step = lengths / _STEPS
     each = np.maximum(step, frames / _BEGINNINGS)
     counts = np.ceil(np.maximum(frames - lengths / 2, 1) / each).astype(np.int64)[chosen]
     _, place = ranges(np.zeros_like(counts), counts)
     owner = np.repeat(chosen, counts)
     begins = np.asarray(place * each[owner], np.float64)
-    first = _tried(query, clips, bounds, owner, begins, begins + lengths[owner], worst)
+    first = tried(owner, begins, begins + lengths[owner])
     finals = first.best(_FINALISTS)
     middles = (finals.begins + finals.ends)[:, None] / 2
     middles = middles + step[finals.clips, None] * np.arange(-1, 2) / 3
     middle = np.repeat(middles.ravel(), len(_LENGTHS))
     owner = np.repeat(finals.clips, middles.shape[1] * len(_LENGTHS))
     half = lengths[owner] * np.tile(_LENGTHS, middles.size) / 2
-    again = _tried(query, clips, bounds, owner, middle - half, middle + half, worst)
+    again = tried(owner, middle - half, middle + half)
     every = _Tried._make(np.append(*both) for both in zip(first, again, strict=True)).best(1)
     begins, ends = np.maximum(every.begins, 0), np.minimum(every.ends, frames[every.clips])
     return every._replace(begins=begins, ends=ends)
-
-
-def _tried(
-    query: Clips,
-    clips: Clips,
-    bounds: Bounds,
-    owner: Numbers,
-    begins: Doubles,
-    ends: Doubles,
-    worst: float,
-) -> _Tried:
-    """Return the most promising stretches of each clip, and how alike they are."""
-    low, high = np.round(begins).astype(np.int64), np.round(ends).astype(np.int64)
-    windows = clips.windows(owner, low, high)
-    most = bounds.of(windows)
-    kept = lowest(owner, -most, _TRIED)
-    kept = kept[most[kept] > worst]
-    return _Tried(owner[kept], low[kept], high[kept], compared(query, clips, windows.taken(kept)))

@@ -30,8 +30,8 @@ def normalised(joints: NDArray[np.float32], rate: float) -> Floats:
     Returns
     -------
     ndarray
-        (U, 20, 3) float32, at `RATE` frames a second at the most: seen from the middle of the
-        hips, turned so that these lie along z, in lengths of the leg.
+        (U, 20, 3), at `RATE` at the most: seen from the middle of the hips, turned so that these
+        lie along z, in lengths of the leg.
     """
     step = max(1.0, rate / RATE)
     kept = joints[np.floor(np.arange(0, len(joints), step)).astype(np.int64)].astype(np.float64)
@@ -50,18 +50,10 @@ def normalised(joints: NDArray[np.float32], rate: float) -> Floats:
 
 
 def warped(one: Floats, two: Floats) -> float:
-    """Return how far joints lie apart on the cheapest way through two clips.
+    """Return how far joints lie apart on the cheapest way through two `normalised` clips.
 
-    Parameters
-    ----------
-    one, two : ndarray
-        (T, 20, 3) and (U, 20, 3), as `normalised` makes them.
-
-    Returns
-    -------
-    float
-        Leg lengths, the mean over joints and frames of both; infinity where no joint is known in
-        all frames of both.
+    In leg lengths, the mean over joints and frames of both; infinity where no joint is known in all
+    frames of both.
     """
     known = np.isfinite(one).all(axis=(0, 2)) & np.isfinite(two).all(axis=(0, 2))
     if not known.any() or not len(one) or not len(two):
