@@ -41,19 +41,16 @@ BRIEFEST = 1 / 60
 """Seconds that a movement takes at least."""
 
 
-def _points() -> Floats:
-    points = np.zeros((len(DIRECTIONS), len(LEVELS), 3), np.float32)
-    azimuth = np.radians(45.0 * np.arange(PLACE))[:, None]
-    elevation = np.radians(45.0 * (1 + np.arange(len(LEVELS))))
-    points[:PLACE, :, 0] = np.sin(elevation) * np.cos(azimuth)
-    points[:PLACE, :, 1] = -np.cos(elevation)
-    points[:PLACE, :, 2] = np.sin(elevation) * np.sin(azimuth)
-    points[PLACE, :, 1] = np.arange(len(LEVELS)) - 1
-    return points
+_AZIMUTH = np.radians(45.0 * np.arange(PLACE))[:, None]
+_ELEVATION = np.radians(45.0 * (1 + np.arange(len(LEVELS))))
 
-
-POINTS = _points()
+POINTS = np.zeros((len(DIRECTIONS), len(LEVELS), 3), np.float32)
 """The middle of each cell: (9, 3, 3), by direction and level, x right, y up, z forward."""
+
+POINTS[:PLACE, :, 0] = np.sin(_ELEVATION) * np.cos(_AZIMUTH)
+POINTS[:PLACE, :, 1] = -np.cos(_ELEVATION)
+POINTS[:PLACE, :, 2] = np.sin(_ELEVATION) * np.sin(_AZIMUTH)
+POINTS[PLACE, :, 1] = np.arange(len(LEVELS)) - 1
 
 # the same by cell as columns have it; without direction or level, the centre
 _CELLS = [cell_of(*codes) for codes in np.ndindex(POINTS.shape[:2])]
@@ -72,10 +69,8 @@ class Moves(NamedTuple):
     sizes : ndarray
         (N,) float32, what it costs to delete: `STEP`, how far it goes, and its swings; of a
         starting position the swings alone.
-    paces : ndarray
-        (N,) float32, the logarithm of its seconds.
-    swings : ndarray
-        (N,) float32, what its swings cost.
+    paces, swings : ndarray
+        (N,) float32, the logarithm of its seconds, and what its swings cost.
     starts, stops : ndarray
         (N,) frames of the source, half-open.
     rows : ndarray
@@ -156,14 +151,8 @@ class Clips:
 class Source:
     """The captures of columns, a few of which at a time are laid out as clips.
 
-    Attributes
-    ----------
-    columns : Mapping of str to Columns
-        By part, in order, with their swings.
-    places : ndarray
-        (C,) where each clip stands in the columns.
-    frames, rates : ndarray
-        (C,) of each clip: its length in frames, and frames a second.
+    The columns have their swings, by part, in order. The others are (C,), of each clip: its place
+    in the columns, its length in frames, and frames a second.
     """
 
     columns: Mapping[str, Columns]
@@ -246,10 +235,7 @@ def lowest(owner: Numbers, value: NDArray[Any], most: int) -> Numbers:
 
 
 def pieces(counts: Numbers, most: int) -> Iterator[slice]:
-    """Yield which clips to work on at a time: as many as have about `most` rows, one at least.
-
-    `counts` is (C,) how many rows each clip has.
-    """
+    """Yield which clips to work on at a time: about `most` of their (C,) rows, one at least."""
     full = np.cumsum(counts) // most
     edges = np.flatnonzero(np.diff(full, prepend=-1, append=-1))
     yield from (slice(*pair) for pair in pairwise(edges.tolist()))

@@ -17,7 +17,7 @@ block by block. Up to 2,048 clips that finds the nearest there are; of 50,000 ca
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
@@ -33,11 +33,8 @@ PAIRS = 60_000
 FEWEST = 8
 """Neighbours of a clip that are aligned at least."""
 
-_AXES = 32
-"""Numbers of a signature that are compared."""
-
-_TURNS = 4
-"""How often these are turned towards where signatures differ most."""
+_AXES, _TURNS = 32, 4
+"""Numbers of a signature, and how often they are turned towards where signatures differ most."""
 
 _AT_ONCE = 1 << 12
 """Pairs that are aligned at a time."""
@@ -48,11 +45,8 @@ _NOTHING = 0.01
 _NEAREST = 1e-6
 """A likeness in the place of none, of clips whose signatures are the same, where some is wanted."""
 
-_BLOCK = 2048
-"""Clips that are compared each with each for their neighbours."""
-
-_TREES = 8
-"""How often more clips than that are dealt out into such blocks."""
+_BLOCK, _TREES = 2048, 8
+"""Clips that are compared each with each, and how often more are dealt out into such blocks."""
 
 
 Doubles = NDArray[np.float64]
@@ -83,10 +77,8 @@ def grouped(
 
     Parameters
     ----------
-    clips : Clips
-        All.
-    least : float
-        The mean likeness down to which groups are joined.
+    clips, least : Clips, float
+        All, and the mean likeness down to which groups are joined.
     wanted : int, optional
         How many groups there shall be, instead; fewer where there are fewer clips.
     watch : callable, optional
@@ -94,7 +86,7 @@ def grouped(
     """
     found, known = signatures(clips), _Known(clips, watch)
     groups = [[clip] for clip in range(len(clips))]
-    rounds, floor, every, settled = 0, least, False, False
+    floor, every, settled = least, False, False
     while not every and (wanted or not settled):
         medoids = np.array([group[0] for group in groups], np.int64)
         reach = max(FEWEST, 2 * PAIRS // max(1, len(groups)))
@@ -108,14 +100,13 @@ def grouped(
         last = 0.0 if wanted and (every or floor <= _NOTHING) else floor
         joined = linked(weights, pairs, alike, last, wanted or 1, watch)
         order = _medoids_first(joined, weights, pairs, alike)
-        rounds += 1
         settled = len(order) == len(groups)
         groups = [[clip for one in group for clip in groups[one]] for group in order]
         if wanted and len(groups) <= wanted:
             break
         floor = floor / 2 if settled else floor
     aligned = len(known)
-    return Grouped(_ranked(groups, known), aligned, every and rounds == 1)
+    return Grouped(_ranked(groups, known), aligned, aligned == len(clips) * (len(clips) - 1) // 2)
 
 
 class _Known:
@@ -214,12 +205,7 @@ def signatures(clips: Clips) -> Floats:
 
 
 def linked(
-    weights: Sequence[int],
-    pairs: Numbers,
-    alike: Doubles,
-    floor: float,
-    wanted: int,
-    watch: Watch = unwatched,
+    weights: list[int], pairs: Numbers, alike: Doubles, floor: float, wanted: int, watch: Watch
 ) -> list[list[int]]:
     """Return groups by average linkage: joined down to a mean likeness, or until few are left.
 
@@ -263,7 +249,7 @@ def linked(
 
 
 def _medoids_first(
-    joined: list[list[int]], weights: Sequence[int], pairs: Numbers, alike: Doubles
+    joined: list[list[int]], weights: list[int], pairs: Numbers, alike: Doubles
 ) -> list[list[int]]:
     """Return groups, the member of each first that is most like all others of it."""
     count = len(weights)

@@ -138,10 +138,8 @@ def motifs(
     ----------
     part, line : str, Line
         Its name and its symbols.
-    least, shortest, longest : int
-        How often a motif occurs, at least, and how many steps it has.
-    most : int
-        Occurrences that are extended at the most.
+    least, shortest, longest, most : int
+        How often a motif occurs at least, how many steps it has, and how many are extended at most.
     watch : callable, optional
         Is told how far it is; it may raise.
     """
@@ -255,11 +253,12 @@ def _fresh(*columns: Numbers) -> NDArray[np.bool_]:
 
 def _closed(counted: dict[_Name, Motif]) -> list[Motif]:
     """Return the motifs that no motif with one more step and as many hits contains."""
-    within: set[_Name] = set()
-    for cells, motif in counted.items():
-        for shorter in (cells[1:], cells[:-1]):
-            if shorter in counted and counted[shorter].hits == motif.hits:
-                within.add(shorter)
+    within = {
+        shorter
+        for cells, motif in counted.items()
+        for shorter in (cells[1:], cells[:-1])
+        if shorter in counted and counted[shorter].hits == motif.hits
+    }
     return [motif for cells, motif in counted.items() if cells not in within]
 
 
@@ -288,5 +287,4 @@ def ranked(found: list[Motif], most: int = RANKED) -> list[Motif]:
             continue
         covered[part][rows] = True
         first.append(index)
-    told = set(first)
-    return [found[index] for index in [*first, *(one for one in order if one not in told)]]
+    return [found[index] for index in dict.fromkeys([*first, *order])]

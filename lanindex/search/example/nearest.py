@@ -42,11 +42,8 @@ LONGER = 4.0
 MOST = 4096
 """Clips that are aligned at the most."""
 
-_BLOCK = 256
-"""Clips that are aligned at a time."""
-
-_ROWS = 1 << 18
-"""Rows of clips that are laid out at a time."""
+_BLOCK, _ROWS = 256, 1 << 18
+"""Clips that are aligned at a time, and rows of clips that are laid out."""
 
 _LONG = 16
 """Rows a part of an example from which on these are fewer."""
@@ -57,17 +54,11 @@ LONGEST = 2048
 _FARTHEST = 2.0
 """How far a movement can go."""
 
-_STEPS = 4
-"""Beginnings of stretches in the length of the example."""
+_STEPS, _BEGINNINGS = 4, 2000
+"""Beginnings of stretches in the length of the example, and in one clip at the most."""
 
-_BEGINNINGS = 2000
-"""Beginnings of stretches in one clip, at the most."""
-
-_TRIED = 12
-"""Stretches of a clip that are aligned at a time."""
-
-_FINALISTS = 3
-"""Stretches of a clip whose edges are moved about."""
+_TRIED, _FINALISTS = 12, 3
+"""Stretches of a clip that are aligned at a time, and whose edges are moved about."""
 
 _LENGTHS = np.array([0.7, 1.0, 1.4])
 """Lengths of stretches, as parts of the example's."""
@@ -106,10 +97,8 @@ def nearest(
 
     Parameters
     ----------
-    query : Clips
-        The one, with the same parts as the source.
-    seconds : float
-        How long it lasts.
+    query, seconds : Clips, float
+        The one, with the same parts as the source, and how long it lasts.
     source : Source
         To choose from.
     limit, most : int
@@ -171,18 +160,10 @@ def _best(near: list[Near], more: _Tried, limit: int) -> list[Near]:
 
 
 class Bounds(NamedTuple):
-    """How alike clips can be to one.
+    """How alike clips can be to one: (C,) each whole clip at most, and about its best stretch.
 
-    Attributes
-    ----------
-    whole : ndarray
-        (C,) float32, no less than the likeness of each whole clip.
-    stretch : ndarray
-        (C,) float32, about how alike its best stretch may be.
-    sizes, shares : ndarray
-        (N + 1,) running sums over the clips' rows: of their sizes, and of what they save at most.
-    asked, begun : float
-        The size of the one, and what its beginnings may save at most.
+    `sizes` and `shares` are (N + 1,) running sums over the clips' rows: of their sizes, and of what
+    they save at most; `asked` is the size of the one, `begun` what its beginnings save at most.
     """
 
     whole: Floats

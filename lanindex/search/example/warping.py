@@ -22,10 +22,8 @@ def normalised(joints: NDArray[np.float32], rate: float) -> Floats:
 
     Parameters
     ----------
-    joints : ndarray
-        (T, 20, 3), those of the body model, mm, y up; NaN where unknown.
-    rate : float
-        Frames a second.
+    joints, rate : ndarray, float
+        (T, 20, 3), those of the body model, mm, y up, NaN where unknown; frames a second.
 
     Returns
     -------

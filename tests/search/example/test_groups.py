@@ -10,6 +10,7 @@ from made_clips import PARTS, clips, clips_of, dance
 
 from lanindex.search.example import groups
 from lanindex.search.example.align import compared
+from lanindex.search.example.clips import unwatched
 from lanindex.search.example.groups import grouped, linked, near, signatures
 
 
@@ -34,7 +35,7 @@ def test_linkage_is_what_it_says(count, seed, least) -> None:
     table = np.random.default_rng(seed).random((count, count))
     table = np.triu(table, 1) + np.triu(table, 1).T
     pairs = np.stack(np.triu_indices(count, 1), axis=1)
-    found = linked([1] * count, pairs, table[pairs[:, 0], pairs[:, 1]], least, 1)
+    found = linked([1] * count, pairs, table[pairs[:, 0], pairs[:, 1]], least, 1, unwatched)
     assert {frozenset(group) for group in found} == plainly(count, table, least)
 
 
