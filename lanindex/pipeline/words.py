@@ -5,8 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from lanindex.search.dictionary import absent, inside, load, spelled
-from lanindex.search.dictionary.spoken import called, words_of
+from lanindex.search.dictionary import absent, called, inside, load, spelled, words_of
 
 __all__ = ["absent", "glob_of", "hints", "meant", "named", "said", "said_by", "unknown"]
 

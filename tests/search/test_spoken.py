@@ -3,8 +3,7 @@
 import pytest
 
 from lanindex.pipeline.words import hints, meant
-from lanindex.search.dictionary import load
-from lanindex.search.dictionary.spoken import called
+from lanindex.search.dictionary import called, load
 
 
 @pytest.mark.parametrize(

@@ -21,12 +21,19 @@ from lanindex.notation.text import read_toml
 FORM = 'name = {pattern = "...", sentence = "...", names = ["other name", ...]}'
 """What an entry looks like."""
 
-_NEEDED = {"pattern": str}
-_FREE = {"sentence": str, "names": list, "labels": list, "measured": dict}
+_FIELDS = {"pattern": str, "sentence": str, "names": list, "labels": list, "measured": dict}
 _COMMENT = re.compile(r"//[^\n]*")
 _EITHER = "either side"
 _SIDED = re.compile(r"(?<![a-z])(?:right|left|[rl](?=_))(?![a-z])")
 _SWAPPED = {"right": "left", "left": "right", "r": "l", "l": "r"}
+
+_LEFT_OUT = {
+    *("a", "an", "the", "his", "her", "their", "he", "she", "they", "someone", "somebody"),
+    *("person", "dancer", "man", "woman", "is", "are", "with"),
+}
+"""What may stand between the words of a name and says nothing."""
+
+_ENDING = re.compile(r"(?<=...)(?:ing|es|ed|s)\Z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +42,8 @@ class Measured:
 
     Attributes
     ----------
-    right, wrong, missed : int
-        Captures found that should be, found that should not, and not found that should be.
-    clips : int
-        Captures that were judged.
+    right, wrong, missed, clips : int
+        Captures found that should be, found that should not, not found that should be; all judged.
     collections : int
         Collections, each by other people and machines, in which it found something rightly.
     """
@@ -66,14 +71,10 @@ class Entry:
 
     Attributes
     ----------
-    name : str
-        What it is called, in small letters: ``jumping_jack``.
-    pattern : str
-        What that means, on one line.
-    sentence : str
-        The same in English.
-    names : tuple of str
-        What else it is called.
+    name, names : str, tuple of str
+        What it is called, in small letters: ``jumping_jack``; and what else.
+    pattern, sentence : str
+        What that means, on one line, and the same in English.
     labels : tuple of str
         Labels of the captures, or globs that fit them, that it was measured against.
     measured : Measured or None
@@ -92,17 +93,11 @@ class Entry:
 def _own() -> tuple[Entry, ...]:
     """Return the entries that come along."""
     with resources.as_file(resources.files(__name__).joinpath("dictionary.toml")) as path:
-        return tuple(_entry(name, values, str(path)) for name, values in read_toml(path).items())
+        return tuple(_entries(path))
 
 
 def spelled(text: str) -> str:
-    """Return a name as the dictionary spells it: ``@Hands up`` is ``hands_up``.
-
-    Parameters
-    ----------
-    text : str
-        As typed.
-    """
+    """Return a name as the dictionary spells it: ``@Hands up`` is ``hands_up``."""
     return "_".join(text.strip().removeprefix("@").replace("-", " ").lower().split())
 
 
@@ -117,8 +112,7 @@ def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     Returns
     -------
     dict of str to Entry
-        In order; an entry stands under its name and under every other name that is not the name
-        of another.
+        In order; under its name, and every other name of it that is not the name of another.
 
     Raises
     ------
@@ -133,24 +127,14 @@ def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     >>> words["running"] is words["run"], words["bow"].sentence[:23]
     (True, 'The trunk leans forward')
     """
-    entries = list(_own())
-    if extra is not None:
-        entries = [*entries, *_read(Path(extra))]
+    entries = [*_own(), *(_read(Path(extra)) if extra is not None else ())]
+    words = {entry.name: entry for entry in entries}
     also = {other: entry for entry in entries for other in entry.names}
-    return {entry.name: entry for entry in entries} | {
-        other: entry
-        for other, entry in also.items()
-        if other not in {entry.name for entry in entries}
-    }
+    return words | {other: entry for other, entry in also.items() if other not in words}
 
 
 def absent(name: str) -> str:
-    """Return why there is no such word, and what may be asked instead; empty where none is known.
-
-    Parameters
-    ----------
-    name : str
-        As `spelled`.
+    """Return why no word is so `spelled`, and what to ask instead; empty where none is known.
 
     Examples
     --------
@@ -167,23 +151,12 @@ def absent(name: str) -> str:
 
 
 def entries(words: Mapping[str, Entry]) -> list[Entry]:
-    """Return each entry once.
-
-    Parameters
-    ----------
-    words : Mapping of str to Entry
-        As from `load`.
-    """
+    """Return each entry once."""
     return [entry for name, entry in words.items() if name == entry.name]
 
 
 def inside(pattern: str) -> str:
     """Return a pattern as it may stand inside another: ``either side`` is written out.
-
-    Parameters
-    ----------
-    pattern : str
-        One that is understood.
 
     Examples
     --------
@@ -196,28 +169,13 @@ def inside(pattern: str) -> str:
 
 
 def mirrored(pattern: str) -> str:
-    """Return a pattern's mirror image: right and left are exchanged, of parts and directions.
-
-    Parameters
-    ----------
-    pattern : str
-        One that is understood.
-    """
-    if pattern.endswith(_EITHER):
-        return pattern
-    return _SIDED.sub(lambda word: _SWAPPED[word[0]], pattern)
+    """Return a pattern's mirror image: right and left are exchanged, of parts and directions."""
+    swapped = _SIDED.sub(lambda word: _SWAPPED[word[0]], pattern)
+    return pattern if pattern.endswith(_EITHER) else swapped
 
 
 def mirror_image(entry: Entry, words: Mapping[str, Entry]) -> str:
-    """Return the name of an entry's mirror image: ``itself``, or empty where it has no name.
-
-    Parameters
-    ----------
-    entry : Entry
-        One of `words`.
-    words : Mapping of str to Entry
-        As from `load`.
-    """
+    """Return the name of an entry's mirror image: ``itself``, or empty where it has no name."""
     image = _ordered(mirrored(entry.pattern))
     if image == _ordered(entry.pattern):
         return "itself"
@@ -229,23 +187,58 @@ def _ordered(pattern: str) -> str:
     return " ".join("/".join(sorted(word.split("/"))) for word in pattern.split())
 
 
+def words_of(text: str) -> list[str]:
+    """Return the words of a text; none where it is more than words."""
+    plain = text.lower().replace("-", " ").split()
+    return plain if all(re.fullmatch(r"[a-z]+", word) for word in plain) else []
+
+
+def called(text: str, words: Mapping[str, Entry]) -> Entry | None:
+    """Return the entry that has the words of a text for a name, in any order and with any ending.
+
+    Examples
+    --------
+    >>> from lanindex.search.dictionary import called, load
+    >>> called("someone waves with the right hand", load()).name
+    'wave_right'
+    """
+    spoken = _stems(words_of(text))
+    found = (entry for name, entry in words.items() if _stems(name.split("_")) == spoken)
+    return next(found, None) if spoken else None
+
+
+def _stems(words: list[str]) -> list[str]:
+    return sorted(_stem(word) for word in words if word not in _LEFT_OUT)
+
+
+def _stem(word: str) -> str:
+    """Return a word without its ending: ``clap`` of ``clapping``, ``wav`` of ``waves``."""
+    word = _ENDING.sub("", word)
+    if len(word) > 3 and word[-1] == word[-2]:
+        word = word[:-1]
+    return word.removesuffix("e")
+
+
 def _read(path: Path) -> list[Entry]:
+    """Return the entries of a user's file."""
     try:
-        table = read_toml(path)
+        found = _entries(path)
     except NotationError as error:
         raise UsageError(
             error.found, place=error.place, wanted=f"TOML: {FORM}", remedy=error.remedy
         ) from error
-    found = [_entry(name, values, str(path)) for name, values in table.items()]
     for entry in found:
         _check(entry, f"{path}: {shown(entry.name)}")
     return found
 
 
+def _entries(path: Path) -> list[Entry]:
+    return [_entry(name, values, str(path)) for name, values in read_toml(path).items()]
+
+
 def _entry(name: str, values: Any, place: str) -> Entry:
-    wanted = {**_NEEDED, **_FREE}
-    fits = isinstance(values, dict) and _NEEDED.keys() <= values.keys() <= wanted.keys()
-    if not fits or not all(isinstance(value, wanted[key]) for key, value in values.items()):
+    fits = isinstance(values, dict) and {"pattern"} <= values.keys() <= _FIELDS.keys()
+    if not fits or not all(isinstance(value, _FIELDS[key]) for key, value in values.items()):
         raise UsageError(f"{shown(name)} = {quoted(values)}", place=place, wanted=FORM)
     for listed in ("names", "labels"):
         if not all(isinstance(text, str) for text in values.get(listed, ())):
@@ -261,11 +254,10 @@ def _entry(name: str, values: Any, place: str) -> Entry:
 
 
 def _measured(values: dict[str, Any], place: str) -> Measured:
-    wanted = list(Measured.__dataclass_fields__)
-    if list(values) != wanted or not all(type(value) is int for value in values.values()):
-        raise UsageError(
-            f"measured = {quoted(values)}", place=place, wanted=f"whole numbers: {wanted}"
-        )
+    names = list(Measured.__dataclass_fields__)
+    if list(values) != names or not all(type(value) is int for value in values.values()):
+        wanted = f"whole numbers: {names}"
+        raise UsageError(f"measured = {quoted(values)}", place=place, wanted=wanted)
     return Measured(**values)
 
 
@@ -276,15 +268,11 @@ def _check(entry: Entry, place: str) -> None:
 
     for name in (entry.name, *entry.names):
         if not name.isidentifier():
-            raise UsageError(
-                f'"{shown(name)}"', place=place, wanted="a name of letters: salute, left_turn"
-            )
+            wanted = "a name of letters: salute, left_turn"
+            raise UsageError(f'"{shown(name)}"', place=place, wanted=wanted)
         if Vocabulary().taken(name):
-            raise UsageError(
-                f'"{name}" is a word of the language already',
-                place=place,
-                remedy="Call the movement something else.",
-            )
+            found, remedy = "is a word of the language already", "Call the movement something else."
+            raise UsageError(f'"{name}" {found}', place=place, remedy=remedy)
     try:
         parse(entry.pattern)
     except PatternError as error:
