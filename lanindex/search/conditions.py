@@ -25,16 +25,7 @@ from lanindex.alphabet import (
 )
 from lanindex.model import Hit, Symbol
 from lanindex.search.fields import Value, value_of
-from lanindex.search.language.clauses import (
-    Comparison,
-    Condition,
-    Mirrors,
-    Number,
-    Reference,
-    Sum,
-    Term,
-    Text,
-)
+from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term, Text
 from lanindex.search.language.times import Clock, Time
 
 _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
@@ -65,14 +56,7 @@ def names_in(conditions: Iterable[Condition]) -> frozenset[str]:
 
 
 def holds(condition: Condition, hit: Hit) -> bool:
-    """Tell whether a condition is true of a hit.
-
-    Parameters
-    ----------
-    condition : Comparison or Mirrors
-        Of a ``where``.
-    hit : Hit
-        With its labels.
+    """Tell whether a condition is true of a hit with its labels.
 
     Examples
     --------
@@ -85,11 +69,8 @@ def holds(condition: Condition, hit: Hit) -> bool:
     [True]
     """
     if isinstance(condition, Mirrors):
-        return _mirrors(hit.labels.get(condition.first, ()), hit.labels.get(condition.second, ()))
-    return _compares(condition, hit)
-
-
-def _compares(condition: Comparison, hit: Hit) -> bool:
+        one, other = (hit.labels.get(name, ()) for name in (condition.first, condition.second))
+        return 0 < len(one) == len(other) and all(map(_mirrors, one, other))
     left, right = _sum(condition.left, hit), _sum(condition.right, hit)
     if left is None or right is None:
         return False
@@ -121,11 +102,7 @@ def _term(term: Term, hit: Hit) -> Value:
         case Time():
             rate = hit.capture.rate
             return term.frames(Clock(rate, hit.capture.meter.speed / 60)) / rate
-        case Text():
-            return term.text
-        case Number():
-            return term.value
-    return term.value
+    return term.text if isinstance(term, Text) else term.value
 
 
 def number_of(value: Value) -> Fraction | None:
@@ -136,24 +113,12 @@ def number_of(value: Value) -> Fraction | None:
         return None
 
 
-def _mirrors(first: tuple[Symbol, ...], second: tuple[Symbol, ...]) -> bool:
-    """Tell whether symbols are the mirror image of others, one by one."""
-    pairs = zip(first, second, strict=False)
-    return 0 < len(first) == len(second) and all(
-        _in_the_mirror(it) == (other.part, other.direction, other.level, _about(other))
-        for it, other in pairs
-    )
-
-
-def _in_the_mirror(symbol: Symbol) -> tuple[str, str | None, str | None, int]:
-    direction = symbol.direction
-    if direction is not None:
-        direction = DIRECTIONS[MIRRORED[DIRECTION_CODES[direction]]]
-    return mirrored_part(symbol.part), direction, symbol.level, _about(symbol)
-
-
-def _about(symbol: Symbol) -> int:
-    return about(symbol.part, -1 if symbol.amount is None else symbol.amount)
+def _mirrors(one: Symbol, other: Symbol) -> bool:
+    """Tell whether a symbol is the mirror image of another."""
+    direction = one.direction and DIRECTIONS[MIRRORED[DIRECTION_CODES[one.direction]]]
+    amounts = [about(it.part, -1 if it.amount is None else it.amount) for it in (one, other)]
+    image = mirrored_part(one.part), direction, one.level, amounts[0]
+    return image == (other.part, other.direction, other.level, amounts[1])
 
 
 def about(part: str, amount: Amount) -> Amount:

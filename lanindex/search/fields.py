@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
+from operator import attrgetter
 
 from lanindex.alphabet import KINDS, LEVEL_CODES, MEASURES, kind_of
 from lanindex.model import Capture, Hit, Span, Symbol
@@ -15,29 +17,26 @@ from lanindex.search.language.words import AMOUNTS
 Value = str | Fraction | None
 """A text, a number (times in seconds), or nothing."""
 
-CLIP_FIELDS = ("path", "label", "format", "sha256", "fps", "frames", "seconds", "tempo")
+_CLIP: dict[str, Callable[[Capture], str | Fraction]] = {
+    **{name: attrgetter(name) for name in ("path", "label", "format", "sha256")},
+    "fps": lambda capture: capture.rate,
+    "frames": lambda capture: Fraction(capture.frames),
+    "seconds": lambda capture: capture.frames / capture.rate,
+    "tempo": lambda capture: capture.meter.speed,
+}
+
+CLIP_FIELDS = tuple(_CLIP)
 """What every capture can be asked for; its other columns have the names that the user gave."""
 
 _TIMES = ("start", "end", "length")
 
 
 def value_of(reference: Reference, hit: Hit) -> Value:
-    """Return what a field of a hit is.
+    """Return what a field of a hit is: of a label, of all that matched, or of the capture.
 
-    Parameters
-    ----------
-    reference : Reference
-        The field of a label, of all that matched, or of the capture.
-    hit : Hit
-        Any.
-
-    Returns
-    -------
-    str, Fraction or None
-        A part, direction, level or text; a number; seconds from the clip's first frame; None where
-        it is missing. Of several symbols: where the first begins, where the last ends, and what
-        the last one is; of all that matched, the frames of the hit and what its first line ends
-        with.
+    Times are seconds from the clip's first frame; None stands for what is missing. Of several
+    symbols: where the first begins, where the last ends, and what the last one is; of all that
+    matched, the frames of the hit and what its first line ends with.
     """
     if told_by_span(reference):
         return value_of_span(reference, hit.capture, hit.span)
@@ -85,18 +84,9 @@ def _told(symbol: Symbol, field: str) -> Value:
 
 def _of_clip(capture: Capture, field: str) -> Value:
     """Return a column of a capture; None where it is empty."""
-    known: dict[str, str | Fraction] = {
-        "path": capture.path,
-        "label": capture.label,
-        "format": capture.format,
-        "sha256": capture.sha256,
-        "fps": capture.rate,
-        "frames": Fraction(capture.frames),
-        "seconds": capture.frames / capture.rate,
-        "tempo": capture.meter.speed,
-    }
-    if field in known:
-        return None if known[field] == "" else known[field]
+    if field in _CLIP:
+        value = _CLIP[field](capture)
+        return None if value == "" else value
     # people write the name of a column of theirs in small letters or capitals
     return next((it for name, it in capture.metadata.items() if name.lower() == field), "") or None
 

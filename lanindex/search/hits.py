@@ -50,14 +50,7 @@ class Lazy(Protocol):
 
 
 class Hits(Sequence[Hit]):
-    """The hits of a search, in order.
-
-    Parameters
-    ----------
-    found : iterable of Hit
-        The hits.
-    pattern : str
-        What was searched for.
+    """The hits of a search, in order, and the pattern that was searched for.
 
     Examples
     --------
@@ -104,22 +97,20 @@ class Hits(Sequence[Hit]):
     @property
     def captures(self) -> int:
         """In how many captures they are."""
-        if isinstance(self._hits, Lazy):
-            return self._hits.captures
-        return len({hit.capture.id for hit in self._hits})
+        return self._hits.captures if isinstance(self._hits, Lazy) else len(self.tally())
 
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
         if isinstance(self._hits, Lazy):
             return self._hits.tally()
-        return list(Counter(hit.capture.id for hit in self).items())
+        return [(capture.id, count) for capture, count in self.counts()]
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
         if isinstance(self._hits, Lazy):
             return self._hits.counts()
-        numbers = Counter(hit.capture.id for hit in self)
         captures = {hit.capture.id: hit.capture for hit in self}
+        numbers = Counter(hit.capture.id for hit in self)
         return [(captures[number], count) for number, count in numbers.items()]
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
@@ -169,13 +160,7 @@ class Hits(Sequence[Hit]):
         return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
 
     def by_fit(self, most: int | None = None) -> Hits:
-        """Return the same hits, the clearest first.
-
-        Parameters
-        ----------
-        most : int, optional
-            So many will be looked at; the order of the others may be any.
-        """
+        """Return the same hits, the clearest first; behind the first `most`, in any order."""
         if isinstance(self._hits, Lazy):
             return Hits(self._hits.by_fit(most), self.pattern)
         return Hits(sorted(self._hits, key=lambda hit: -hit.fit), self.pattern)
@@ -185,14 +170,7 @@ class Hits(Sequence[Hit]):
         return [records.of_hit(hit, self.pattern) for hit in self._hits]
 
     def numpy(self) -> NDArray[Any]:
-        """Return the hits as an array.
-
-        Returns
-        -------
-        ndarray
-            (H,) with the fields capture_id, start, stop (frames of the source, half-open) and
-            fit.
-        """
+        """Return (H,) with the fields capture_id, start, stop (frames, half-open) and fit."""
         import numpy as np
 
         if isinstance(self._hits, Lazy):
@@ -202,23 +180,11 @@ class Hits(Sequence[Hit]):
         return np.array(rows, dtype=fields)
 
     def to_pandas(self) -> Any:
-        """Return the hits as a ``pandas.DataFrame``, a row each, with the columns of `dicts`.
-
-        Raises
-        ------
-        LanindexError
-            Where pandas is not installed.
-        """
+        """Return the hits as a ``pandas.DataFrame``, as `to_frame`."""
         return pandas_of(self._columns())
 
     def to_arrow(self) -> Any:
-        """Return the hits as a ``pyarrow.Table``, a row each, with the columns of `dicts`.
-
-        Raises
-        ------
-        LanindexError
-            Where pyarrow is not installed.
-        """
+        """Return the hits as a ``pyarrow.Table``, as `to_frame`."""
         return arrow_of(self._columns())
 
     def _columns(self) -> dict[str, list[Any]]:
@@ -226,17 +192,12 @@ class Hits(Sequence[Hit]):
         return {key: [row[key] for row in rows] for key in records.HIT}
 
     def to_frame(self) -> Any:
-        """Return the hits as a data frame, a row each, with the columns of `dicts`.
-
-        Returns
-        -------
-        pandas.DataFrame or polars.DataFrame
-            Of the first of the two that is installed.
+        """Return the hits as a data frame of pandas, or else of polars: the columns of `dicts`.
 
         Raises
         ------
         LanindexError
-            Where neither is.
+            Where what makes the table is not installed.
 
         Examples
         --------

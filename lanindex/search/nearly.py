@@ -23,17 +23,7 @@ Number = TypeVar("Number", int, NDArray[np.int64])
 def own(margin: Number, near: int) -> Number:
     """Return what is missing to a fit of 1 for a symbol of a cell that is asked for.
 
-    Parameters
-    ----------
-    margin : int or ndarray
-        In thousandths.
-    near : int
-        How far out the border lies, in thousandths.
-
-    Returns
-    -------
-    int or ndarray
-        In thousandths.
+    All are thousandths; `near` is how far out the border lies.
     """
     return THOUSANDTHS - (near + margin) * THOUSANDTHS // (near + THOUSANDTHS)
 

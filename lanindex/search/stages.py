@@ -20,14 +20,9 @@ from lanindex.search.language.clauses import Count, First, Reference, Sort, Stag
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """How many hits have one value of a field.
+    """How many hits have one value of a field: a text, a number, or seconds.
 
-    Attributes
-    ----------
-    value : str, float or None
-        A text, a number, or seconds; None where it is missing, and where all hits are counted.
-    count : int
-        How many hits.
+    It is None where it is missing, and where all hits are counted.
     """
 
     value: str | float | None
@@ -35,16 +30,7 @@ class Counted:
 
 
 class Counts(Sequence[Counted]):
-    """How many hits there are, or how many for each value of a field.
-
-    Parameters
-    ----------
-    found : iterable of Counted
-        In order.
-    pattern : str
-        What was searched for.
-    by : Reference, optional
-        The field that they are counted by; None: all together.
+    """How many hits of a pattern there are, or how many for each value of a field, in order.
 
     Examples
     --------
@@ -99,21 +85,8 @@ class Counts(Sequence[Counted]):
         return [{"by": by, "value": one.value, "count": one.count} for one in self._counts]
 
 
-def piped(stages: Sequence[Stage], hits: Hits) -> Hits | Counts:
-    """Return what the stages of a pipe make of hits.
-
-    Parameters
-    ----------
-    stages : sequence of Stage
-        In order.
-    hits : Hits
-        In order of capture, start and end.
-
-    Returns
-    -------
-    Hits or Counts
-    """
-    found: Hits | Counts = hits
+def piped(stages: Sequence[Stage], found: Hits | Counts) -> Hits | Counts:
+    """Return what the stages of a pipe make of hits, which come by capture, start and end."""
     for stage in stages:
         match stage:
             case First(count=count):
