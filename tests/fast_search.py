@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from lanindex.model import Capture, Track
-from lanindex.search.fast import Found, find_in
 from lanindex.search.language import Query
+from lanindex.search.match import Found, find_in
 
 Recordings = Sequence[tuple[Capture, Mapping[str, Track]]]
 

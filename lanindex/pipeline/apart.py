@@ -10,9 +10,9 @@ from lanindex.errors import UsageError
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import Columns, columns_of, roster_of
 from lanindex.pipeline.how import How
-from lanindex.search.fast import Watch
 from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
+from lanindex.search.match import Watch
 
 
 def searcher(

@@ -9,15 +9,15 @@ from math import inf
 from typing import TYPE_CHECKING, Self
 
 from lanindex.errors import LanindexError, UsageError
-from lanindex.search.fast import Finder, Watch
 from lanindex.search.language.query import Query
+from lanindex.search.match import Finder, Watch
 from lanindex.search.nearly import NEAR
 
 if TYPE_CHECKING:
     from lanindex.model import Hit
     from lanindex.model.columns import Columns, Roster
-    from lanindex.search.fast.source import Recordings
     from lanindex.search.fuzzy import Allowance
+    from lanindex.search.match.finder import Recordings
 
 
 @dataclass(frozen=True, slots=True)

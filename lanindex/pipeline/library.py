@@ -196,7 +196,7 @@ class Library(Asking, Exploring, Exporting):
         """
         from lanindex.pipeline.how import How
         from lanindex.pipeline.search import search
-        from lanindex.search.fast.find import NARROWER
+        from lanindex.search.match.finder import NARROWER
 
         how = How.read(tolerance, overlaps, near, fuzzy)
         query, numbers = self._asked(pattern, within, where, strict)

@@ -14,13 +14,13 @@ from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError
 from lanindex.library.store import Store
 from lanindex.model import Hit
 from lanindex.pipeline.how import How
-from lanindex.search.fast.find import NARROWER, Recording, Watch
 from lanindex.search.fields import measures_in
 from lanindex.search.language.query import Query
+from lanindex.search.match.finder import NARROWER, Recording, Watch
 
 if TYPE_CHECKING:
     from lanindex.model.columns import Columns, Roster
-    from lanindex.search.fast.source import Recordings
+    from lanindex.search.match.finder import Recordings
 
 
 MOST_NAMED = 5

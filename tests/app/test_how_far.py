@@ -14,7 +14,7 @@ AT_ONCE = "from lanindex.app import output; output.PATIENCE = -1; "
 MAIN = AT_ONCE + "from lanindex.app.cli import main; main()"
 BROKEN_OFF = """
 from lanindex.search import fast
-def find(self, overlaps, watch, best):
+def find(self, overlaps, watch, best, refused):
     watch(12, 1300)
     raise KeyboardInterrupt
 fast.Finder.find = find

@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 from lanindex import errors
 from lanindex.app.cli import app
 from lanindex.pipeline import Library, open_library, prepare
-from lanindex.search.fast.find import Finder
+from lanindex.search.match.finder import Finder
 
 LIMITED = """
 import resource, sys
 import numpy, lanindex
 from lanindex.app import cli
-import lanindex.app.commands.search, lanindex.search.fast.find, lanindex.pipeline.search
+import lanindex.app.commands.search, lanindex.search.match.finder, lanindex.pipeline.search
 held = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (held + {spare}, resource.RLIM_INFINITY))
 {job}

@@ -19,8 +19,8 @@ import synthetic
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import CELL, PASSING, Columns, Roster, cell_of
-from lanindex.search.fast import Finder
 from lanindex.search.language import parse
+from lanindex.search.match import Finder
 
 CAPTURES = 400_000
 ROUNDS = 9

@@ -16,8 +16,8 @@ from peers import in_turn, nothing
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model.columns import CELL, PASSING, STARTING, Columns, Roster
-from lanindex.search.fast import Finder
 from lanindex.search.language import parse
+from lanindex.search.match import Finder
 
 CAPTURES = 300_000
 PARTS = ("r_arm", "l_arm")

@@ -2,7 +2,7 @@
 
 It tries every way and keeps what the page allows, in as little code as that takes; nothing in it is
 for speed, so it is for small captures alone. Nothing that is shown to anybody comes from here: it
-is what the engine (``lanindex.search.fast``) is held against. Read it in this order:
+is what the engine (``lanindex.search.match``) is held against. Read it in this order:
 
 1. ``track``: a track becomes events, which are movements, stays and rests; what follows what.
 2. ``candidates``: events become matches of a state, anywhere or over an arrow.

@@ -5,8 +5,8 @@ from fast_search import find_fast
 from query_cases import recordings_of
 
 from lanindex.errors import LanindexError
-from lanindex.search.fast import budget, recall, setting
 from lanindex.search.language import parse
+from lanindex.search.match import budget, context, walk
 
 
 def found(tracks: str, pattern: str, **options) -> list[tuple[int, int]]:
@@ -34,7 +34,7 @@ WAVE = "r_arm: place low 0 0, " + ", ".join(
     ],
 )
 def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
-    monkeypatch.setattr(budget, "rows", lambda size: 50_000 if size == recall.WAY else 1 << 20)
+    monkeypatch.setattr(budget, "rows", lambda size: 50_000 if size == walk.WAY else 1 << 20)
     assert found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern)
 
 
@@ -49,7 +49,7 @@ def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
     ],
 )
 def test_what_cannot_be_tried_is_said(pattern, monkeypatch):
-    monkeypatch.setattr(setting, "MOST_TRIED", 100)
+    monkeypatch.setattr(context, "MOST_TRIED", 100)
     wave = WAVE.replace("low", "high")
     with pytest.raises(LanindexError, match=r"1\.lnd: the pattern fits in too many ways"):
         found(f"{wave}; {wave.replace('r_arm', 'l_arm')}; {wave.replace('r_arm', 'head')}", pattern)

@@ -11,8 +11,6 @@ import numpy as np
 from lanindex.model import Capture, Track
 from lanindex.search.automaton import states_of
 from lanindex.search.explain.english import sentence
-from lanindex.search.fast import columns_in
-from lanindex.search.fast.block import Block
 from lanindex.search.language.query import (
     Bracket,
     Item,
@@ -21,6 +19,8 @@ from lanindex.search.language.query import (
     Step,
     items_of,
 )
+from lanindex.search.match import columns_in
+from lanindex.search.match.batch import Batch
 
 
 def explanation(query: Query, recordings: Iterable[tuple[Capture, Mapping[str, Track]]]) -> str:
@@ -53,7 +53,7 @@ def step_counts(
     states = {_alone(item): states_of(item) for item in items_of(query.pattern)}
     counts = dict.fromkeys(states, 0)
     for capture, tracks in recordings:
-        block = Block(*columns_in([(capture, tracks)], query.parts), np.arange(1), Fraction(0))
+        block = Batch(*columns_in([(capture, tracks)], query.parts), np.arange(1), Fraction(0))
         for step, alternatives in states.items():
             for state in alternatives:
                 events = block.events(state)

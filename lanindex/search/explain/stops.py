@@ -9,7 +9,6 @@ from math import inf
 
 from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.search.explain.nearness import away, doubts, nearest
-from lanindex.search.fast import find_in
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -24,6 +23,7 @@ from lanindex.search.language.query import (
     Step,
 )
 from lanindex.search.language.times import Clock, Length
+from lanindex.search.match import find_in
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,9 +11,9 @@ from lanindex import records
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.search.explain.stops import Stop, stops
 from lanindex.search.explain.tree import FORBIDDING
-from lanindex.search.fast import find_in
 from lanindex.search.language.query import Bracket, Choice, Item, Line, Query
 from lanindex.search.language.times import TOLERANCE
+from lanindex.search.match import find_in
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def trace(
     capture, tracks
         Where.
     tolerance, overlaps
-        As in `lanindex.search.fast.find.Finder`.
+        As in `lanindex.search.match.finder.Finder`.
 
     Returns
     -------

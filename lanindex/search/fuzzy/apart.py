@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import Columns, Roster
-from lanindex.search.fast.find import Finder, Watch
-from lanindex.search.fast.found import Found
-from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.clocks import ENDLESS, bounds_of
 from lanindex.search.fuzzy.lines import LIFTED
 from lanindex.search.fuzzy.wholes import Apart, Table
+from lanindex.search.match.finder import Finder, Recordings, Watch
+from lanindex.search.match.hits import Found
 
 Whole = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -32,7 +31,7 @@ class Refusal:
     columns : Mapping of str to Columns
         Of all parts.
     recordings : callable
-        As of `lanindex.search.fast.Finder`.
+        As of `lanindex.search.match.Finder`.
     tolerance : Fraction
         Seconds within which edges agree.
     watch : callable, optional

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.search.fast.ragged import smallest_in
 from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.lines import LIFTED, Found
+from lanindex.search.match.arrays import smallest_in
 
 Whole = NDArray[np.int64]
 

@@ -11,10 +11,6 @@ from numpy.typing import NDArray
 from lanindex.errors import UsageError
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import plan
-from lanindex.search.fast.find import Finder, Watch
-from lanindex.search.fast.found import Found as Exact
-from lanindex.search.fast.ragged import best_of_each
-from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.allowance import Allowance
 from lanindex.search.fuzzy.apart import Refusal
@@ -26,6 +22,9 @@ from lanindex.search.fuzzy.wholes import Joining, Plan, Table
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
+from lanindex.search.match.arrays import best_of_each
+from lanindex.search.match.finder import Finder, Recordings, Watch
+from lanindex.search.match.hits import Found as Exact
 
 CLEAR = (15, 14, 12, 8)
 """How clear the best hits are looked for, in steps of a margin, one after the other."""

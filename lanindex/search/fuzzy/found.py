@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import Roster
-from lanindex.search.fast.found import Found as Exact
-from lanindex.search.fast.placed import Placed
-from lanindex.search.fast.ragged import Numbers, Whole
-from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.lines import fits
 from lanindex.search.fuzzy.wholes import Table
+from lanindex.search.match.arrays import AnyArray, IntArray
+from lanindex.search.match.finder import Recordings
+from lanindex.search.match.hits import Found as Exact
+from lanindex.search.match.hits import Placed
 
 
 class Source:
@@ -31,7 +31,7 @@ class Source:
         Of which tracks are fetched.
     tables : list of tuple of Table, int
         The matches of each plan, and how many steps it has.
-    exact : lanindex.search.fast.found.Found, optional
+    exact : lanindex.search.match.hits.Found, optional
         Hits without an edit besides; they count as of one plan more.
     """
 
@@ -58,7 +58,7 @@ class Source:
         """Return captures by their places in the roster."""
         return [capture for capture, _ in self._recordings(places, ())]
 
-    def numbers(self, places: Whole) -> Whole:
+    def numbers(self, places: IntArray) -> IntArray:
         """Return the numbers of captures by their places in the roster."""
         return self.roster.number[places]
 
@@ -95,7 +95,7 @@ class Found(Placed):
         (H,) int64: of which plan each is, and which of its matches.
     """
 
-    def __init__(self, source: Source, plan: Whole, match: Whole) -> None:
+    def __init__(self, source: Source, plan: IntArray, match: IntArray) -> None:
         super().__init__(source, *np.zeros((3, len(plan)), np.int64))
         self._source, self._plan, self._match = source, plan, match
         self._fit = np.zeros(len(plan))
@@ -144,7 +144,7 @@ class Found(Placed):
             for index in indices
         ]
 
-    def _some(self, chosen: Numbers | slice) -> Found:
+    def _some(self, chosen: AnyArray | slice) -> Found:
         return Found(self._source, self._plan[chosen], self._match[chosen])
 
     def clear(self) -> NDArray[np.float64]:

@@ -1,0 +1,293 @@
+"""Hits as columns; each is made an object when it is asked for."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol, Self, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.model import Capture, Hit, Span, Symbol
+from lanindex.model.columns import THOUSANDTHS
+from lanindex.search.automaton import State
+from lanindex.search.match.arrays import AnyArray, IntArray, starts_of
+from lanindex.search.match.batch import Batch
+from lanindex.search.match.hit_table import HitTable
+
+
+class Matched(NamedTuple):
+    """What matched a state: parts and rows, and the frames of it."""
+
+    state: State
+    rows: tuple[tuple[str, int], ...]
+    start: int
+    end: int
+
+
+class Told(NamedTuple):
+    """A hit: what is missing to a fit of 1, and what each line took, the leading one first."""
+
+    cost: int
+    lines: list[list[Matched]]
+
+
+def took(batch: Batch, state: State, event: int) -> Matched:
+    """Return what a state took at one of its events."""
+    events, rows = batch.events(state), []
+    for part, first, last in zip(state.members, events.first, events.last, strict=True):
+        begin, end, passing = int(first[event]), int(last[event]), batch.rows(part).passing
+        rows += [(part, it) for it in range(begin, end + 1) if begin == end or not passing[it]]
+    return Matched(state, tuple(rows), int(events.start[event]), int(events.end[event]))
+
+
+def labelled(
+    taken: Iterable[Matched], symbols: Mapping[tuple[str, int], Symbol]
+) -> dict[str, tuple[Symbol, ...]]:
+    """Return, by label, what matched under it; one stayed at or rested in lasts as long as that."""
+    labels: dict[str, tuple[Symbol, ...]] = {}
+    for it in taken:
+        if not it.state.labels:
+            continue
+        found = [symbols[row] for row in it.rows]
+        if it.state.manner in ("at", "hold"):
+            found = [replace(symbol, start=it.start, stop=it.end) for symbol in found]
+        for label in it.state.labels:
+            labels[label] = (*labels.get(label, ()), *found)
+    return labels
+
+
+TOGETHER = 256
+"""How many captures are fetched at once where all hits are made objects."""
+
+
+class Holder(Protocol):
+    """What holds the captures of hits."""
+
+    def fetch(self, places: Sequence[int]) -> None:
+        """Fetch captures, by their places in the roster, of which hits will be made objects."""
+
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        """Return captures by their places in the roster."""
+
+    def numbers(self, places: IntArray) -> IntArray:
+        """Return the numbers of captures by their places in the roster."""
+
+
+class Placed(Sequence[Hit]):
+    """Hits of which capture and frames are known; each is made an object when it is asked for.
+
+    Parameters
+    ----------
+    holder : Holder
+        Of their captures.
+    place : ndarray
+        (H,) int64: which capture of the roster.
+    low, high : ndarray
+        (H,) int64: frames of the source, half-open.
+    """
+
+    def __init__(self, holder: Holder, place: IntArray, low: IntArray, high: IntArray) -> None:
+        self._holder, self.place, self.low, self.high = holder, place, low, high
+
+    @abstractmethod
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        """Return some hits as objects."""
+
+    @abstractmethod
+    def _some(self, chosen: AnyArray | slice) -> Self:
+        """Return some of them, in whatever order."""
+
+    @abstractmethod
+    def clear(self) -> NDArray[np.float64]:
+        """Return how clear each hit is, (H,) from 0 to 1."""
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.place)
+
+    @overload
+    def __getitem__(self, index: int) -> Hit: ...
+    @overload
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> Hit | Self:
+        """Return one hit, or some of them."""
+        if isinstance(index, slice):
+            return self._some(index)
+        return self._hits([range(len(self))[index]])[0]
+
+    def __iter__(self) -> Iterator[Hit]:
+        """Yield all hits, in whatever order they stand; captures are fetched many at once."""
+        first, places = 0, set[int]()
+        for index, place in enumerate([*self.place.tolist(), -1] if len(self) else []):
+            if place < 0 or (len(places) == TOGETHER and place not in places):
+                self._holder.fetch(sorted(places))
+                yield from self._hits(range(first, index))
+                first, places = index, set()
+            places.add(place)
+
+    @property
+    def captures(self) -> int:
+        """In how many captures they are."""
+        return len(self._counted()[0])
+
+    def tally(self) -> list[tuple[int, int]]:
+        """Return the numbers of the captures, each with how many hits it has."""
+        places, counts = self._counted()
+        return list(zip(self._holder.numbers(places).tolist(), counts.tolist(), strict=True))
+
+    def counts(self) -> list[tuple[Capture, int]]:
+        """Return the captures, each with how many hits it has."""
+        places, counts = self._counted()
+        return list(zip(self._holder.captures(places.tolist()), counts.tolist(), strict=True))
+
+    def spans(self) -> Iterator[tuple[Capture, Span]]:
+        """Yield capture and frames of each hit."""
+        places = self._counted()[0].tolist()
+        captures = dict(zip(places, self._holder.captures(places), strict=True))
+        columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
+        for place, low, high in zip(*columns, strict=True):
+            yield captures[place], Span(low, high)
+
+    def arranged(self, order: Sequence[int]) -> Self:
+        """Return the same hits in another order."""
+        return self._some(np.array(order, np.int64))
+
+    def by_fit(self, most: int | None = None) -> Self:
+        """Return the same hits, the clearest first.
+
+        Parameters
+        ----------
+        most : int, optional
+            So many will be looked at; the order of the others may be any.
+        """
+        return self._some(np.argsort(-self.clear(), kind="stable"))
+
+    def numpy(self) -> NDArray[Any]:
+        """Return the hits as an array, as `lanindex.search.hits.Hits.numpy`."""
+        fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
+        found = np.empty(len(self), fields)
+        found["capture_id"] = self._holder.numbers(self.place)
+        found["start"], found["stop"], found["fit"] = self.low, self.high, self.clear()
+        return found
+
+    def _counted(self) -> tuple[IntArray, IntArray]:
+        """Return the captures of hits, in order, and how many each has.
+
+        What numpy has for this imports as much as all of a small search takes.
+        """
+        ordered = np.sort(self.place)
+        firsts = np.flatnonzero(starts_of(ordered))
+        return ordered[firsts], np.diff(firsts, append=len(ordered))
+
+
+class Maker(Holder, Protocol):
+    """What makes hits of answers."""
+
+    def hits(self, answers: HitTable) -> list[Hit]:
+        """Return the answers of a table as objects."""
+
+
+class Found(Placed):
+    """The hits of a search as columns; each is made an object when it is asked for.
+
+    Parameters
+    ----------
+    maker : Maker
+        Makes them.
+    answers : HitTable
+        All answers in order of capture, start, end, and fit where it is known.
+    chosen : ndarray
+        (H,) int64: which of them are the hits. Of those with the same frames it tells the first,
+        second … clearest.
+    """
+
+    def __init__(self, maker: Maker, answers: HitTable, chosen: IntArray) -> None:
+        frames = (column[chosen] for column in (answers.capture, answers.low, answers.high))
+        super().__init__(maker, *frames)
+        self._maker, self._answers, self._chosen = maker, answers, chosen
+
+    @cached_property
+    def _alike(self) -> IntArray:
+        """Where answers with the same frames begin, and how many there are."""
+        answers = self._answers
+        new = starts_of(answers.capture) | starts_of(answers.low) | starts_of(answers.high)
+        return np.append(np.flatnonzero(new), len(answers))
+
+    def _some(self, chosen: AnyArray | slice) -> Found:
+        return Found(self._maker, self._answers, self._chosen[chosen])
+
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        places = self._chosen[list(indices)].tolist()
+        alike = {place: self._those_alike(place) for place in places}
+        # only the fit tells which of those with the same frames is the clearest
+        unclear = {
+            (first, last)
+            for first, last in alike.values()
+            if last - first > 1 and (self._answers.cost[first:last] < 0).any()
+        }
+        wanted = sorted({*places, *(it for ends in unclear for it in range(*ends))})
+        made = dict(zip(wanted, self._maker.hits(self._answers.at(np.array(wanted))), strict=True))
+        for first, last in unclear:
+            hits = sorted((made[it] for it in range(first, last)), key=lambda hit: -hit.fit)
+            made.update(zip(range(first, last), hits, strict=True))
+        return [made[place] for place in places]
+
+    def _those_alike(self, place: int) -> tuple[int, int]:
+        """Return from where to where answers have the frames of one of them."""
+        group = int(np.searchsorted(self._alike, place, "right"))
+        return int(self._alike[group - 1]), int(self._alike[group])
+
+    def clear(self) -> NDArray[np.float64]:
+        """Return how clear each hit is; those of which it is not known are made for it."""
+        cost = self._answers.cost[self._chosen]
+        fits = THOUSANDTHS - cost
+        unknown = np.flatnonzero(cost < 0)
+        fits[unknown] = [round(hit.fit * THOUSANDTHS) for hit in self._some(unknown)]
+        clear: NDArray[np.float64] = fits / THOUSANDTHS
+        return clear
+
+    def by_fit(self, most: int | None = None) -> Found:
+        """Return the same hits, the clearest first; as `Placed.by_fit`.
+
+        Where only some will be looked at, no more are made than may be among those.
+        """
+        if most is None or most >= len(self):
+            return super().by_fit()
+        clearest = self.clearest(most)
+        rest = np.ones(len(self), np.bool_)
+        rest[clearest] = False
+        return self._some(np.append(clearest, np.flatnonzero(rest)))
+
+    def clearest(self, most: int) -> IntArray:
+        """Return the places of so many hits, the clearest first, of these that which stands first.
+
+        Those that might be are made, the likely ones first.
+        """
+        least = self._least_missing()
+        likely = np.argsort(least, kind="stable")
+        found, missing = np.empty((2, 0), np.int64)
+        for first in range(0, len(likely), TOGETHER):
+            if len(found) == most:
+                following = int(likely[first])
+                if (missing[-1], found[-1]) < (least[following], following):
+                    break
+            some = np.sort(likely[first : first + TOGETHER])
+            found = np.append(found, some)
+            clear = self._some(some).clear()
+            missing = np.append(missing, np.rint(THOUSANDTHS * (1 - clear)).astype(np.int64))
+            order = np.lexsort((found, missing))[:most]
+            found, missing = found[order], missing[order]
+        return found
+
+    def _least_missing(self) -> IntArray:
+        """Return what is missing at least to a fit of 1, of the clearest with the same frames."""
+        cost = self._answers.cost
+        least = np.where(cost < 0, ~cost, cost)
+        if len(least):
+            least = np.minimum.reduceat(least, self._alike[:-1])
+        found: IntArray = least[np.searchsorted(self._alike, self._chosen, "right") - 1]
+        return found

@@ -1,0 +1,454 @@
+"""Lines side by side, joined with all that they have to remember, and lines that must not happen.
+
+Matches of what must not happen do not count where they share a symbol with the hit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from lanindex.search.automaton import Companion, Group, Program
+from lanindex.search.match import budget, matches, relations
+from lanindex.search.match.arrays import FAR, PAIR, BoolArray, IntArray, spread, starts_of
+from lanindex.search.match.best import LONGER_BESIDE, enough_beside
+from lanindex.search.match.context import Context, Hulls, Others, gathered, standing
+from lanindex.search.match.matches import Claims, distinct, filled, sets_together
+from lanindex.search.match.relations import FORBIDDEN, NO_FRAMES, Margins, Spans, smallest
+from lanindex.search.match.walk import Walk
+
+
+def paired(
+    relation: str, lines: Spans, others: Spans, margins: Margins
+) -> tuple[IntArray, IntArray]:
+    """Return all pairs of a line and another one that stands beside it, by place."""
+    ordered = relations.Others(others)
+    line, place = relations.pairs(relation, lines, ordered, margins)
+    return line, ordered.order[place]
+
+
+def unforgiven(
+    relation: str,
+    lines: Spans,
+    forgiving: Claims,
+    matches: Spans,
+    claims: Claims,
+    margins: Margins,
+) -> BoolArray:
+    """Tell beside which lines there is a match that takes nothing of what the line forgives.
+
+    There is if more stand beside it than those that do take something of that, which are few.
+
+    Parameters
+    ----------
+    relation : str
+        ``without`` or ``never``.
+    lines : Spans
+        (N,) the frames of hits.
+    forgiving : Claims
+        (N,) by line, in no order.
+    matches : Spans
+        (M,) of what must not happen.
+    claims : Claims
+        (M,) what each of those takes.
+    margins : Margins
+        How near matches must lie.
+    """
+    line, match = _touching(forgiving, claims)
+    limit = relations.limits(relation, lines, margins)
+    start, until = matches.start[match], matches.until[match]
+    fits = lines.capture[line] == matches.capture[match]
+    fits &= (start <= limit.begin_last[line]) & (until >= limit.end_first[line])
+    forgiven = np.bincount(line[fits], minlength=len(lines))
+    base, behind = lines.capture * FAR, matches.capture * FAR
+    starts, ends = np.sort(behind + matches.start), np.sort(behind + matches.until)
+    many = np.searchsorted(starts, base + limit.begin_last, "right")
+    many -= np.searchsorted(ends, base + limit.end_first)
+    found: BoolArray = many > forgiven
+    return found
+
+
+def _touching(one: Claims, other: Claims) -> tuple[IntArray, IntArray]:
+    """Return all pairs of a line and another that take something in common, each once."""
+    first, last, line = _ranges(one)
+    begin, end, match = _ranges(other)
+    order = np.argsort(begin, kind="stable")
+    begin, end, match = begin[order], end[order], match[order]
+    latest = np.maximum.accumulate(end)
+    which, place = spread(np.searchsorted(latest, first), np.searchsorted(begin, last, "right"))
+    common = end[place] >= first[which]
+    pairs = line[which[common]] * (len(other) + 1) + match[place[common]]
+    return np.divmod(np.unique(pairs), len(other) + 1)
+
+
+def _ranges(claims: Claims) -> tuple[IntArray, IntArray, IntArray]:
+    """Return all ranges that lines have taken, and whose they are."""
+    column, line = np.nonzero(claims.first < FAR)
+    return claims.first[column, line], claims.last[column, line], line
+
+
+def by_line(pairs: IntArray, lines: int) -> IntArray:
+    """Return what each line is paired with as columns, filled up with `FAR`."""
+    pairs = pairs[:, np.lexsort(pairs[::-1])]
+    counts = np.bincount(pairs[0], minlength=lines)
+    most = int(counts.max(initial=0))
+    if most * lines > budget.rows(64):
+        raise budget.TooMuch
+    found = np.full((most, lines), FAR)
+    begin = np.cumsum(counts) - counts
+    found[np.arange(pairs.shape[1]) - begin[pairs[0]], pairs[0]] = pairs[1]
+    return found
+
+
+_BOTH = ("start", "until")
+_COMPARED = {
+    **dict.fromkeys(("starting with", "after"), ("start",)),
+    **dict.fromkeys(("ending with", "before"), ("until",)),
+}
+"""What of a line is compared with others."""
+
+
+MOST_AT_ONCE = 1 << 18
+"""Pairs of lines that are joined before the search is told that it goes on."""
+
+
+class Standing(NamedTuple):
+    """Where lines stand: one each of those that are compared alike.
+
+    Attributes
+    ----------
+    here : Spans
+        Those.
+    place : ndarray
+        (N,) int64: by way, which of them; -1: none.
+    margins : Margins
+        How near others must lie.
+    """
+
+    here: Spans
+    place: IntArray
+    margins: Margins
+
+    def at(self, some: IntArray) -> Standing:
+        """Return where some ways stand."""
+        if len(some) == len(self.place):
+            return self
+        used, place = np.unique(self.place[some], return_inverse=True)
+        missing = int(len(used) > 0 and used[0] < 0)
+        return Standing(self.here.at(used[missing:]), place - missing, self.margins)
+
+
+class Joiner:
+    """Finds what stands beside lines.
+
+    Parameters
+    ----------
+    context : Context
+        Where, and what is asked.
+    program : Program
+        The leading line.
+    """
+
+    def __init__(self, context: Context, program: Program) -> None:
+        beside_it = program.whole.companions
+        self._standing = {companion: standing(program, companion) for companion in beside_it}
+        self._context, self._batch = context, context.batch
+        self._found: dict[tuple[Program, str | None], Others] = {}
+        self._last: dict[Program, Others] = {}
+        self._alone: dict[tuple[Program, ...], tuple[Others, int]] = {}
+        self._matches = matches.nothing(0)
+
+    def close(self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
+        """Return the ways in which a group can close.
+
+        Parameters
+        ----------
+        group : Group
+            Any.
+        lines : Spans
+            Of its own line, as far as it has come.
+        hulls : Hulls
+            One for each of those.
+        whole : bool
+            Whether it is all of a leading line.
+        """
+        needed = [it for it in group.companions if it.relation not in FORBIDDEN]
+        for companion in needed if len(needed) > 1 else ():
+            if len(hulls.line):
+                hulls = self._accompanied(companion, lines, hulls)
+        for companion in needed:
+            if len(hulls.line):
+                self._context.tick()
+                hulls = self._with(companion, lines, hulls, whole=whole)
+        for companion in group.companions:
+            if companion.relation in FORBIDDEN and self._programs(companion) and len(hulls.line):
+                self._context.tick()
+                hulls = self._without(companion, lines, hulls, whole=whole)
+        return hulls
+
+    def still_unmet(self, unmet: IntArray, had: Claims) -> IntArray:
+        """Return what is still unmet of what ways have to take, (M, N)."""
+        if not unmet.size:
+            return unmet[:0]
+        left, (column, way) = unmet.copy(), np.nonzero(unmet < FAR)
+        forgiven = self._context.forgiving(had).at(way)
+        paid = ~self._matches.at(unmet[column, way]).apart(forgiven)
+        left[column[paid], way[paid]] = FAR
+        left = np.sort(left, axis=0)
+        return left[: int((left < FAR).any(axis=1).sum())]
+
+    def others(self, program: Program, companion: Companion) -> Others:
+        """Return the ways of a line that stands beside another, as far as they matter."""
+        end = enough_beside(program, companion)
+        if (program, end) not in self._found:
+            found = self._from_outside(program, self._walk(program, end))
+            if not program.open_ended:
+                found = found.at(distinct(found.keys(), len(found))[0])
+            self._found[program, end] = found
+        return self._found[program, end]
+
+    def _walk(self, program: Program, enough: str | None) -> Walk:
+        return Walk(self._context, program, tracked=program.open_ended, enough=enough)
+
+    def _programs(self, companion: Companion) -> tuple[Program, ...]:
+        """Return the lines, one a side, that can be what is asked for beside another."""
+        return self._standing.get(companion, companion.programs)
+
+    def _beside(self, program: Program, companion: Companion) -> Others:
+        """Return the ways of a line that may stand beside another.
+
+        Of one that runs on as long as it can the longest will do, if those that are shorter stand
+        only where it does, too.
+        """
+        others = self.others(program, companion)
+        if others.nodes and others.free and companion.relation in LONGER_BESIDE:
+            if program not in self._last:
+                self._last[program] = others.last()
+            return self._last[program]
+        return others
+
+    def _from_outside(self, program: Program, walk: Walk) -> Others:
+        """Return ways of a line as others see them."""
+        found = walk.found()
+        lines = Spans(
+            *(found.capture, found.start, found.until, found.low, found.high, found.alone)
+        )
+        memory, clauses = found.memory, self._context.clauses
+        unmet = self.still_unmet(memory.unmet, memory.claims)
+        had = memory.claims if program in self._context.outside else matches.nothing(len(memory))
+        seen = memory.columns[len(memory.columns) - len(clauses.columns) :]
+        nodes = walk.nodes if program.open_ended else None
+        ends = self._context.joins.ended(walk, len(memory))
+        others = Others(lines, had, unmet, seen, found.node, ends, nodes)
+        conditions = [it for it in clauses.conditions if it not in clauses.of_all]
+        return others.at(self._context.met_where_known(conditions, found.capture, seen))
+
+    def _margins(self, companion: Companion) -> Margins:
+        none = np.zeros(len(self._batch), np.int64)
+        if companion.within:
+            least, most = self._batch.bounds(companion.within)
+            return Margins(least, most, self._context.slack)
+        if companion.relation in ("after", "before"):
+            return Margins(none, none + (FAR >> 1), self._context.slack)
+        return Margins(none, none - 1, self._context.slack)
+
+    def _with(self, companion: Companion, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
+        """Return the ways to which a line comes that must be there."""
+        relation = companion.relation
+        wanted = np.zeros(len(lines), bool)
+        wanted[hulls.line] = True
+        pieces = [hulls.at(np.zeros(0, np.int64))]
+        for alone in (False, True):
+            own = np.flatnonzero(wanted & (lines.alone == alone))
+            if not len(own) or (alone and relation in ("after", "before")):
+                continue
+            # ways differ, where they stand hardly does
+            compared = _COMPARED.get(relation, _BOTH)
+            keys = [getattr(lines, it)[own] for it in ("capture", *compared)]
+            once, alike = distinct(keys, len(own))
+            stands = np.full(len(lines), -1)
+            stands[own] = alike
+            here = lines.at(own[once])  # those that stand alike have hulls of their own
+            here.high = np.zeros(len(here), np.int64)
+            here.low = here.start if "start" in compared else here.high + FAR - 1
+            line = Standing(here, stands[hulls.line], self._margins(companion))
+            for program in self._programs(companion):
+                others = self._beside(program, companion)
+                if not alone:
+                    others = others.at(np.flatnonzero(~others.lines.alone))
+                join = self._with_free if others.free else self._with_each
+                for some in _pieces(relation, line, others):
+                    joined = join(relation, line.at(some), hulls.at(some), others, whole=whole)
+                    answered = self._context.tried(lines.capture[joined.line])
+                    if answered is not None:
+                        joined = joined.at(np.flatnonzero(answered))
+                    pieces.append(joined if len(some) == len(line.place) else self._reduced(joined))
+                    self._context.tick()
+        return self._reduced(_all_hulls(pieces))
+
+    def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:
+        """Return the ways that have a line beside them at all, whatever it takes."""
+        found = np.zeros(len(lines), bool)
+        for program in self._programs(companion):
+            others = self._beside(program, companion).lines
+            for alone in (False, True):
+                own = np.flatnonzero(lines.alone == alone)
+                some = others if alone else others.at(~others.alone)
+                margins = self._margins(companion)
+                found[own] |= relations.holds(
+                    companion.relation, lines.at(own), relations.Others(some), margins
+                )
+        return hulls.at(np.flatnonzero(found[hulls.line]))
+
+    def _with_each(
+        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
+    ) -> Hulls:
+        """Return ways with each of the others that can stand beside them."""
+        place, other = paired(relation, line.here, others.lines, line.margins)
+        way, place = relations.matched(line.place, place)
+        other = other[place]
+        fits = hulls.claims.at(way).apart(others.claims.at(other))
+        way, other = way[fits], other[fits]
+        seen = np.maximum(hulls.seen[:, way], others.seen[:, other])
+        if whole or not others.nodes:
+            clauses = self._context.clauses
+            conditions = [it for it in clauses.conditions if it not in clauses.of_all]
+            capture = others.lines.capture[other]
+            kept = self._context.met_where_known(conditions, capture, seen)
+            way, other, seen = way[kept], other[kept], seen[:, kept]
+        if others.nodes:
+            kept = np.flatnonzero(~others.nodes.behind(way, others.node[other]))
+            way, other, seen = way[kept], other[kept], seen[:, kept]
+        low, high = hulls.low[way], hulls.high[way]
+        if relation not in NO_FRAMES:
+            low = np.minimum(low, others.lines.low[other])
+            high = np.maximum(high, others.lines.high[other])
+        had = hulls.claims.at(way).with_those(others.claims.at(other))
+        unmet = sets_together(hulls.unmet[:, way], others.unmet[:, other])
+        link = self._context.joins.add(hulls.link[way], others.end[other])
+        return Hulls(hulls.line[way], low, high, had, unmet, seen, link)
+
+    def _with_free(
+        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
+    ) -> Hulls:
+        """Return ways with others that remember nothing: once for each place where lines stand."""
+        of_frames = self._context.clauses.of_frames
+        if not others.nodes and relation in NO_FRAMES:
+            held = relations.holds(
+                relation, line.here, relations.Others(others.lines), line.margins
+            )
+            return hulls.at(np.flatnonzero(np.append(held, False)[line.place]))
+        if not others.nodes and not of_frames:
+            place, low, high = relations.hulls(
+                relation, line.here, relations.Others(others.lines), line.margins
+            )
+        else:
+            place, other = paired(relation, line.here, others.lines, line.margins)
+            if others.nodes:
+                kept = ~others.nodes.behind(place, others.node[other])
+                place, other = place[kept], other[kept]
+            if relation in NO_FRAMES:
+                return hulls.at(np.flatnonzero(np.isin(line.place, place)))
+            low, high = others.lines.low[other], others.lines.high[other]
+            if not of_frames:
+                place, low, high = smallest(place, low, high)
+        way, which = relations.matched(line.place, place)
+        joined = hulls.at(way)
+        joined.low = np.minimum(joined.low, low[which])
+        joined.high = np.maximum(joined.high, high[which])
+        return joined
+
+    def _reduced(self, hulls: Hulls) -> Hulls:
+        """Return ways without those that others are better than: no larger, and alike else."""
+        keys = [hulls.line, *hulls.claims.first, *hulls.claims.last, *hulls.unmet, *hulls.seen]
+        if self._context.clauses.of_frames:
+            chosen, _ = distinct([*keys, hulls.low, hulls.high], len(hulls.line))
+            return hulls.at(np.sort(chosen))
+        _, which = distinct(keys, len(hulls.line))
+        order = np.lexsort((-hulls.low, hulls.high, which))
+        reach = (which * FAR + hulls.low)[order]
+        kept = starts_of(which[order])
+        kept[1:] |= reach[1:] > np.maximum.accumulate(reach)[:-1]
+        return hulls.at(np.sort(order[kept]))
+
+    def _without(self, companion: Companion, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
+        """Return the ways in which nothing happens that must not, with what they owe for that.
+
+        All of a leading line owes nothing: no more is used that could still forgive a match.
+        """
+        others, base = self._forbidden(companion)
+        capture, alone = lines.capture[hulls.line], lines.alone[hulls.line]
+        low, high = hulls.low, np.maximum(hulls.high, lines.until[hulls.line])
+        here = Spans(capture, low, high, low, high, alone)
+        margins, free = self._margins(companion), others.claims.none
+        disturbed = np.zeros(len(here), bool)
+        forgiven = self._context.forgiving(hulls.claims)
+        owing: list[IntArray] = []
+        for still in (False, True):
+            own = np.flatnonzero(alone == still)
+            fits = np.ones(len(others), bool) if still else ~others.lines.alone
+            some = others.lines.at(np.flatnonzero(fits & free))
+            if companion.relation == "never":
+                disturbed[own] |= np.isin(capture[own], some.capture)
+            else:
+                disturbed[own] |= relations.holds(
+                    "without", here.at(own), relations.Others(some), margins
+                )
+            unmet = np.flatnonzero(fits & ~free)
+            matches = others.lines.at(unmet)
+            if whole and not still:
+                told = here.at(own), forgiven.at(own), matches, others.claims.at(unmet), margins
+                disturbed[own] |= unforgiven(companion.relation, *told)
+                continue
+            hull, other = paired(companion.relation, here.at(own), matches, margins)
+            hull, other = own[hull], unmet[other]
+            apart = forgiven.at(hull).apart(others.claims.at(other))
+            if whole:
+                disturbed[hull[apart]] = True
+            else:
+                owing.append(np.stack((hull[apart], other[apart] + base)))
+        if owing:
+            pairs = np.concatenate(owing, axis=1)
+            hulls.unmet = sets_together(hulls.unmet, by_line(pairs, len(here)))
+        return hulls.at(np.flatnonzero(~disturbed))
+
+    def _forbidden(self, companion: Companion) -> tuple[Others, int]:
+        """Return the matches of a line that must not happen, and where their numbers begin."""
+        programs = self._programs(companion)
+        if programs not in self._alone:
+            others = gathered([self.others(program, companion) for program in programs])
+            others = others.at(np.flatnonzero((others.unmet >= FAR).all(axis=0)))
+            lines = others.lines
+            keys = [lines.capture, lines.start, lines.until, lines.alone.astype(np.int64)]
+            keys += [*others.claims.first, *others.claims.last]
+            others = others.at(distinct(keys, len(others))[0])
+            self._alone[programs] = others, len(self._matches)
+            self._matches = matches.beside_each_other([self._matches, others.claims])
+        return self._alone[programs]
+
+
+def _pieces(relation: str, line: Standing, others: Others) -> Iterator[IntArray]:
+    """Yield ways, so many at once that the pairs of them and others keep within the budget."""
+    most, every = min(budget.rows(4 * PAIR), MOST_AT_ONCE), np.arange(len(line.place))
+    few = len(every) * len(others) <= most
+    if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
+        yield every
+        return
+    many = relations.many(relation, line.here, relations.Others(others.lines), line.margins)
+    pairs = np.cumsum(np.append(many, 0)[line.place])
+    yield from np.split(every, np.flatnonzero(starts_of(pairs // most))[1:])
+
+
+def _all_hulls(tables: list[Hulls]) -> Hulls:
+    """Return the ways of several tables, in order of their lines."""
+    line, low, high = (
+        np.concatenate([getattr(it, name) for it in tables]) for name in ("line", "low", "high")
+    )
+    had = matches.beside_each_other([it.claims for it in tables])
+    unmet = filled([it.unmet for it in tables])
+    seen = np.concatenate([it.seen for it in tables], axis=1)
+    link = np.concatenate([it.link for it in tables])
+    hulls = Hulls(line, low, high, had, unmet, seen, link)
+    return hulls.at(np.argsort(hulls.line, kind="stable"))

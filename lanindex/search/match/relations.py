@@ -1,0 +1,332 @@
+"""Lines side by side: how tables of lines stand to each other, for all captures at once.
+
+Each other line is compared with the first, its first start to its last end; so all that matters of
+it is where it begins and ends, and where the hull of it and of what stands beside it does. Which
+of all ways is best, without trying them: the hull that ends first, and of those the one that begins
+last.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from lanindex.search.match.arrays import (
+    FAR,
+    BoolArray,
+    IntArray,
+    in_order,
+    smallest_in,
+    spread,
+    starts_of,
+)
+
+FORBIDDEN = ("without", "never")
+"""Relations of what must not happen."""
+
+NO_FRAMES = ("during", "after", "before")
+"""Relations of lines that add no frames to the hit."""
+
+
+@dataclass(slots=True, eq=False)
+class Spans:
+    """Lines that were found: their frames, and the frames of all beside them too.
+
+    Attributes
+    ----------
+    capture, start, until, low, high : ndarray
+        (N,) int64.
+    alone : ndarray
+        (N,) bool: whether it is no more than a starting position.
+    """
+
+    capture: IntArray
+    start: IntArray
+    until: IntArray
+    low: IntArray
+    high: IntArray
+    alone: BoolArray
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.capture)
+
+    def at(self, chosen: IntArray | BoolArray) -> Spans:
+        """Return some of them."""
+        return Spans(*(getattr(self, name)[chosen] for name in _FIELDS))
+
+    @property
+    def plain(self) -> bool:
+        """Whether nothing beside them adds frames."""
+        return bool(((self.low == self.start) & (self.high == self.until)).all())
+
+
+_FIELDS = ("capture", "start", "until", "low", "high", "alone")
+
+
+def gathered(tables: list[Spans]) -> Spans:
+    """Return the lines of several tables as one."""
+    capture, start, until, low, high, alone = (
+        np.concatenate([getattr(it, name) for it in tables]) for name in _FIELDS
+    )
+    return Spans(capture, start, until, low, high, alone)
+
+
+class Others:
+    """Lines that others stand beside, in order of capture, start and end.
+
+    Parameters
+    ----------
+    lines : Spans
+        In any order.
+
+    Attributes
+    ----------
+    lines : Spans
+        In order.
+    order : ndarray
+        (N,) int64: where each of them stood.
+    starts : ndarray
+        (N,) int64, growing: capture and start as one number.
+    """
+
+    def __init__(self, lines: Spans) -> None:
+        starts = lines.capture * FAR + lines.start
+        self.order = np.arange(len(lines))
+        same = starts[1:] == starts[:-1]
+        if not ((starts[1:] > starts[:-1]) | same & (lines.until[1:] >= lines.until[:-1])).all():
+            self.order = np.lexsort((lines.until, starts))
+            lines, starts = lines.at(self.order), starts[self.order]
+        self.lines, self.starts = lines, starts
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.lines)
+
+    @cached_property
+    def latest(self) -> IntArray:
+        """The latest end of each and all before it, with the capture as one number, growing."""
+        latest: IntArray = np.maximum.accumulate(self.lines.capture * FAR + self.lines.until)
+        return latest
+
+    @cached_property
+    def by_end(self) -> IntArray:
+        """The places of the lines in order of their ends."""
+        return np.argsort(self.lines.capture * FAR + self.lines.until, kind="stable")
+
+    @cached_property
+    def ends(self) -> IntArray:
+        """Capture and end as one number, growing."""
+        ends: IntArray = (self.lines.capture * FAR + self.lines.until)[self.by_end]
+        return ends
+
+    @cached_property
+    def heads(self) -> IntArray:
+        """Where lines begin that start together, and how many there are of all."""
+        return np.append(np.flatnonzero(starts_of(self.starts)), len(self))
+
+
+@dataclass(slots=True, eq=False)
+class Margins:
+    """How far apart lines may lie, by capture.
+
+    Attributes
+    ----------
+    least, most : ndarray
+        (captures,) int64 frames that may lie between two lines.
+    slack : ndarray
+        (captures,) int64 frames by which edges may differ that should agree.
+    """
+
+    least: IntArray
+    most: IntArray
+    slack: IntArray
+
+
+class Limits(NamedTuple):
+    """Between which frames another line has to begin and to end, both included; (N,) each."""
+
+    begin_first: IntArray
+    begin_last: IntArray
+    end_first: IntArray
+    end_last: IntArray
+
+    def at(self, chosen: IntArray | BoolArray) -> Limits:
+        """Return those of some lines."""
+        return Limits(*(it[chosen] for it in self))
+
+
+def limits(relation: str, lines: Spans, margins: Margins) -> Limits:
+    """Return within which limits another line stands in a relation to each."""
+    start, until = lines.start, lines.until
+    first, last = np.zeros(len(lines), np.int64), np.full(len(lines), FAR - 1)
+    found = {"begin_first": first, "begin_last": last, "end_first": first, "end_last": last}
+    least, most, slack = (it[lines.capture] for it in (margins.least, margins.most, margins.slack))
+    least = np.maximum(least, 0)
+    if relation in ("with", "without"):
+        found |= {"begin_last": until + most, "end_first": start - most}
+    elif relation == "during":
+        found |= {"begin_last": start, "end_first": until}
+    elif relation == "after":
+        found |= {"end_first": start - most, "end_last": start - least}
+    elif relation == "before":
+        found |= {"begin_first": until + least, "begin_last": until + most}
+    if relation in ("starting with", "exactly with"):
+        found |= {"begin_first": start - slack, "begin_last": start + slack}
+    if relation in ("ending with", "exactly with"):
+        found |= {"end_first": until - slack, "end_last": until + slack}
+    return Limits(
+        np.maximum(found["begin_first"], 0),
+        np.minimum(found["begin_last"], FAR - 1),
+        np.maximum(found["end_first"], 0),
+        found["end_last"],
+    )
+
+
+def holds(relation: str, lines: Spans, others: Others, margins: Margins) -> BoolArray:
+    """Tell which lines have another one that stands in a relation to them.
+
+    Of those that lie exactly with them only the beginnings are compared.
+    """
+    if not len(others):
+        return np.zeros(len(lines), bool)
+    base, limit = lines.capture * FAR, limits(relation, lines, margins)
+    if relation in ("after", "ending with"):
+        return _some(others.ends, base + limit.end_first, base + limit.end_last)
+    if relation in ("before", "starting with", "exactly with"):
+        return _some(others.starts, base + limit.begin_first, base + limit.begin_last)
+    place = np.searchsorted(others.starts, base + limit.begin_last, "right") - 1
+    held: BoolArray = (place >= 0) & (others.latest[place] >= base + limit.end_first)
+    return held
+
+
+def _some(keys: IntArray, first: IntArray, last: IntArray) -> BoolArray:
+    some: BoolArray = np.searchsorted(keys, first) < np.searchsorted(keys, last, "right")
+    return some
+
+
+def many(relation: str, lines: Spans, others: Others, margins: Margins) -> IntArray:
+    """Return how many others `pairs` looks at for each line, (N,) int64."""
+    base, limit = lines.capture * FAR, limits(relation, lines, margins)
+    if relation in ("after", "ending with"):
+        first = np.searchsorted(others.ends, base + limit.end_first)
+        last = np.searchsorted(others.ends, base + limit.end_last, "right")
+    else:
+        first = np.searchsorted(others.starts, base + limit.begin_first)
+        first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
+        last = np.searchsorted(others.starts, base + limit.begin_last, "right")
+    found: IntArray = np.maximum(last - first, 0)
+    return found
+
+
+def pairs(
+    relation: str, lines: Spans, others: Others, margins: Margins
+) -> tuple[IntArray, IntArray]:
+    """Return all pairs of a line and another one that stands beside it."""
+    base, limit = lines.capture * FAR, limits(relation, lines, margins)
+    if relation in ("after", "ending with"):
+        first = np.searchsorted(others.ends, base + limit.end_first)
+        line, place = spread(first, np.searchsorted(others.ends, base + limit.end_last, "right"))
+        return line, others.by_end[place]
+    first = np.searchsorted(others.starts, base + limit.begin_first)
+    first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
+    line, other = spread(first, np.searchsorted(others.starts, base + limit.begin_last, "right"))
+    until = others.lines.until[other]
+    fits = (limit.end_first[line] <= until) & (until <= limit.end_last[line])
+    return line[fits], other[fits]
+
+
+def hulls(
+    relation: str, lines: Spans, others: Others, margins: Margins
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the hulls of each line and another one beside it, but for those that hold another.
+
+    Returns
+    -------
+    tuple of ndarray
+        Which line, growing, and low and high.
+    """
+    if relation == "with":
+        return _sharing_hulls(lines, others, limits(relation, lines, margins))
+    line, other = pairs(relation, lines, others, margins)
+    low = np.minimum(lines.low[line], others.lines.low[other])
+    return smallest(line, low, np.maximum(lines.high[line], others.lines.high[other]))
+
+
+def _sharing_hulls(
+    lines: Spans, others: Others, limit: Limits
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the same as `hulls` of lines that share a frame with others, or lie near enough.
+
+    Of those that begin no sooner only the first to end counts, and of those that began before only
+    such as end before that one does.
+    """
+    base, until = lines.capture * FAR, others.lines.until
+    soonest, settled = lines.high, np.zeros(len(lines), bool)
+    if others.lines.plain:
+        first = np.searchsorted(others.latest, base + limit.end_first)
+        own = np.searchsorted(others.starts, base + lines.low)
+        behind = np.searchsorted(others.starts, base + limit.begin_last, "right")
+        soonest = np.maximum(smallest_in(until, own, behind, FAR), lines.high)
+        before = smallest_in(until, np.minimum(first, own), own, FAR)
+        settled = (soonest < FAR) & ((soonest == lines.high) | (before >= soonest))
+    left, done = np.flatnonzero(~settled), np.flatnonzero(settled)
+    line, other = _sharing(lines.at(left), others, limit.at(left))
+    line = left[line]
+    low = np.minimum(lines.low[line], others.lines.low[other])
+    high = np.maximum(lines.high[line], others.lines.high[other])
+    line, low, high = smallest(line, low, high)
+    line = np.concatenate((line, done))
+    order = np.argsort(line, kind="stable")
+    low, high = np.append(low, lines.low[done]), np.append(high, soonest[done])
+    return line[order], low[order], high[order]
+
+
+def _sharing(lines: Spans, others: Others, limit: Limits) -> tuple[IntArray, IntArray]:
+    """Return pairs that share a frame, or lie near enough.
+
+    Of others that begin together and have nothing beside them only the first that ends late enough.
+    """
+    base, heads, until = lines.capture * FAR, others.heads, others.lines.until
+    keys = others.starts[heads[:-1]]
+    first = np.searchsorted(others.latest[heads[1:] - 1], base + limit.end_first)
+    line, head = spread(first, np.searchsorted(keys, base + limit.begin_last, "right"))
+    place = _first_from(until, heads[head], heads[head + 1], limit.end_first[line])
+    if others.lines.plain:
+        fits = place < heads[head + 1]
+        return line[fits], place[fits]
+    pair, place = spread(place, heads[head + 1])
+    return line[pair], place
+
+
+def _first_from(values: IntArray, low: IntArray, high: IntArray, least: IntArray) -> IntArray:
+    """Return the first place in each range of growing values that holds at least so much."""
+    low, high = low.copy(), high.copy()
+    while (low < high).any():
+        middle = (low + high) >> 1
+        enough = values[np.minimum(middle, len(values) - 1)] >= least
+        open_still = low < high
+        high = np.where(open_still & enough, middle, high)
+        low = np.where(open_still & ~enough, middle + 1, low)
+    return low
+
+
+def matched(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
+    """Return all pairs of places of equal numbers in two lists, of which the second is in order."""
+    first = np.searchsorted(other, one)
+    return spread(first, np.searchsorted(other, one, "right"))
+
+
+def smallest(line: IntArray, low: IntArray, high: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the hulls of each line that hold no other one of its own, in order of the lines."""
+    if (line[1:] > line[:-1]).all():
+        return line, low, high
+    order = in_order((line, high, -low))
+    line, low, high = line[order], low[order], high[order]
+    best = np.maximum.accumulate(line * FAR + low)
+    kept = np.ones(len(line), bool)
+    kept[1:] = (line[1:] * FAR + low[1:]) > best[:-1]
+    return line[kept], low[kept], high[kept]

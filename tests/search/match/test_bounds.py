@@ -1,0 +1,173 @@
+"""Too much at once, time that runs out, and hits that are looked at when all has changed."""
+
+from fractions import Fraction
+from random import Random
+
+import pytest
+from dances import BOW
+from fast_search import find_fast, told
+from grammar_patterns import random_pattern
+from plain_matcher import find
+from query_cases import recordings_of
+from random_library import DIRECTIONS, PARTS, random_library
+
+from lanindex.errors import LanindexError
+from lanindex.pipeline import open_library
+from lanindex.pipeline.patience import Patience
+from lanindex.search.conditions import holds
+from lanindex.search.language import parse
+from lanindex.search.language.times import Time
+from lanindex.search.match import arrays, budget, leading, walk
+from lanindex.search.match.finder import NARROWER
+
+
+def patience(seconds: float):
+    """Return what breaks a search off in time."""
+    return Patience(lambda *told: None, seconds, remedy=NARROWER).of("captures")
+
+
+def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):
+    most = {arrays.PAIR: 6, walk.WAY: 3}
+    monkeypatch.setattr(budget, "rows", lambda size: most.get(size, 9))
+    refused = 0
+    for seed in range(100):
+        random = Random(seed)
+        text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
+        recordings, query = random_library(random), parse(text)
+        try:
+            found = told(find_fast(query, recordings))
+        except LanindexError:
+            refused += 1
+        else:
+            assert found == told(find(query, recordings)), text
+    assert 0 < refused < 50
+
+
+def test_a_search_gives_up_in_time():
+    recordings = [
+        (it.capture, it.tracks) for it in recordings_of("fps 10 frames 9; head: place low 0 0")
+    ]
+    for pattern in ("head low ... high", "head low -> high rhythm 1:2"):
+        with pytest.raises(LanindexError, match=r"longer than 0 s.*0 of 1 captures.*Bound"):
+            find_fast(parse(pattern), recordings, watch=patience(0))
+
+
+def test_a_search_gives_up_in_time_within_one_capture():
+    recordings, calls = [random_library(Random(2), captures=1, most=8)[0]], []
+
+    def watch(done, captures):
+        calls.append(done)
+        if len(calls) == 6:
+            raise KeyboardInterrupt
+
+    pattern = "r_arm any x1+ with l_arm any x1+ where match.length > 0s"
+    with pytest.raises(KeyboardInterrupt):
+        find_fast(parse(pattern), recordings, watch=watch)
+
+
+def test_the_best_hits_are_told_in_time_and_others_whenever():
+    recordings = [random_library(Random(2), captures=1, most=8)[0]]
+    query = parse("r_arm any x1+ with l_arm any x1+")
+    found = find_fast(query, recordings, watch=patience(1000), best=1)
+    assert found[0].fit == max(hit.fit for hit in find_fast(query, recordings))
+    searched = []
+
+    def watch(done, captures):
+        searched.append(done)
+
+    find_fast(query, recordings, watch=watch)
+    many = len(searched)
+
+    def impatient(done, captures):
+        searched.append(done)
+        if len(searched) > 2 * many:
+            raise KeyboardInterrupt
+
+    hits = find_fast(query, recordings, watch=impatient)
+    assert list(hits)
+    searched = searched[:many]
+    with pytest.raises(KeyboardInterrupt):
+        find_fast(query, recordings, watch=impatient, best=1)
+
+
+def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
+    monkeypatch.setattr(budget, "rows", lambda size: 10_000)  # else it grows with the fourth power
+    query = parse("a: (r_arm any x1+) with b: (l_arm any x1+) where a mirrors b")
+    recordings = [random_library(Random(9), captures=1, most=400)[0]]
+    hits = list(find_fast(query, recordings, overlaps="all"))
+    assert len(hits) > 40
+    assert all(holds(query.where[0], hit) for hit in hits)
+    assert max(len(hit.labels["a"]) for hit in hits) > 1
+
+
+def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
+    followed, once = [], walk.Walk.found
+
+    def found(self, begun=None, within=None):
+        ends = once(self, begun, within)
+        followed.append(len(ends.root))
+        return ends
+
+    monkeypatch.setattr(walk.Walk, "found", found)
+    query, ways = parse("r_arm place ... not mid x1..2 -> rising? with head"), {}
+    for most in (300, 1200):
+        followed.clear()
+        find_fast(query, [random_library(Random(1), captures=1, most=most)[0]])
+        ways[most] = sum(followed)
+    assert ways[300] > 500
+    assert ways[1200] < 8 * ways[300]  # else it grows with the square
+
+
+def test_what_is_looked_for_soon_at_first_is_found_as_plainly(monkeypatch):
+    monkeypatch.setattr(leading, "SOON", 2)
+    monkeypatch.setattr(leading, "Time", lambda number, unit: Time(number, "f"))
+    widened, once = [], leading.settled
+
+    def settled(batch, program, left, within, ways):
+        widened.append(within is not None)
+        return once(batch, program, left, within, ways)
+
+    monkeypatch.setattr(leading, "settled", settled)
+    for seed in range(120):
+        random = Random(seed)
+        text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})
+        recordings, query = random_library(random), parse(text)
+        for overlaps in ("all", "none"):
+            options = {"tolerance": Fraction(1, 5), "overlaps": overlaps}
+            found = told(find_fast(query, recordings, **options))
+            assert found == told(find(query, recordings, **options)), text
+    assert sum(widened) > 50
+
+
+@pytest.fixture
+def place(tmp_path):
+    (tmp_path / "bow.lnd").write_text(BOW)
+    with open_library(tmp_path / "l.db", create=True) as library:
+        library.ingest(tmp_path)
+    return tmp_path / "l.db"
+
+
+def test_hits_can_be_looked_at_once_the_library_is_closed(place):
+    with open_library(place) as library:
+        hits = library.search("r_arm forward")
+        shown = list(library.search("r_arm forward"))
+    assert shown
+    assert list(hits) == shown
+    assert hits.counts() == [(shown[0].capture, len(shown))]
+
+
+def test_hits_of_what_is_gone_or_others_are_refused(place):
+    with open_library(place) as library:
+        hits = library.search("r_arm forward")
+        (place.parent / "bow.lnd").write_text(BOW.replace("2.5", "2.25"))
+        library.ingest(place.parent)
+        with pytest.raises(LanindexError, match=r"gone, or others now.*Search again"):
+            list(hits)
+        library.remove("bow.lnd")
+        with pytest.raises(LanindexError, match=r"1 captures with hits are gone.*Search again"):
+            list(hits)
+
+
+def test_a_thousand_steps_in_a_row_come_to_an_end():
+    capture, tracks = random_library(Random(0))[0]
+    assert len(find_fast(parse("r_arm any x1000"), [(capture, tracks)])) == 0

@@ -1,0 +1,78 @@
+"""How lines side by side are joined, and which hits stay, against loops over all pairs."""
+
+import numpy as np
+import pytest
+
+from lanindex.search.match import hit_table, relations
+from lanindex.search.match.arrays import best_of_each, in_order
+from lanindex.search.match.relations import Margins, Others, Spans
+
+
+def lines(random, many: int, captures: int = 3) -> Spans:
+    start = random.integers(0, 30, many)
+    until = start + random.integers(1, 9, many)
+    return Spans(
+        *(random.integers(0, captures, many), start, until, start, until, np.zeros(many, bool))
+    )
+
+
+def innermost(one: Spans, other: Others, margins: Margins):
+    """Yield, pair by pair, the hulls of each line and another that hold no other such hull."""
+    line, beside_it = relations.pairs("with", one, other, margins)
+    low = np.minimum(one.low[line], other.lines.low[beside_it])
+    high = np.maximum(one.high[line], other.lines.high[beside_it])
+    hulls = {*zip(line.tolist(), low.tolist(), high.tolist(), strict=True)}
+    for place, begin, end in hulls:
+        inside = {(at, b, e) for at, b, e in hulls if at == place and b >= begin and e <= end}
+        if inside == {(place, begin, end)}:
+            yield place, begin, end
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_best_hulls_of_lines_that_share_frames(seed):
+    random = np.random.default_rng(seed)
+    one, other = lines(random, 25), Others(lines(random, int(random.integers(1, 30))))
+    none = np.zeros(3, np.int64)
+    margins = Margins(none, none + int(random.integers(-1, 4)), none)
+    found = relations.hulls("with", one, other, margins)
+    assert set(zip(*(it.tolist() for it in found), strict=True)) == set(
+        innermost(one, other, margins)
+    )
+    assert (np.diff(found[0]) >= 0).all()
+    named = set(found[0].tolist())
+    assert named == set(relations.pairs("with", one, other, margins)[0].tolist())
+    assert named == set(np.flatnonzero(relations.holds("with", one, other, margins)).tolist())
+
+
+@pytest.mark.parametrize("relation", ["during", "after", "before", "starting with", "ending with"])
+def test_lines_hold_another_one_where_there_is_a_pair(relation):
+    random = np.random.default_rng(len(relation))
+    for _ in range(20):
+        one, other = lines(random, 20), Others(lines(random, int(random.integers(1, 12))))
+        none = np.zeros(3, np.int64)
+        margins = Margins(none + random.integers(0, 3), none + random.integers(0, 9), none + 1)
+        paired = set(relations.pairs(relation, one, other, margins)[0].tolist())
+        assert set(np.flatnonzero(relations.holds(relation, one, other, margins))) == paired
+
+
+def test_hits_from_left():
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        found = lines(random, 30)
+        order = in_order((found.capture, found.start, found.until))
+        hits = [it[order] for it in (found.capture, found.start, found.until)]
+        kept, end = [], (-1, 0)
+        for capture, low, high in zip(*(it.tolist() for it in hits), strict=True):
+            kept.append((capture, low) >= end)
+            end = (capture, high) if kept[-1] else end
+        assert hit_table.from_left(*hits).tolist() == kept
+
+
+def test_rows_in_order_of_several_columns():
+    random = np.random.default_rng(7)
+    for most in (3, 1 << 20, 1 << 40):
+        columns = tuple(random.integers(-most, most, 200) for _ in range(3))
+        assert in_order(columns).tolist() == np.lexsort(columns[::-1]).tolist()
+    assert in_order((np.array([2, 1, 2, 1]),)).tolist() == [1, 3, 0, 2]
+    keys = (np.array([1, 0, 1, 0]),)
+    assert best_of_each(keys, (np.array([5, 2, 4, 2]),)).tolist() == [1, 2]

@@ -1,0 +1,64 @@
+"""Which captures are looked at closer."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from query_cases import recordings_of
+
+from lanindex.model.columns import columns_of, roster_of
+from lanindex.search.automaton import plan
+from lanindex.search.language import parse
+from lanindex.search.match import prefilter
+from lanindex.search.match.batch import Batch
+from lanindex.search.match.prefilter import Prefilter, unavoidable
+
+TRACKS = (
+    "capture one fps 10 frames 60; r_arm: place low 0 0, right mid 5 12; "
+    "capture two fps 10 frames 60; r_arm: place low 0 0, right mid 5 12, place high 20 30; "
+    "l_arm: place low 0 0, left high 4 9; "
+    "capture three fps 10 frames 60; l_arm: left high 0 0, place low 4 9"
+)
+
+
+@pytest.fixture(autouse=True)
+def to_the_last_capture(monkeypatch):
+    """The plain way looks at each capture, too, as the compiled one does."""
+    monkeypatch.setattr(prefilter, "FEW", 0)
+
+
+def possible(text: str) -> list[bool]:
+    recordings = list(recordings_of(TRACKS))
+    captures = [it.capture for it in recordings]
+    columns = {
+        part: columns_of(part, captures, [it.tracks.get(part) for it in recordings])
+        for part in ("r_arm", "l_arm")
+    }
+    batch = Batch(roster_of(captures), columns, np.arange(len(captures)), Fraction(1, 10))
+    return Prefilter(columns, batch).possible(plan(parse(text))).tolist()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("r_arm mid", [True, True, False]),
+        ("r_arm mid -> high", [False, True, False]),
+        ("r_arm mid -> high?", [True, True, False]),
+        ("r_arm mid -> (high or low)", [False, True, False]),
+        ("arm high", [False, True, True]),
+        ("arms high", [False, True, False]),
+        ("r_arm low with l_arm low", [False, True, False]),
+        ("l_arm low with head", [False, False, False]),
+        ("l_arm low without head", [False, True, True]),
+        ("r_arm low never r_arm high", [True, True, False]),
+        ("r_arm high or l_arm low", [False, True, True]),
+    ],
+)
+def test_captures_that_lack_what_no_way_goes_without_are_left_out(text, expected):
+    assert possible(text) == expected
+
+
+def test_what_may_be_left_out_is_avoidable():
+    (program,) = plan(parse("r_arm low -> mid? -> (high or low) -> forward x2..3"))
+    assert [state.number for state in unavoidable(program)] == [0, 4, 5]
+    assert np.all([state.members == ("r_arm",) for state in program.states])

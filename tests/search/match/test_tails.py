@@ -1,0 +1,121 @@
+"""What need not be remembered: ends that others are better than, lines that cannot be abreast."""
+
+from random import Random
+
+import numpy as np
+import pytest
+from fast_search import find_fast, told
+from plain_matcher import find
+from random_library import random_library
+
+from lanindex.search.automaton import plan
+from lanindex.search.language import parse
+from lanindex.search.match import budget, leading, walk
+from lanindex.search.match.arrays import FAR
+from lanindex.search.match.join import paired, standing, unforgiven
+from lanindex.search.match.matches import Claims, filled, one_each
+from lanindex.search.match.relations import Margins, Spans
+
+PATTERNS = [
+    # the end that comes first, and the one that comes last
+    "r_arm any ... any without head",
+    "r_arm any ... any before head any ... any",
+    "r_arm any ... any before[<1s] head",
+    "r_arm low ... any after head any ... any",
+    "r_arm any ... any after[<1s] head any ... any",
+    "r_arm any during head any ... any",
+    "r_arm at any starting with arm any ... any",
+    "r_arm any ... any starting with l_arm any never head high",
+    "r_arm via any -> any ... any without head",
+    "r_arm low without (l_arm any ... any with head)",
+    # what others could want
+    "arm low ... any without r_arm high -> end",
+    "r_arm at low ... any never arms",
+    "r_arm any without[0.5s] arm any -> any",
+    "r_arm any -> any without r_arm hold",
+    # runs on
+    "r_arm any x1+ with l_arm any x1+ with head any x1+",
+    "arm any x2+ with arm any x2+ never head high",
+    "r_arm any x2+ ... low x1+ with l_arm any",
+    "r_arm any with l_arm any x1+ without head any x1+",
+    # cannot be abreast
+    "arm any with arm any",
+    "arm any -> any during arm any x2+",
+    "arm any -> any without arm low",
+    "arm any -> any with[0.5s] arm low",
+    "arm any with head without arm low",
+]
+RUNNING = [
+    "r_arm low ... high without head",
+    "r_arm any ... any before head any ... any",
+    "r_arm any ... any never l_arm any ... any",
+    "r_arm any x1+ with l_arm any x1+",
+    "arm any x3+ with arm any x3+",
+    "arm low ... any without r_arm any -> end",
+]
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_what_is_left_out_is_never_better(pattern: str) -> None:
+    query, hits = parse(pattern), 0
+    for seed in range(30):
+        recordings = random_library(Random(seed))
+        found = find_fast(query, recordings, overlaps="all")
+        assert told(found) == told(find(query, recordings, overlaps="all")), seed
+        hits += len(found)
+    assert hits
+
+
+@pytest.mark.parametrize("pattern", RUNNING)
+def test_ways_are_no_more_than_a_few_times_the_rows(pattern: str, monkeypatch) -> None:
+    recordings = random_library(Random(7), captures=1, most=400)
+    rows = sum(len(track.symbols) for track in recordings[0][1].values())
+    assert rows > 500
+    monkeypatch.setattr(budget, "rows", lambda size: 2 * rows if size == walk.WAY else 1 << 25)
+    calls, best_of_all = [], leading._best_of_all
+    monkeypatch.setattr(
+        leading, "_best_of_all", lambda *given: calls.append(given) or best_of_all(*given)
+    )
+    find_fast(parse(pattern), recordings)
+    assert 0 < len(calls) <= len(plan(parse(pattern)))  # of too many ways, half is tried at a time
+
+
+def test_lines_of_one_part_are_abreast_only_where_they_can_be() -> None:
+    wanted = {
+        "r_arm high -> low with arm high": {"l_arm"},
+        "r_arm high during arm low x1+": {"l_arm"},
+        "r_arm high without arm": {"l_arm"},
+        "r_arm high with head without arm": {"r_arm", "l_arm"},
+        "r_arm high ... low with arm high": {"r_arm", "l_arm"},
+        "r_arm high with[1s] arm high": {"r_arm", "l_arm"},
+        "r_arm high with arm at high": {"r_arm", "l_arm"},
+    }
+    for pattern, parts in wanted.items():
+        (program,) = plan(parse(pattern))
+        found = standing(program, program.whole.companions[-1])
+        assert {line.states[0].members[0] for line in found} == parts, pattern
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_matches_are_counted_as_if_they_were_paired(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    (lines, forgiving), (matches, had) = (_lines(random, many) for many in (12, 30))
+    for relation, most in (("without", -1), ("without", 2), ("never", -1)):
+        margins = Margins(*(np.full(3, it) for it in (0, most, 0)))
+        line, match = paired(relation, lines, matches, margins)
+        wanted = np.zeros(len(lines), bool)
+        wanted[line[forgiving.at(line).apart(had.at(match))]] = True
+        found = unforgiven(relation, lines, forgiving, matches, had, margins)
+        assert found.tolist() == wanted.tolist()
+
+
+def _lines(random: np.random.Generator, many: int) -> tuple[Spans, Claims]:
+    start = random.integers(0, 20, many)
+    until = start + random.integers(1, 6, many)
+    frames = (random.integers(0, 3, many), start, until, start, until)
+    first = random.integers(0, 12, many)
+    some = random.random(many) < 0.7
+    one = one_each(np.where(some, first, FAR), np.where(some, first + 1, FAR))
+    other = first + random.integers(4, 9, many)
+    both = Claims(*(filled([one_each(other, other).first]) for _ in "ab"))
+    return Spans(*frames, np.zeros(many, bool)), one.with_those(both)
