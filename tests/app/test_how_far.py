@@ -13,11 +13,11 @@ from lanindex.pipeline import open_library
 AT_ONCE = "from lanindex.app import output; output.PATIENCE = -1; "
 MAIN = AT_ONCE + "from lanindex.app.cli import main; main()"
 BROKEN_OFF = """
-from lanindex.search import fast
+from lanindex.search import match
 def find(self, overlaps, watch, best, refused):
     watch(12, 1300)
     raise KeyboardInterrupt
-fast.Finder.find = find
+match.Finder.find = find
 from lanindex.app.cli import main; main()
 """
 

@@ -163,22 +163,6 @@ class Finder:
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
         self._fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
-        captures = [capture for capture, _ in self._fetched.values()]
-        for part, columns in self._columns.items():
-            tracks = [own.get(part) for _, own in self._fetched.values()]
-            now, before = columns_of(part, captures, tracks), columns.taken(np.array(places))
-            if not _alike(now, before):
-                ends = ((it, it + 1) for it in range(len(places)))
-                culprit = next(
-                    capture
-                    for capture, own in zip(captures, ends, strict=True)
-                    if not _alike(now.between(*own), before.between(*own))
-                )
-                raise LanindexError(
-                    f"the symbols of {part} are others than when it was searched",
-                    place=culprit.path,
-                    remedy="Search again.",
-                )
 
     def captures(self, places: Sequence[int]) -> list[Capture]:
         """Return captures by their places in the roster."""
@@ -407,12 +391,6 @@ def columns_in(
         if any(part in tracks for _, tracks in recordings)
     }
     return roster_of(captures), columns
-
-
-def _alike(now: Columns, before: Columns) -> bool:
-    """Return whether columns have the same symbols, as far as a hit depends on them."""
-    names = ("bounds", "cell", "margin", "start", "stop")
-    return all(np.array_equal(getattr(now, name), getattr(before, name)) for name in names)
 
 
 def _counted_alone(told: Told, capture: int, begins: Mapping[str, Sequence[int]]) -> Told:

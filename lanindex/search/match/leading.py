@@ -160,8 +160,6 @@ def remembering(
     number: int,
     program: Program,
     parts: list[tuple[str, ...]],
-    *,
-    passing_only: bool = False,
 ) -> list[HitTable]:
     """Return the answers of a program; their fits are not known.
 
@@ -175,8 +173,6 @@ def remembering(
         A leading line.
     parts : list of tuple of str
         Of `Finder`.
-    passing_only : bool
-        Whether only those are asked for that begin with a passing symbol.
 
     Raises
     ------
@@ -187,11 +183,7 @@ def remembering(
     joiner = context.joiner = Joiner(context, program)
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
-    begun = walk.roots()
-    if passing_only:
-        passing = (context.batch.events(program.states[it.state]) for it in program.entries)
-        begun = [fits & events.passing for fits, events in zip(begun, passing, strict=True)]
-    tables = _best_of_all(context, program, walk, joiner, begun)
+    tables = _best_of_all(context, program, walk, joiner, walk.roots())
     return [
         answers for found in tables for answers in _answers(context, number, program, parts, found)
     ]
