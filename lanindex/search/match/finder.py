@@ -240,7 +240,7 @@ class Finder:
             if len(answers) == 1:
                 raise refused(int(here[0]))
             return self._told_apart(answers, np.array_split(np.arange(len(answers)), 2))
-        alone = []
+        told = []
         for place, one in zip(places, found, strict=True):
             if one is None:
                 raise LanindexError(
@@ -248,8 +248,8 @@ class Finder:
                     place=self._fetched[int(here[place.capture])][0].path,
                     remedy="Please report this pattern.",
                 )
-            alone.append(_counted_alone(one, place.capture, begins))
-        return alone
+            told.append(one)
+        return told
 
     def _places(
         self, answers: HitTable, captures: IntArray
@@ -391,15 +391,3 @@ def columns_in(
         if any(part in tracks for _, tracks in recordings)
     }
     return roster_of(captures), columns
-
-
-def _counted_alone(told: Told, capture: int, begins: Mapping[str, Sequence[int]]) -> Told:
-    """Return a hit whose rows are counted in its own capture."""
-    lines = [
-        [
-            it._replace(rows=tuple((part, row - begins[part][capture]) for part, row in it.rows))
-            for it in line
-        ]
-        for line in told.lines
-    ]
-    return Told(told.cost, lines)

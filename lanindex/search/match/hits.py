@@ -36,11 +36,16 @@ class Told(NamedTuple):
 
 
 def took(batch: Batch, state: State, event: int) -> Matched:
-    """Return what a state took at one of its events."""
+    """Return what a state took at one of its events; rows are counted in their own capture."""
     events, rows = batch.events(state), []
+    capture = events.capture[event]
     for part, first, last in zip(state.members, events.first, events.last, strict=True):
-        begin, end, passing = int(first[event]), int(last[event]), batch.rows(part).passing
-        rows += [(part, it) for it in range(begin, end + 1) if begin == end or not passing[it]]
+        held = batch.rows(part)
+        begin, end, base = int(first[event]), int(last[event]), int(held.bounds[capture])
+        if begin == end:
+            rows.append((part, begin - base))
+        else:
+            rows += [(part, it - base) for it in range(begin, end + 1) if not held.passing[it]]
     return Matched(state, tuple(rows), int(events.start[event]), int(events.end[event]))
 
 
