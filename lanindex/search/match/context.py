@@ -286,19 +286,24 @@ class Context:
         _list_lines(program, lines)
         for (one, first), (other, second) in combinations_with_replacement(enumerate(lines), 2):
             again = [it for it in lines if it.again and it.holds(one) and it.holds(other)]
-            if (one != other or again) and self._compared(first.program, second.program):
+            if (one != other or again) and self._compared(first, second):
                 parting = [it for it in lines if it.holds(one) != it.holds(other)]
                 self.outside.update(it.program for it in (*parting, *again))
 
-    def _compared(self, one: Program, other: Program) -> bool:
+    def _compared(self, one: _Line, other: _Line) -> bool:
         """Tell whether two lines could want the same, and note at which states."""
         found = False
-        for first, second in product(_kinds(one), _kinds(other)):
-            if touching(first[0], second[0]):
-                self.contested.setdefault(one, set()).update(first[1])
-                self.contested.setdefault(other, set()).update(second[1])
-                self._rivals.setdefault(one, set()).add(other)
-                self._rivals.setdefault(other, set()).add(one)
+        one, other = sorted((one, other), key=lambda it: it.denied)
+        first, second = one.program, other.program
+        for (state, own), (beside, their) in product(_kinds(first), _kinds(second)):
+            manner = manner_of(beside)
+            # what must not happen does not count where a stay or a rest of the hit came by it
+            came_by_it = one.denied < other.denied and manner == MANNERS[0]
+            if (came_by_it or manner_of(state) == manner) and touching(state, beside):
+                self.contested.setdefault(first, set()).update(own)
+                self.contested.setdefault(second, set()).update(their)
+                self._rivals.setdefault(first, set()).add(second)
+                self._rivals.setdefault(second, set()).add(first)
                 found = True
         return found
 
@@ -451,11 +456,13 @@ def open_groups(program: Program) -> list[tuple[Group, ...]]:
 class _Line:
     """A line in the list of a program's lines: with where it stands, and all beside it behind it.
 
-    `again`: whether it stands beside a bracket that may come again without end.
+    `again`: whether it stands beside a bracket that may come again without end; `denied`: how many
+    negations it is in.
     """
 
     program: Program
     again: bool
+    denied: int
     first: int
     last: int
 
@@ -464,9 +471,11 @@ class _Line:
         return self.first <= place < self.last
 
 
-def _list_lines(program: Program, lines: list[_Line], *, again: bool = False) -> None:
+def _list_lines(
+    program: Program, lines: list[_Line], *, again: bool = False, denied: int = 0
+) -> None:
     """List a line and all beside it."""
-    own = _Line(program, again, len(lines), 0)
+    own = _Line(program, again, denied, len(lines), 0)
     lines.append(own)
     repeated = {
         group
@@ -478,9 +487,9 @@ def _list_lines(program: Program, lines: list[_Line], *, again: bool = False) ->
     }
     for group in (program.whole, *program.brackets):
         for companion in group.companions:
-            whole = group is program.whole
+            whole, deeper = group is program.whole, denied + (companion.relation in FORBIDDEN)
             for inner in standing(program, companion) if whole else companion.programs:
-                _list_lines(inner, lines, again=group in repeated)
+                _list_lines(inner, lines, again=group in repeated, denied=deeper)
     own.last = len(lines)
 
 
