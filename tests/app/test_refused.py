@@ -1,0 +1,59 @@
+"""Captures that are too rich for a pattern: named, and the others answered."""
+
+from pathlib import Path
+
+import pytest
+from sample import sample_score
+from typer.testing import CliRunner
+
+from lanindex.app.cli import app
+from lanindex.pipeline import open_library
+from lanindex.search.match import budget, context
+
+PATTERN = "r_arm any with a: l_arm any ... b: any where b.end - a.start > 0.1s"
+
+
+@pytest.fixture
+def db(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a library of seven captures that are too rich, between two that are not."""
+    monkeypatch.setattr(context, "MOST_TRIED", 1_000)
+    with open_library(tmp_path / "l.db", create=True) as library:
+        for name in ("a", *"234567", "z"):
+            score = sample_score(0, ("r_arm", "l_arm"), 6 if name in "az" else 60)
+            library.add(f"{name}.lnd", score, format="lnd", sha256=name)
+    return tmp_path / "l.db"
+
+
+def test_a_search_names_them_and_answers_the_others(db: Path) -> None:
+    done = CliRunner().invoke(app, ["search", PATTERN, "--db", str(db), "--json"])
+    assert done.exit_code == 2
+    told = done.stderr.splitlines()
+    assert [line.split(":")[0] for line in told[:5]] == [f"{it}.lnd" for it in "23456"]
+    assert "the pattern fits in too many ways. Put fewer" in told[0]
+    assert "1 more captures are too rich for this pattern" in told[5]
+    assert "a.lnd" in done.stdout
+    assert "z.lnd" in done.stdout
+
+
+def test_python_has_an_error_for_each(db: Path) -> None:
+    with open_library(db) as library:
+        hits = library.search(PATTERN)
+        assert [Path(it.path).name for it, _ in hits.counts()] == ["a.lnd", "z.lnd"]
+        assert len(library.refused) == 6
+        assert len(library.search("r_arm high")) > 0
+        assert len(library.refused) == 6
+
+
+def test_in_less_memory_the_same_hits_are_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(budget, "LEAST", 0)
+    with open_library(tmp_path / "l.db", create=True) as library:
+        for number in range(3):
+            score = sample_score(number, ("r_arm", "l_arm"), 60)
+            library.add(f"{number}.lnd", score, format="lnd", sha256=str(number))
+        found = [str(hit) for hit in library.search(PATTERN)]
+        assert [str(hit) for hit in library.search(PATTERN, memory=2)] == found != []
+    few = CliRunner().invoke(app, ["search", PATTERN, "--db", "l.db", "--memory", "1"])
+    assert few.exit_code == 2
+    assert "64" in few.stderr
