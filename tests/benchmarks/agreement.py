@@ -22,7 +22,6 @@ from lanindex.errors import LanindexError
 from lanindex.model import Hit
 from lanindex.search.language import parse
 from lanindex.search.match import finder as find_module
-from lanindex.search.match import prefilter
 
 
 def told(hit: Hit) -> tuple[object, ...]:
@@ -59,7 +58,6 @@ def set_up(case: int) -> None:
 def main(cases: int = 20_000, seed: int = 1) -> int:
     differing = too_many = 0
     begin = perf_counter()
-    prefilter.FEW = 0
     for case in range(seed, seed + cases):
         set_up(case)
         random = Random(case)

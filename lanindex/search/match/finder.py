@@ -18,7 +18,7 @@ from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.conditions import holds
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match import hit_table
+from lanindex.search.match import hit_table, prefilter
 from lanindex.search.match.arrays import IntArray
 from lanindex.search.match.batch import Batch, split
 from lanindex.search.match.budget import TooMuch, limited_to
@@ -28,7 +28,6 @@ from lanindex.search.match.hit_table import HitTable, best, joined, own_rows
 from lanindex.search.match.hits import Found, Told, labelled
 from lanindex.search.match.leading import answers_of, possible
 from lanindex.search.match.mirror_runs import repeats
-from lanindex.search.match.prefilter import Prefilter
 from lanindex.search.match.trace import Place, Tracer
 
 Recordings = Callable[
@@ -273,8 +272,7 @@ class Finder:
         every = np.arange(len(self._roster))
         if len(every) < MANY:
             return every
-        narrowing = Prefilter(self._columns, self._batch(every))
-        return np.flatnonzero(narrowing.possible(self._programs))
+        return np.flatnonzero(prefilter.possible(self._programs, self._columns, len(every)))
 
     def _batch(self, places: IntArray) -> Batch:
         """Return some captures as a batch."""

@@ -1,17 +1,13 @@
 """Which captures are looked at closer."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 from query_cases import recordings_of
 
-from lanindex.model.columns import columns_of, roster_of
+from lanindex.model.columns import columns_of
 from lanindex.search.automaton import plan
 from lanindex.search.language import parse
-from lanindex.search.match import prefilter
-from lanindex.search.match.batch import Batch
-from lanindex.search.match.prefilter import Prefilter, unavoidable
+from lanindex.search.match.prefilter import possible, unavoidable
 
 TRACKS = (
     "capture one fps 10 frames 60; r_arm: place low 0 0, right mid 5 12; "
@@ -21,21 +17,14 @@ TRACKS = (
 )
 
 
-@pytest.fixture(autouse=True)
-def to_the_last_capture(monkeypatch):
-    """The plain way looks at each capture, too, as the compiled one does."""
-    monkeypatch.setattr(prefilter, "FEW", 0)
-
-
-def possible(text: str) -> list[bool]:
+def may_match(text: str) -> list[bool]:
     recordings = list(recordings_of(TRACKS))
     captures = [it.capture for it in recordings]
     columns = {
         part: columns_of(part, captures, [it.tracks.get(part) for it in recordings])
         for part in ("r_arm", "l_arm")
     }
-    batch = Batch(roster_of(captures), columns, np.arange(len(captures)), Fraction(1, 10))
-    return Prefilter(columns, batch).possible(plan(parse(text))).tolist()
+    return possible(plan(parse(text)), columns, len(captures)).tolist()
 
 
 @pytest.mark.parametrize(
@@ -55,7 +44,7 @@ def possible(text: str) -> list[bool]:
     ],
 )
 def test_captures_that_lack_what_no_way_goes_without_are_left_out(text, expected):
-    assert possible(text) == expected
+    assert may_match(text) == expected
 
 
 def test_what_may_be_left_out_is_avoidable():
