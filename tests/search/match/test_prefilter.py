@@ -33,7 +33,7 @@ def may_match(text: str) -> list[bool]:
         ("r_arm mid", [True, True, False]),
         ("r_arm mid -> high", [False, True, False]),
         ("r_arm mid -> high?", [True, True, False]),
-        ("r_arm mid -> (high or low)", [False, True, False]),
+        ("r_arm mid -> (high or low)", [True, True, False]),
         ("arm high", [False, True, True]),
         ("arms high", [False, True, False]),
         ("r_arm low with l_arm low", [False, True, False]),
