@@ -11,8 +11,7 @@ from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
 from lanindex.pipeline.how import How
-from lanindex.search.explain.advice import SECONDS, Advice, Found, LeftOut, advise
-from lanindex.search.explain.budget import Budget
+from lanindex.search.explain.advice import SECONDS, Advice, Budget, Found, LeftOut, advise
 from lanindex.search.fields import measures_in
 from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse

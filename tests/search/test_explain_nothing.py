@@ -12,12 +12,9 @@ from plain_matcher import find
 from query_cases import recordings_of
 
 from lanindex.errors import PatternError
-from lanindex.search.explain.advice import Advice, LeftOut, Suggestion, advise
-from lanindex.search.explain.budget import Budget
-from lanindex.search.explain.conditions import conditions
-from lanindex.search.explain.edits import edited
-from lanindex.search.explain.measure import nearest
-from lanindex.search.explain.tree import everywhere, places
+from lanindex.search.explain.advice import Advice, Budget, LeftOut, Suggestion, advise
+from lanindex.search.explain.changes import conditions, edited, everywhere, places
+from lanindex.search.explain.limits import nearest
 from lanindex.search.language import parse
 from lanindex.search.language.query import Repeat, Skips
 from lanindex.search.language.times import Clock, Length, Time

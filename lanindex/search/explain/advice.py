@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
+from math import inf
+from time import monotonic, process_time
 
-from lanindex.search.explain.budget import Budget
-from lanindex.search.explain.conditions import Condition, Limit, conditions
-from lanindex.search.explain.edits import edited
-from lanindex.search.explain.measure import nearest
-from lanindex.search.explain.tree import places
+from lanindex.search.explain.changes import Condition, Limit, conditions, edited, places
+from lanindex.search.explain.limits import nearest
 from lanindex.search.language.query import Choice, Item, Line, Lines, Query, Step
 
 SECONDS = 2.0
@@ -20,9 +19,12 @@ SECONDS = 2.0
 MOST = 5
 """Patterns that are offered."""
 
+_PATIENCE = 4
+"""How many times as long it may take where others use the machine as well."""
+
 _LEFT_OUT = 2.5
 _OTHER_NUMBER = 1.05
-"""What it costs to leave a condition out, and to ask for the nearest number; see `EDITS`."""
+"""What it costs to leave a condition out, and to ask for the nearest number; see `edited`."""
 
 _FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
 """The shares of the time until which lengths and counts are left out, and until which patterns
@@ -36,6 +38,30 @@ Found = tuple[int, int]
 
 Count = Callable[[Query], Found | None]
 """Counts the hits of a query; None: there was no time for it."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """A time to work in, counted from now.
+
+    Attributes
+    ----------
+    seconds : float
+        Of work. That of the clock is bounded too, at a multiple: so a busy machine gives the same
+        answer as a quiet one, only later.
+    """
+
+    seconds: float
+    _worked: float = field(default_factory=process_time)
+    _begun: float = field(default_factory=monotonic)
+
+    def late(self, share: float = 1) -> bool:
+        """Tell whether a share of the time is over."""
+        allowed = share * self.seconds
+        return (
+            process_time() - self._worked >= allowed
+            or monotonic() - self._begun >= _PATIENCE * allowed
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,60 +206,50 @@ class _Adviser:
     """Tries what is near a query, for as long as there is time."""
 
     def __init__(
-        self,
-        query: Query,
-        count: Count,
-        read: Callable[[str], Query | None],
-        budget: Budget,
+        self, query: Query, count: Count, read: Callable[[str], Query | None], budget: Budget
     ) -> None:
-        self.query, self.count, self.read = query, count, read
-        self.budget = budget
+        self.query, self.count, self.read, self.budget = query, count, read, budget
         self.untried = 0
         self.tried: set[Query] = {query}
         self.found: list[tuple[float, Suggestion]] = []
 
     def advice(self) -> Advice:
         """Try what is likeliest first: limits, then what is alike, then all other conditions."""
-        all_of_them = list(conditions(self.query))
-        often = Counter(condition.said for condition in all_of_them)
-        left_out: dict[int, LeftOut] = {}
-
-        def leave_out(limits: bool, share: float) -> None:
-            for index, condition in enumerate(all_of_them):
-                if (condition.limit is not None) == limits:
-                    told = self.left_out(condition, often[condition.said] > 1, share)
-                    left_out.update({index: told} if told else {})
-
-        leave_out(True, _FOR_LIMITS)
+        all_of_them = list(enumerate(conditions(self.query)))
+        limits = [it for it in all_of_them if it[1].limit is not None]
+        left_out = self.without(limits, _FOR_LIMITS)
         self.offer(edited(self.query), _FOR_EDITS)
         never = tuple(self.never())
-        leave_out(False, 1)
+        left_out |= self.without([it for it in all_of_them if it[1].limit is None], 1)
         if all(cost == _LEFT_OUT for cost, _ in self.found) and not self.untried:
             self.offer(self.combined(), 1)
             self.untried = 0
         best = sorted(self.found, key=lambda it: (it[0], -it[1].hits))[:MOST]
+        often = Counter(condition.said for _, condition in all_of_them)
+        told = tuple(
+            left_out[index] if often[condition.said] > 1 else replace(left_out[index], step="")
+            for index, condition in all_of_them
+            if index in left_out
+        )
         instead = tuple(suggestion for _, suggestion in best)
-        told = tuple(left_out[index] for index in sorted(left_out))
         return Advice(str(self.query), never, told, instead, self.untried)
-
-    def late(self, share: float = 1) -> bool:
-        return self.budget.late(share)
 
     def offer(self, changes: Iterable[tuple[float, Query]], share: float) -> None:
         """Keep what finds something, until there are enough; what costs alike is compared."""
-        dearest = float("inf")
+        dearest = inf
         for cost, query in changes:
             if cost > dearest:
                 return
-            if self.late(share):
+            if self.budget.late(share):
                 self.untried += 1
-            elif (known := self.known(query)) and known not in self.tried:
-                self.tried.add(known)
-                self.keep(cost, known)
+            elif self.readable(query) and query not in self.tried:
+                self.tried.add(query)
+                self.keep(cost, query)
                 if sum(other != _LEFT_OUT for other, _ in self.found) >= MOST:
                     dearest = min(dearest, cost)
 
     def keep(self, cost: float, query: Query) -> Found | None:
+        """Return how much a query finds, and offer it if that is anything."""
         found = self.count(query)
         if found is None:
             self.untried += 1
@@ -241,33 +257,32 @@ class _Adviser:
             self.found.append((cost, Suggestion(str(query), *found)))
         return found
 
-    def known(self, query: Query) -> Query | None:
-        """Return a query if its text says just that; else None."""
-        return query if self.read(str(query)) == query else None
+    def readable(self, query: Query) -> bool:
+        """Tell whether the text of a query says just that."""
+        return self.read(str(query)) == query
 
     def never(self) -> Iterator[str]:
         """Yield the steps of which there is none by itself."""
         steps = _alone(self.query)
         for said, alone in steps.items() if len(steps) > 1 else ():
-            known = None if self.late() else self.known(alone)
-            if known and self.count(known) == (0, 0):
+            if not self.budget.late() and self.readable(alone) and self.count(alone) == (0, 0):
                 yield said
 
-    def left_out(self, condition: Condition, often: bool, share: float) -> LeftOut | None:
-        """Return what is found without a condition; `often`: others are said alike."""
-        known = self.known(condition.rest)
-        if known is None:
-            return None
-        if self.late(share):
-            self.untried += 1
-            return None
-        self.tried.add(known)
-        found = self.keep(_LEFT_OUT, known)
-        if not found or not found[0]:
-            return None
-        near = self.nearest(condition)
-        step = condition.step if often else ""
-        return LeftOut(condition.said, *found, near, step)
+    def without(self, several: Iterable[tuple[int, Condition]], share: float) -> dict[int, LeftOut]:
+        """Return what is found without each of some conditions, by their numbers."""
+        left_out = {}
+        for index, condition in several:
+            if not self.readable(condition.rest):
+                continue
+            if self.budget.late(share):
+                self.untried += 1
+                continue
+            self.tried.add(condition.rest)
+            found = self.keep(_LEFT_OUT, condition.rest)
+            if found and found[0]:
+                near = self.nearest(condition)
+                left_out[index] = LeftOut(condition.said, *found, near, condition.step)
+        return left_out
 
     def nearest(self, condition: Condition) -> str:
         """Return how near a condition came to be met, and offer what that would find."""
@@ -276,35 +291,30 @@ class _Adviser:
             return ""
 
         def met(limit: Limit) -> bool:
-            found = None if self.late() else self.count(asking(limit))
+            found = None if self.budget.late() else self.count(asking(limit))
             if found is None:
-                raise _LateError
+                raise TimeoutError
             return bool(found[0])
 
         try:
             near = nearest(condition.limit, met)
-        except _LateError:
+        except TimeoutError:
             return ""
         if near is None:
             return ""
         limit, number = near
-        if known := self.known(asking(limit)):
-            self.keep(_OTHER_NUMBER, known)
+        if self.readable(asking(limit)):
+            self.keep(_OTHER_NUMBER, asking(limit))
         return condition.told.format(number)
 
-    def combined(self) -> Iterator[tuple[float, Query]]:
+    def combined(self) -> list[tuple[float, Query]]:
         """Return what two changes make, the smallest ones first."""
-        first = list(islice(_changes(self.query), _COMBINED))
-        second = [
+        both = [
             (cost + more, other)
-            for cost, query in first
+            for cost, query in islice(_changes(self.query), _COMBINED)
             for more, other in islice(_changes(query), _COMBINED)
         ]
-        return iter(sorted(second, key=lambda it: it[0]))
-
-
-class _LateError(Exception):
-    """The time is up."""
+        return sorted(both, key=lambda it: it[0])
 
 
 def _changes(query: Query) -> Iterator[tuple[float, Query]]:
@@ -315,13 +325,12 @@ def _changes(query: Query) -> Iterator[tuple[float, Query]]:
 def _alone(query: Query) -> dict[str, Query]:
     """Return each step of a query as one of its own; the first of a line may be a beginning."""
     alone: dict[str, Query] = {}
-    firsts = [it.node.items[0] for it in places(query) if isinstance(it.node, Line)]
-    for place in places(query):
-        if not isinstance(place.node, Item) or not isinstance(place.node.unit, Step):
-            continue
-        step = replace(place.node.unit, named=True)
-        said = str(step)
-        if step.manner == "move" and step.words and place.node in firsts:
-            step = replace(step, manner="at")
-        alone[said] = Query(Choice((Lines(Line((Item(step),))),)))
+    nodes = [it.node for it in places(query)]
+    firsts = [it.items[0] for it in nodes if isinstance(it, Line)]
+    for item in nodes:
+        if isinstance(item, Item) and isinstance(item.unit, Step):
+            step = replace(item.unit, named=True)
+            beginning = step.manner == "move" and step.words and item in firsts
+            there = Item(replace(step, manner="at") if beginning else step)
+            alone[str(step)] = Query(Choice((Lines(Line((there,))),)))
     return alone

@@ -9,8 +9,8 @@ from typing import Any
 
 from lanindex import records
 from lanindex.model import Capture, Hit, Span, Symbol, Track
+from lanindex.search.explain.changes import FORBIDDING
 from lanindex.search.explain.stops import Stop, stops
-from lanindex.search.explain.tree import FORBIDDING
 from lanindex.search.language.query import Bracket, Choice, Item, Line, Query
 from lanindex.search.language.times import TOLERANCE
 from lanindex.search.match import find_in
