@@ -168,7 +168,7 @@ def _advise(out: Output, advice: Advice) -> None:
 def _trace(out: Output, seen: Trace) -> bool:
     """Say what a pattern met with in a capture, and return whether it has hits there."""
     from lanindex.app import formatting
-    from lanindex.search.explain.trace import records_of
+    from lanindex.search.explain.why import records_of
 
     if out.json:
         for record in records_of(seen):

@@ -10,7 +10,7 @@ from lanindex.alphabet import DIRECTION_CODES, FEET, LEVEL_CODES, PLACE
 from lanindex.model import Symbol
 from lanindex.model.measures import GRADES, graded, stored
 from lanindex.search.language.query import Step, meaning
-from lanindex.search.language.words import AMOUNTS, WORD_KINDS
+from lanindex.search.language.words import AMOUNTS, BESIDE_CELLS, WORD_KINDS
 
 _RUNNER_UP = 0.5
 """How far what nearly fits is, of which another cell's width is 1."""
@@ -24,7 +24,7 @@ def away(symbol: Symbol, step: Step) -> float:
     """
     cell = (symbol.direction, symbol.level)
     exact = _apart(cell, symbol.part, step)
-    beside = _amount_apart(symbol, step) + _measure_apart(symbol, step)
+    beside = _words_apart(symbol, step)
     if exact and symbol.runner_up and not _apart(symbol.runner_up, symbol.part, step):
         return _RUNNER_UP * (0.01 + symbol.margin) + beside
     return exact + beside
@@ -54,25 +54,17 @@ def _apart(cell: tuple[str | None, str | None], part: str, step: Step) -> float:
     return total
 
 
-def _amount_apart(symbol: Symbol, step: Step) -> float:
-    """Return how many words of a step are not true of a symbol's amount."""
-    said = {word.kind for word in step.words}.intersection(AMOUNTS)
-    number, told = symbol.amount, ""
-    if number is not None:
-        told = FEET[number] if "feet" in said else str(number)
-    return float(sum(told not in meaning(step.words, kind, symbol.part) for kind in said))
+def _words_apart(symbol: Symbol, step: Step) -> int:
+    """Return how many kinds of words of a step are not true of how far, fast or large it is."""
+    kinds = {word.kind for word in step.words if word.kind in BESIDE_CELLS}
+    return sum(_called(symbol, it) not in meaning(step.words, it, symbol.part) for it in kinds)
 
 
-def _measure_apart(symbol: Symbol, step: Step) -> float:
-    """Return how many words of a step are not true of how fast and large a symbol is."""
-    said = {word.kind for word in step.words}.intersection(GRADES)
-    return float(
-        sum(called(symbol, kind) not in meaning(step.words, kind, symbol.part) for kind in said)
-    )
-
-
-def called(symbol: Symbol, kind: str) -> str:
-    """Return what a symbol's speed or size is called: ``fast``, ``usual``; of none nothing."""
+def _called(symbol: Symbol, kind: str) -> str:
+    """Return what a symbol's amount, speed or size is called: ``90``, ``fast``; of none nothing."""
+    if kind in AMOUNTS:
+        number = symbol.amount
+        return "" if number is None else FEET[number] if kind == "feet" else str(number)
     measure = getattr(symbol, GRADES[kind])
     if measure is None:
         return ""

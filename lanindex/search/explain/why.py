@@ -1,0 +1,468 @@
+"""Why a pattern matches in a capture or not: its steps, or where the furthest beginning ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import inf
+from typing import Any
+
+from lanindex import records
+from lanindex.model import Capture, Hit, Symbol, Track
+from lanindex.search.explain.changes import FORBIDDING
+from lanindex.search.explain.nearness import away, doubts, nearest
+from lanindex.search.language.query import (
+    ONCE,
+    Arrow,
+    Beside,
+    Bracket,
+    Choice,
+    Item,
+    Line,
+    Lines,
+    Query,
+    Repeat,
+    Step,
+)
+from lanindex.search.language.times import TOLERANCE, Clock, Length
+from lanindex.search.match import find_in
+
+_MOST_REPEATED = 30
+"""Up to how many repetitions are counted."""
+
+Symbols = tuple[Symbol, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Matched:
+    """A step of a pattern, and the symbols that matched it.
+
+    Attributes
+    ----------
+    step : str
+        As written, with what goes before: ``-> high``, ``with l_arm``.
+    symbols : tuple of Symbol
+        Several of a pair, a stay or a repetition; none where it was left out.
+    """
+
+    step: str
+    symbols: Symbols
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """How far one alternative of a query came in a capture.
+
+    Attributes
+    ----------
+    reached : str
+        The longest beginning of it that is found; empty: none.
+    symbols : tuple of Symbol
+        What matched that.
+    wanted : str
+        What should have come then, as written.
+    instead : Symbol or None
+        What came nearest to it.
+    reason : str
+        All that in a sentence.
+    """
+
+    reached: str
+    symbols: Symbols
+    wanted: str
+    instead: Symbol | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What a query meets with in one capture.
+
+    Attributes
+    ----------
+    query : Query
+        What was looked for.
+    capture : Capture
+        Where.
+    hits : tuple of tuple of Hit and tuple of Matched
+        What was found, each with its steps.
+    stops : tuple of Stop
+        Where nothing was found: how far each alternative came.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     seen = library.why("torso forward high", "greetings.bvh")
+    >>> for hit, steps in seen.hits:
+    ...     print(hit.span, *steps[0].symbols)
+    Span(start=482, stop=524) torso forward high [482, 524)
+    """
+
+    query: Query
+    capture: Capture
+    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...]
+    stops: tuple[Stop, ...]
+
+
+def trace(
+    query: Query,
+    capture: Capture,
+    tracks: Mapping[str, Track],
+    *,
+    tolerance: Fraction = TOLERANCE,
+    overlaps: str = "none",
+) -> Trace:
+    """Return the hits of a query in a capture, or how far each of its alternatives came.
+
+    `tolerance` and `overlaps` are those of `lanindex.search.match.finder.Finder`.
+    """
+    plain = replace(query, stages=())
+    steps: dict[str, str] = {}
+    labelled = replace(plain, pattern=_labelled(plain.pattern, "", steps))
+    found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
+    hits = tuple((hit, tuple(_matched(hit, steps))) for hit in found)
+    if hits:
+        return Trace(query, capture, hits, ())
+    walk = _Walk(plain, capture, tracks, tolerance)
+    alternatives = [it for pattern in plain.patterns for it in pattern.alternatives]
+    return Trace(query, capture, (), tuple(map(walk.stop, alternatives)))
+
+
+def obstacle(
+    query: Query,
+    capture: Capture,
+    tracks: Mapping[str, Track],
+    *,
+    tolerance: Fraction = TOLERANCE,
+) -> str:
+    """Return why a query finds nothing in a capture, one reason for each alternative."""
+    seen = trace(query, capture, tracks, tolerance=tolerance)
+    return "; or ".join(stop.reason for stop in seen.stops) or "nothing: it is found"
+
+
+def records_of(found: Trace) -> Iterator[dict[str, Any]]:
+    """Yield a line of ``search --why --json`` for each hit, or for each alternative's end."""
+
+    def record(
+        steps: list[tuple[str, Symbols]], hit: Hit | None = None, stop: Stop | None = None
+    ) -> dict[str, Any]:
+        return {
+            "capture": found.capture.path,
+            "capture_id": found.capture.id,
+            "pattern": str(found.query),
+            "found": hit is not None,
+            "start_frame": hit.span.start if hit else None,
+            "end_frame": hit.span.stop if hit else None,
+            "fit": round(hit.fit, 3) if hit else None,
+            "steps": [
+                {"step": step, "symbols": list(map(records.of_matched, symbols))}
+                for step, symbols in steps
+            ],
+            "wanted": stop.wanted if stop else None,
+            "instead": records.of_matched(stop.instead) if stop and stop.instead else None,
+            "reason": stop.reason if stop else None,
+        }
+
+    for hit, steps in found.hits:
+        yield record([(it.step, it.symbols) for it in steps], hit)
+    for stop in found.stops:
+        yield record([(stop.reached, stop.symbols)] if stop.reached else [], stop=stop)
+
+
+def _labelled(pattern: Choice, before: str, steps: dict[str, str]) -> Choice:
+    """Return a pattern with a label on every step; keep by label what each says, as written."""
+
+    def line_of(line: Line, before: str) -> Line:
+        arrows = (before, *map(str, line.arrows))
+        return replace(line, items=tuple(map(item_of, line.items, arrows)))
+
+    def item_of(item: Item, before: str) -> Item:
+        if isinstance(item.unit, Bracket):
+            return replace(item, unit=Bracket(_labelled(item.unit.pattern, before, steps)))
+        label = item.label or f"step {len(steps) + 1}"
+        steps[label] = f"{before} {item}".strip()
+        return replace(item, label=label)
+
+    def beside_of(it: Beside) -> Beside:
+        return it if it.relation in FORBIDDING else replace(it, line=line_of(it.line, it.relation))
+
+    return Choice(
+        tuple(
+            Lines(line_of(lines.first, before), tuple(map(beside_of, lines.others)))
+            for lines in pattern.alternatives
+        )
+    )
+
+
+def _matched(hit: Hit, steps: Mapping[str, str]) -> Iterator[Matched]:
+    """Yield what matched each step; where the matcher does not tell that, line by line."""
+    if not hit.labels:
+        yield from (Matched("", line) for line in hit.lines)
+    for label, step in steps.items():
+        if label in hit.labels:
+            yield Matched(step, hit.labels[label])
+
+
+class _Walk:
+    """Looks for ever longer beginnings in one capture."""
+
+    def __init__(
+        self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
+    ) -> None:
+        self.query, self.capture, self.tracks = query, capture, tracks
+        self.tolerance = tolerance
+        self.clock = Clock(capture.rate, capture.meter.speed / 60)
+        self.rows = {
+            part: [symbol for symbol in track.listed() if not symbol.passing]
+            for part, track in tracks.items()
+        }
+
+    def hits(self, line: Line, *others: Beside) -> list[Hit]:
+        here = [(self.capture, self.tracks)]
+        query = Query(Choice((Lines(line, others),)))
+        return list(find_in(here, query, tolerance=self.tolerance, overlaps="all"))
+
+    def stop(self, lines: Lines) -> Stop:
+        """Return how far one alternative comes that is not found."""
+        line = _flat(lines.first)
+        reached: list[Symbols] = []
+        hits: list[Hit] = []
+        for count in range(1, len(line.items) + 1):
+            hits = self.hits(_beginning(line, count))
+            resting = self.resting(line) if count == 1 and len(line.items) > 1 else []
+            if not hits and not resting:
+                return self.missing(line, count - 1, reached)
+            reached = [*resting, *(hit.lines[0] for hit in hits)]
+        if line.end and not (hits := self.hits(line)):
+            return self.going_on(line, reached[-1])
+        for count, beside in enumerate(lines.others):
+            before, hits = hits, self.hits(line, *lines.others[: count + 1])
+            if not hits:
+                return self.unaccompanied(Lines(line, lines.others[:count]), beside, before)
+        # all is there but what is said of the whole pattern
+        whole = replace(self.query, either_side=False)
+        wanted = str(whole).removeprefix(str(whole.pattern)).strip()
+        reason = f"{_at(hits[0])}, but not {wanted}"
+        return Stop(str(lines), hits[0].symbols, wanted, None, reason)
+
+    def resting(self, line: Line) -> list[Symbols]:
+        """Return the starting positions with which a line can begin; alone they are no hit."""
+        step = _first(line.items[0])
+        if step.manner != "move" or line.start or line.items[0].length:
+            return []
+        firsts = [rows[0] for part in step.mover.members if (rows := self.rows.get(part))]
+        fitting = [it for it in firsts if it.start == it.stop and not away(it, step)]
+        if step.mover.form == "both":
+            return [tuple(fitting)] if len(fitting) == 2 else []
+        return [(it,) for it in fitting]
+
+    # What came instead of the next step.
+
+    def missing(self, line: Line, count: int, reached: list[Symbols]) -> Stop:
+        """Return the stop at a step that does not follow, or does not begin."""
+        item = line.items[count]
+        begun = str(_beginning(line, count)) if count else ""
+        wanted = f"{line.arrows[count - 1]} {item}" if count else str(item)
+        if reason := self.measured(line, count):
+            return Stop(begun, reached[0] if reached else (), wanted, None, reason)
+        if not count and isinstance(item.unit, Bracket):
+            return self.stop(item.unit.pattern.alternatives[0])
+        if not count:
+            return self.nowhere(line, item)
+        arrow, step = line.arrows[count - 1], _first(item)
+        worst = max if step.mover.form == "both" else min  # of two together both must fit
+        ways = []
+        for symbols in reached:
+            nearest_of = []
+            for part in _partners(step, symbols):
+                later = self.after(part, symbols)
+                near = nearest(later if arrow.later else later[:1], step)
+                nearest_of.append((away(near, step) if near else inf, part, near))
+            ways.append((symbols, *worst(nearest_of, key=lambda it: it[0])))
+        symbols, _, part, near = min(ways, key=lambda it: it[1])
+        reason = f"after {_last(symbols)} {self.instead(arrow, item, symbols, part, near)}"
+        return Stop(begun, symbols, wanted, near, reason)
+
+    def instead(
+        self, arrow: Arrow, item: Item, symbols: Symbols, part: str, near: Symbol | None
+    ) -> str:
+        """Return what follows, and why it is not what was wanted."""
+        step, last = _first(item), symbols[-1]
+        if step.manner == "hold":
+            until = near.start if near else self.capture.frames
+            rests = f"rests for {self.seconds(until - last.stop)}"
+            return f'{part} {rests if until > last.stop else "goes on at once"}, wanted "{item}"'
+        if near is None:
+            return f"{part} does not move again"
+        said = _where(near) if part == last.part else str(near)
+        if away(near, step):
+            which = "the nearest movement" if arrow.later else "the next movement"
+            return f"{which} is {said}, {_not(step)} ({doubts(near)})"
+        gap = near.start - max(symbol.stop for symbol in symbols)
+        if self.off(gap, arrow.length):
+            return f"{said} comes after {self.seconds(gap)}, wanted [{arrow.length}]"
+        return self.unlasting(item, said, near) or f'{said} comes, but not "{arrow} {item}"'
+
+    def measured(self, line: Line, count: int) -> str:
+        """Return by how much the count or the whole length of a step is missed, if it is that."""
+        item = line.items[count]
+
+        def hits(other: Item) -> list[Hit]:
+            items = (*line.items[:count], other)
+            return self.hits(Line(items, line.arrows[:count], line.start))
+
+        for most in reversed(range(1, min(item.repeat.least, _MOST_REPEATED))):
+            if hits(replace(item, repeat=Repeat(most, None))):
+                return f'"{replace(item, repeat=ONCE)}" is there {most} in a row at most'
+        if isinstance(item.unit, Bracket) and item.length and not count:
+            endless = replace(item, length=None)
+            if frames := [hit.span.stop - hit.span.start for hit in hits(endless)]:
+                best = self.seconds(min(frames, key=lambda it: self.off(it, item.length)))
+                return f'"{endless}" takes {best}, wanted {item.length}'
+        return ""
+
+    def nowhere(self, line: Line, item: Item) -> Stop:
+        """Return the stop at the very first step."""
+        step = _first(item)
+        moving = self.movements(step.mover.members)
+        near = nearest(moving, step)
+        if not any(part in self.rows for part in step.mover.members):
+            reason = f"this capture does not tell where the {step.mover} is"
+        elif near is None:
+            reason = f"{step.mover} does not move"
+        elif away(near, step):
+            reason = f"no movement of {step.mover} is {_said(step)}; "
+            reason += f"the nearest is {near} ({doubts(near)})"
+        elif line.start and moving[0] is not near:
+            reason = f"the first movement is {moving[0]}, {_not(step)}"
+        else:
+            fitting = [it for it in moving if not away(it, step)]
+            near = min(fitting, key=lambda it: self.off(it.stop - it.start, item.length))
+            reason = self.unlasting(item, str(near), near) or f'there is no "{item}"'
+        return Stop("", (), str(item), near, reason)
+
+    def unlasting(self, item: Item, said: str, symbol: Symbol) -> str:
+        """Return how long a movement takes, if that is not as wanted."""
+        frames = symbol.stop - symbol.start
+        moves = isinstance(item.unit, Step) and item.unit.manner in ("move", "via")
+        if moves and self.off(frames, item.length):
+            return f"{said} takes {self.seconds(frames)}, wanted {item.length}"
+        return ""
+
+    def going_on(self, line: Line, symbols: Symbols) -> Stop:
+        """Return the stop before the end of the clip."""
+        later = self.after(symbols[-1].part, symbols)[:1]
+        reason = f"after {_last(symbols)} the clip does not end"
+        reason += "".join(f": the next movement is {_where(it)}" for it in later)
+        begun = str(replace(line, end=None))
+        return Stop(begun, symbols, f"{line.end} end", later[0] if later else None, reason)
+
+    def unaccompanied(self, lines: Lines, beside: Beside, hits: list[Hit]) -> Stop:
+        """Return the stop at a line that does not lie beside the others as it should."""
+        hit, near, step = hits[0], None, _first(beside.line.items[0])
+        others = self.hits(beside.line)
+        pairs = [(_between(it, other), it, other) for it in hits for other in others]
+        if pairs:
+            gap, hit, other = min(pairs, key=lambda it: it[0])
+            near = other.lines[0][0]
+            there = f'"{beside.line}" is at [{other.span.start}, {other.span.stop})'
+            there += f", {self.seconds(gap)} away" if gap > 0 else ""
+        else:
+            moving = self.movements(step.mover.members, step.manner != "move")
+            span = hit.span
+            meanwhile = [it for it in moving if it.start < span.stop and span.start < it.stop]
+            near = nearest(meanwhile or moving, step)
+            when = "meanwhile" if meanwhile else "at another time"
+            there = f"{when} {near}, {_not(step)} ({doubts(near)})" if near else ""
+        there = there or f"{step.mover} does not move"
+        return Stop(str(lines), hit.symbols, str(beside), near, f"{_at(hit)}, but {there}")
+
+    # Symbols and times.
+
+    def movements(self, parts: tuple[str, ...], also_resting: bool = False) -> list[Symbol]:
+        """Return the movements of some parts, of each in turn."""
+        rows = [it for part in parts for it in self.rows.get(part, ())]
+        return [it for it in rows if it.start < it.stop or also_resting]
+
+    def after(self, part: str, symbols: Symbols) -> list[Symbol]:
+        """Return the movements of a part behind some symbols."""
+        rows = self.movements((part,))
+        own = [it.ordinal for it in symbols if it.part == part]
+        if own:
+            return [it for it in rows if it.ordinal > own[-1]]
+        end = max(it.stop for it in symbols)
+        return [it for it in rows if it.start >= end]
+
+    def off(self, frames: int, length: Length | None) -> int:
+        """Return by how many frames a length is missed."""
+        if length is None:
+            return 0
+        least, most = length.bounds(self.clock)
+        return max(least - frames, frames - most if most is not None else 0, 0)
+
+    def seconds(self, frames: int) -> str:
+        return f"{float(frames / self.capture.rate):.2f} s"
+
+
+def _beginning(line: Line, count: int) -> Line:
+    return Line(line.items[:count], line.arrows[: count - 1], line.start)
+
+
+def _first(item: Item) -> Step:
+    """Return the first step of an item."""
+    unit = item.unit
+    while isinstance(unit, Bracket):
+        unit = unit.pattern.alternatives[0].first.items[0].unit
+    return unit
+
+
+def _partners(step: Step, symbols: Symbols) -> tuple[str, ...]:
+    """Return the parts that may go on: of either one the side that has begun."""
+    side = symbols[-1].part[:2]
+    same = tuple(part for part in step.mover.members if part[:2] == side)
+    return same if same and step.mover.form == "either" else step.mover.members
+
+
+def _between(hit: Hit, other: Hit) -> int:
+    """Return how many frames lie between two hits; below 0 where they share some."""
+    return max(hit.span.start - other.span.stop, other.span.start - hit.span.stop)
+
+
+def _flat(line: Line) -> Line:
+    """Return a line without brackets that only hold a line, which says the same."""
+    items: list[Item] = []
+    arrows: list[Arrow] = []
+    for before, item in zip((None, *line.arrows), line.items, strict=True):
+        inner = Line((item,))
+        if isinstance(item.unit, Bracket) and item == Item(item.unit):
+            alternatives = item.unit.pattern.alternatives
+            plain = len(alternatives) == 1 and not alternatives[0].others
+            within = _flat(alternatives[0].first) if plain else inner
+            inner = within if not (within.start or within.end) else inner
+        items += inner.items
+        arrows += [*([before] if before else []), *inner.arrows]
+    return Line(tuple(items), tuple(arrows), line.start, line.end)
+
+
+def _at(hit: Hit) -> str:
+    return ", ".join(map(str, hit.lines[0]))
+
+
+def _last(symbols: Symbols) -> str:
+    """Return where each part came to, in words."""
+    return ", ".join(str(it) for it in {it.part: it for it in symbols}.values())
+
+
+def _where(symbol: Symbol) -> str:
+    return f"{symbol.words} [{symbol.start}, {symbol.stop})"
+
+
+def _said(step: Step) -> str:
+    return " ".join(map(str, step.words)) or "anywhere"
+
+
+def _not(step: Step) -> str:
+    denies = any(word.negated for word in step.words)
+    return f'wanted "{_said(step)}"' if denies else f"not {_said(step)}"
