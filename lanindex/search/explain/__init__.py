@@ -4,8 +4,7 @@ For people only: no other room needs it.
 """
 
 from lanindex.search.explain.advice import Advice, advise
-from lanindex.search.explain.english import sentence
-from lanindex.search.explain.reasons import explanation, order, step_counts
+from lanindex.search.explain.english import explanation, order, sentence, step_counts
 from lanindex.search.explain.why import Trace, obstacle, trace
 
 __all__ = [

@@ -1,12 +1,29 @@
-"""A query in plain English."""
+"""What a query says in plain English, and how it is answered."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
 
 from lanindex.alphabet import KINDS, kind_of
+from lanindex.model import Capture, Track
 from lanindex.model.measures import GRADES
-from lanindex.search.explain.clauses import endings, time
+from lanindex.search.automaton import states_of
+from lanindex.search.language.clauses import (
+    CLIP,
+    MATCH,
+    Comparison,
+    Count,
+    First,
+    Mirrors,
+    Reference,
+    Sort,
+    Sum,
+)
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -21,18 +38,19 @@ from lanindex.search.language.query import (
     Skips,
     Step,
     Word,
+    items_of,
 )
-from lanindex.search.language.times import Length, degrees, sixths
+from lanindex.search.language.times import Length, Time, decimal, degrees, sixths
 from lanindex.search.language.words import Mover
+from lanindex.search.match import columns_in
+from lanindex.search.match.batch import Batch
 
 _VALUES = {
     "right": "to the right",
     "r_forward": "to the front right",
-    "forward": "forward",
     "l_forward": "to the front left",
     "left": "to the left",
     "l_back": "to the back left",
-    "back": "back",
     "r_back": "to the back right",
     "place": "in place",
     "any": "anywhere",
@@ -42,9 +60,7 @@ _VALUES = {
     "across": "across the body",
     "across_forward": "forward across the body",
     "across_back": "back across the body",
-    "low": "low",
     "mid": "at middle height",
-    "high": "high",
     "rising": "to a higher level than before",
     "sinking": "to a lower level than before",
     "spring": "from both feet to both",
@@ -54,7 +70,6 @@ _VALUES = {
     "sissonne": "from both feet to one",
     "unseen": "from or to feet that were not seen",
     "slow": "slowly",
-    "fast": "fast",
     "small": "a little way",
     "large": "a long way",
 }
@@ -77,10 +92,10 @@ _MANNERS = {
     "at": (("is", "anywhere"), ("are", "anywhere")),
     "hold": (("stays", "where it is"), ("stay", "where they are")),
 }
-_FACES = {"moves": "turns", "move": "turn", "goes": "turns", "go": "turn", "is": "faces",
-          "are": "face"}  # fmt: skip
-"""What palms do, by what limbs do."""
 """By manner, for one and for two: the verb, and where if no words tell."""
+_FACES = {"moves": "turns", "goes": "turns", "move": "turn", "go": "turn"}
+_FACES |= {"is": "faces", "are": "face"}
+"""What palms do, by what limbs do."""
 _DOINGS = {
     "step": ("a foot", "steps"),
     "jump": ("the body", "jumps"),
@@ -101,6 +116,7 @@ _LENGTHS = {
     "+": "at least {}",
     "~": "about {} (a fifth more or less)",
 }
+_UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}
 _SKIPS = {"": "{}", "<": "fewer than {}", "<=": "at most {}", ">": "more than {}"}
 _RELATIONS = {
     "with": "and in the meantime, sharing a frame at least, {}",
@@ -120,6 +136,25 @@ _WITHIN = {
     "before": "and when it is over ({} between), {}",
 }
 """By relation, what it says with a limit."""
+_COMPARED = {
+    "=": "is",
+    "!=": "is not",
+    "<": "is less than",
+    "<=": "is at most",
+    ">": "is more than",
+    ">=": "is at least",
+}
+_FIELDS = {
+    "swings": "number of swings",
+    "degrees": "angle",
+    "else": "direction across the nearest border",
+    "feet": "kind of jump",
+    "bend": "degree of bending",
+    "speed": "highest speed (in its lengths a second)",
+    "size": "size (in degrees)",
+    "touched": "thing touched",
+}
+_OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
 
 def sentence(query: Query) -> str:
@@ -127,7 +162,47 @@ def sentence(query: Query) -> str:
     said = _pattern(query.pattern)
     first = len(said) - len(said.lstrip("("))
     whole = f"{said[:first]}{said[first].upper()}{said[first + 1 :]}."
-    return " ".join([whole, *endings(query)])
+    return " ".join([whole, *_endings(query)])
+
+
+def _endings(query: Query) -> Iterator[str]:
+    """Yield a sentence for each of what stands behind the pattern."""
+    if query.either_side:
+        yield "Or the mirror image of all this."
+    if query.rhythm:
+        proportion = " : ".join(map(decimal, query.rhythm))
+        yield f"Its steps last in proportion {proportion}, give or take a quarter."
+    if query.where:
+        yield f"And so that {' and '.join(map(_clause, query.where))}."
+    yield from (f"Then {_clause(stage)}." for stage in query.stages)
+
+
+def _clause(node: object) -> str:
+    """Return a condition, what it compares, or a stage in words."""
+    match node:
+        case Mirrors(first, second):
+            return f"{first} is the mirror image of {second}"
+        case Comparison(left, compare, right):
+            return f"{_clause(left)} {_COMPARED[compare]} {_clause(right)}"
+        case Sum(terms):
+            said = [f"{'plus' if sign > 0 else 'less'} {_clause(term)}" for sign, term in terms]
+            return " ".join(said).removeprefix("plus ")
+        case Reference(name, field):
+            return " ".join([_OWNERS.get(name, f"{name}'s"), _FIELDS.get(field, field)])
+        case Time():
+            return _time(node)
+        case Count(by):
+            return "count the hits" + (f" by {_clause(by)}" if by else "")
+        case Sort(by):
+            return f"sort them by {_clause(by)}, the smallest first"
+        case First(count):
+            return f"keep the first{f' {count}' if count > 1 else ''}"
+    return str(node)
+
+
+def _time(length: Time) -> str:
+    number, unit = decimal(length.number), _UNITS[length.unit]
+    return f"{number} {unit[:-1] if number == '1' and len(unit) > 2 else unit}"
 
 
 def _pattern(pattern: Choice, begins: bool = True) -> str:
@@ -143,7 +218,7 @@ def _beside(beside: Beside) -> str:
     line, within = _line(beside.line), beside.within
     if within is None:
         return _RELATIONS[beside.relation].format(line)
-    limit = _length(within) if beside.relation in ("after", "before") else time(within.time)
+    limit = _length(within) if beside.relation in ("after", "before") else _time(within.time)
     return _WITHIN[beside.relation].format(limit, line)
 
 
@@ -197,20 +272,21 @@ def _item(item: Item, begins: bool) -> str:
 
 
 def _repeat(repeat: Repeat) -> str:
-    if (repeat.least, repeat.most) == (1, 1):
-        return ""
-    if (repeat.least, repeat.most) == (0, 1):
-        return " (or leaves this out)"
-    if repeat.most is None:
-        return f", {repeat.least} or more times in a row"
-    exact = repeat.least == repeat.most
-    return f", {repeat.least if exact else f'{repeat.least} to {repeat.most}'} times in a row"
+    match repeat:
+        case Repeat(1, 1):
+            return ""
+        case Repeat(0, 1):
+            return " (or leaves this out)"
+        case Repeat(least, None):
+            return f", {least} or more times in a row"
+        case Repeat(least, most):
+            return f", {least if least == most else f'{least} to {most}'} times in a row"
 
 
 def _length(length: Length) -> str:
     if length.last:
-        return f"{time(length.time)} to {time(length.last)}"
-    return _LENGTHS[length.form].format(time(length.time))
+        return f"{_time(length.time)} to {_time(length.last)}"
+    return _LENGTHS[length.form].format(_time(length.time))
 
 
 def _doing(mover: Mover) -> tuple[str, str] | None:
@@ -218,7 +294,7 @@ def _doing(mover: Mover) -> tuple[str, str] | None:
     return _DOINGS.get(part) or _DOINGS.get(kind_of(part))
 
 
-def who(mover: Mover) -> str:
+def _who(mover: Mover) -> str:
     """Return a part or pair as a person would name it."""
     if doing := _doing(mover):
         return doing[0]
@@ -234,35 +310,37 @@ def who(mover: Mover) -> str:
 
 def _step(step: Step) -> str:
     many = step.mover.form == "both"
+    part, moves = step.mover.members[0], step.manner in ("move", "via")
+    kind = kind_of(part)
     verb, place = _MANNERS[step.manner][many]
-    if step.manner in ("move", "via") and (doing := _doing(step.mover)):
-        verb, place = verb.replace("goes", "moves").replace("moves", doing[1]), ""
-    if kind_of(step.mover.members[0]) == "bend" and step.manner in ("move", "via"):
-        bends = _bends(step) if many else re.sub("(bend|stretch)", _third, _bends(step))
+    if moves and (doing := _doing(step.mover)):
+        verb, place = re.sub("goes|moves", doing[1], verb), ""
+    if moves and kind == "bend":
+        bends = _bends(step) if many else re.sub("bend|stretch", _third, _bends(step))
         verb, place = re.sub("goes|go|moves?", bends, verb), ""
-    elif kind_of(step.mover.members[0]) == "stance" and step.manner in ("move", "via"):
+    elif moves and kind == "stance":
         verb, place = f"hold{'' if many else 's'} weight", ""
-    elif kind_of(step.mover.members[0]) == "touch":
+    elif kind == "touch":
         verb, place = _touches(step)
-    elif step.mover.members[0].endswith("_palm"):
+    elif part.endswith("_palm"):
         verb = re.sub(r"^\w+", lambda found: _FACES.get(found[0], found[0]), verb)
     where = _where(step)
-    if place and step.manner in ("move", "via") and {it.kind for it in step.words} == {"bend"}:
+    if place and moves and {it.kind for it in step.words} == {"bend"}:
         where = f"{place}, {where}"
     said = f"{verb} {where or place}"
     if many or not step.mover.sided:
         said = said.replace("its own side", "their own sides" if many else "either side")
-    return f"{who(step.mover)} {said}".rstrip(" ,") if step.named else said.rstrip(" ,")
+    return f"{_who(step.mover)} {said}".rstrip(" ,") if step.named else said.rstrip(" ,")
 
 
 def _bends(step: Step) -> str:
     """Return what an elbow or a knee does, of many."""
     told = {it.split()[0] for word in step.words if not word.negated for it in word.values}
-    return told.pop() if len(told) == 1 and told <= {"bend", "stretch"} else "bend or stretch"
+    return told.pop() if told in ({"bend"}, {"stretch"}) else "bend or stretch"
 
 
 def _third(verb: re.Match[str]) -> str:
-    return {"bend": "bends", "stretch": "stretches"}[verb[1]]
+    return {"bend": "bends", "stretch": "stretches"}[verb[0]]
 
 
 def _touches(step: Step) -> tuple[str, str]:
@@ -276,22 +354,17 @@ def _touches(step: Step) -> tuple[str, str]:
 
 
 def _where(step: Step) -> str:
-    words, kind = step.words, kind_of(step.mover.members[0])
-    told = {word.kind: word for word in words if not word.negated and len(word.values) == 1}
-    direction, level = told.get("direction"), told.get("level")
-    if (
-        kind == "gesture"
-        and direction
-        and level
-        and direction.values == ("place",)
-        and len(words) == 2
-    ):
-        return _PLACES[level.values[0]]
+    kind = kind_of(step.mover.members[0])
+    told = {word.kind: word.values for word in step.words if not word.negated}
+    level = told.get("level", ())
+    at_joint = kind == "gesture" and told.get("direction") == ("place",)
+    if at_joint and len(level) == 1 and len(step.words) == 2:
+        return _PLACES[level[0]]
     curves = "on a way that curves " if kind == "travel" else ""
-    return ", ".join(_word(word, curves) for word in words)
+    return ", ".join(_word(word, curves) for word in step.words)
 
 
-def _word(word: Word, curves: str = "") -> str:
+def _word(word: Word, curves: str) -> str:
     own = _VALUES | _OWN.get(word.kind, {})
     hows = {"degrees": lambda it: curves + _angle(it), "bend": _degree}
     how = hows.get(word.kind, lambda it: own.get(it, it))
@@ -318,3 +391,67 @@ def _angle(value: str) -> str:
     if most is None:
         return f"by {least} degrees or more"
     return f"by {least} to {most} degrees" if least else f"by {most} degrees or less"
+
+
+# How it is answered.
+
+
+def explanation(query: Query, recordings: Iterable[tuple[Capture, Mapping[str, Track]]]) -> str:
+    """Return how a query is understood: in English, step by step, and the order of work.
+
+    `recordings` are those in which is counted what each step alone would match.
+    """
+    counts = step_counts(query, recordings)
+    width = max(len(step) for step in counts)
+    lines = [sentence(query), "", "Each step alone:"]
+    lines += [f"  {step.ljust(width)}  {count}" for step, count in counts.items()]
+    lines += ["", "Order of work:"]
+    lines += [f"  {number}. {work}" for number, work in enumerate(order(query), 1)]
+    return "\n".join(lines)
+
+
+def step_counts(
+    query: Query, recordings: Iterable[tuple[Capture, Mapping[str, Track]]]
+) -> dict[str, int]:
+    """Return how many symbols each step alone would match, by the step's text.
+
+    Movements, stays or rests, of pairs those together; no starting positions and, as a step
+    alone is a first step, nothing that is only passed.
+    """
+    states = {_alone(item): states_of(item) for item in items_of(query.pattern)}
+    counts = dict.fromkeys(states, 0)
+    for capture, tracks in recordings:
+        block = Batch(*columns_in([(capture, tracks)], query.parts), np.arange(1), Fraction(0))
+        for step, alternatives in states.items():
+            for state in alternatives:
+                events = block.events(state)
+                passing = events.passing & (state.manner != "via")
+                counts[step] += int((~events.starting & ~passing).sum())
+    return counts
+
+
+def order(query: Query) -> list[str]:
+    """Return what the matcher does, one sentence after the other."""
+    works = [f"Take the tracks of {', '.join(sorted(query.parts))}."]
+    for lines in query.pattern.alternatives:
+        line, first = str(lines.first), _begins(lines.first)
+        works.append(f"Begin at each {first}" + ("." if line == first else f", and follow {line}"))
+        works += [f"Keep what is {it}" for it in lines.others]
+    if query.either_side:
+        works.append("Do the same with the mirror image.")
+    works.append("From each beginning keep what ends first.")
+    if query.where:
+        works.append(f"Keep what is so: {' and '.join(map(str, query.where))}")
+    return [*works, *(f"Of these: {stage}" for stage in query.stages)]
+
+
+def _alone(item: Item) -> str:
+    assert isinstance(item.unit, Step)
+    return str(Item(replace(item.unit, named=True), item.length))
+
+
+def _begins(line: Line) -> str:
+    item = line.items[0]
+    if isinstance(item.unit, Bracket):
+        return _begins(item.unit.pattern.alternatives[0].first)
+    return _alone(item)
