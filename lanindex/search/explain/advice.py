@@ -42,13 +42,10 @@ Count = Callable[[Query], Found | None]
 
 @dataclass(frozen=True)
 class Budget:
-    """A time to work in, counted from now.
+    """Seconds to work in, counted from now.
 
-    Attributes
-    ----------
-    seconds : float
-        Of work. That of the clock is bounded too, at a multiple: so a busy machine gives the same
-        answer as a quiet one, only later.
+    The time of the clock is bounded too, at a multiple: so a busy machine gives the same answer as
+    a quiet one, only later.
     """
 
     seconds: float
@@ -66,25 +63,13 @@ class Budget:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """What a query finds without one of its conditions.
+    """What a query finds without one of its conditions."""
 
-    Attributes
-    ----------
-    condition : str
-        As written; empty: the choice of captures.
-    hits, captures : int
-        How many.
-    nearest : str
-        How near the condition came to be met, where that is a number.
-    step : str
-        Which step says it, where several do.
-    """
-
-    condition: str
+    condition: str  # as written; empty: the choice of captures
     hits: int
     captures: int
-    nearest: str = ""
-    step: str = ""
+    nearest: str = ""  # how near it came to be met, where that is a number
+    step: str = ""  # which step says it, where several do
 
     def __str__(self) -> str:
         """Return it in a line."""

@@ -80,30 +80,14 @@ def everywhere(node: Any, changed: Callable[[Any], Any]) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One condition of a query, and the query that is left without it.
+    """One condition of a query."""
 
-    Attributes
-    ----------
-    said : str
-        As it is written there.
-    rest : Query
-        The query without it.
-    step : str
-        The step that says it, of a word.
-    limit : Length, Skips, Repeat or None
-        What it bounds, where that is a number.
-    told : str
-        How to tell the number that is nearest.
-    asking : callable or None
-        Takes another limit, returns the query with that one instead.
-    """
-
-    said: str
-    rest: Query
-    step: str = ""
-    limit: Limit | None = None
-    told: str = ""
-    asking: Callable[[Limit], Query] | None = None
+    said: str  # as it is written there
+    rest: Query  # the query without it
+    step: str = ""  # of a word, the step that says it
+    limit: Limit | None = None  # where it bounds a number
+    told: str = ""  # how to tell the nearest number
+    asking: Callable[[Limit], Query] | None = None  # the query with another limit instead
 
 
 def conditions(query: Query) -> Iterator[Condition]:

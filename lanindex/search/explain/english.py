@@ -35,7 +35,6 @@ from lanindex.search.language.query import (
     Lines,
     Query,
     Repeat,
-    Skips,
     Step,
     Word,
     items_of,
@@ -75,9 +74,9 @@ _VALUES = {
 }
 _OWN = {
     "touched": {
-        **{"hand": "each other", "head": "the head", "trunk": "the trunk"},
-        **{"arm": "the other arm", "thigh": "a thigh", "knee": "a knee"},
-        **{"shank": "a shank", "foot": "a foot"},
+        **{name: f"the {name}" for name in ("head", "trunk")},
+        **{name: f"a {name}" for name in ("thigh", "knee", "shank", "foot")},
+        **{"hand": "each other", "arm": "the other arm"},
     },
     "carrier": {
         **{"knee": "on a knee", "seat": "on the seat", "trunk": "on the trunk"},
@@ -108,16 +107,9 @@ _DOINGS = {
     "head_incline": ("the head", "inclines"),
 }
 """By kind of track, or by part, who does it, and what."""
-_LENGTHS = {
-    "<": "less than {}",
-    "<=": "at most {}",
-    ">": "more than {}",
-    ">=": "at least {}",
-    "+": "at least {}",
-    "~": "about {} (a fifth more or less)",
-}
+_COMPARED = {"=": "", "!=": "not", "<": "less than", "<=": "at most", ">": "more than"}
+_COMPARED |= dict.fromkeys((">=", "+"), "at least")
 _UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}
-_SKIPS = {"": "{}", "<": "fewer than {}", "<=": "at most {}", ">": "more than {}"}
 _RELATIONS = {
     "with": "and in the meantime, sharing a frame at least, {}",
     "during": "and all of it while {}",
@@ -136,14 +128,6 @@ _WITHIN = {
     "before": "and when it is over ({} between), {}",
 }
 """By relation, what it says with a limit."""
-_COMPARED = {
-    "=": "is",
-    "!=": "is not",
-    "<": "is less than",
-    "<=": "is at most",
-    ">": "is more than",
-    ">=": "is at least",
-}
 _FIELDS = {
     "swings": "number of swings",
     "degrees": "angle",
@@ -183,7 +167,8 @@ def _clause(node: object) -> str:
         case Mirrors(first, second):
             return f"{first} is the mirror image of {second}"
         case Comparison(left, compare, right):
-            return f"{_clause(left)} {_COMPARED[compare]} {_clause(right)}"
+            compared = f"is {_COMPARED[compare]}".rstrip()
+            return f"{_clause(left)} {compared} {_clause(right)}"
         case Sum(terms):
             said = [f"{'plus' if sign > 0 else 'less'} {_clause(term)}" for sign, term in terms]
             return " ".join(said).removeprefix("plus ")
@@ -255,12 +240,11 @@ def _may_be_there(item: Item) -> bool:
 def _limit(arrow: Arrow) -> str:
     if arrow.length:
         return f" (after {_length(arrow.length)})"
-    return f" ({_skipped(arrow.skips)} between)" if arrow.skips else ""
-
-
-def _skipped(skips: Skips) -> str:
-    number = _SKIPS.get(skips.form, "at least {}").format(skips.count)
-    return f"{number} movement{'' if skips.count == 1 else 's'}"
+    if arrow.skips is None:
+        return ""
+    form, count = arrow.skips.form, arrow.skips.count
+    how = "fewer than " if form == "<" else f"{_COMPARED[form]} " if form else ""
+    return f" ({how}{count} movement{'' if count == 1 else 's'} between)"
 
 
 def _item(item: Item, begins: bool) -> str:
@@ -286,7 +270,9 @@ def _repeat(repeat: Repeat) -> str:
 def _length(length: Length) -> str:
     if length.last:
         return f"{_time(length.time)} to {_time(length.last)}"
-    return _LENGTHS[length.form].format(_time(length.time))
+    if length.form == "~":
+        return f"about {_time(length.time)} (a fifth more or less)"
+    return f"{_COMPARED[length.form]} {_time(length.time)}"
 
 
 def _doing(mover: Mover) -> tuple[str, str] | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from lanindex import records
 from lanindex.model import Capture, Hit, Symbol, Track
+from lanindex.search.explain import limits
 from lanindex.search.explain.changes import FORBIDDING
 from lanindex.search.explain.nearness import away, doubts, nearest
 from lanindex.search.language.query import (
@@ -22,57 +23,31 @@ from lanindex.search.language.query import (
     Line,
     Lines,
     Query,
-    Repeat,
     Step,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
 from lanindex.search.match import find_in
-
-_MOST_REPEATED = 30
-"""Up to how many repetitions are counted."""
 
 Symbols = tuple[Symbol, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Matched:
-    """A step of a pattern, and the symbols that matched it.
+    """A step of a pattern, and the symbols that matched it."""
 
-    Attributes
-    ----------
-    step : str
-        As written, with what goes before: ``-> high``, ``with l_arm``.
-    symbols : tuple of Symbol
-        Several of a pair, a stay or a repetition; none where it was left out.
-    """
-
-    step: str
-    symbols: Symbols
+    step: str  # as written, with what goes before: ``-> high``, ``with l_arm``
+    symbols: Symbols  # several of a pair, a stay or a repetition; none where it was left out
 
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """How far one alternative of a query came in a capture.
+    """How far one alternative of a query came in a capture."""
 
-    Attributes
-    ----------
-    reached : str
-        The longest beginning of it that is found; empty: none.
-    symbols : tuple of Symbol
-        What matched that.
-    wanted : str
-        What should have come then, as written.
-    instead : Symbol or None
-        What came nearest to it.
-    reason : str
-        All that in a sentence.
-    """
-
-    reached: str
-    symbols: Symbols
-    wanted: str
-    instead: Symbol | None
-    reason: str
+    reached: str  # the longest beginning of it that is found; empty: none
+    symbols: Symbols  # what matched that
+    wanted: str  # what should have come then, as written
+    instead: Symbol | None  # what came nearest to it
+    reason: str  # all that in a sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,18 +284,19 @@ class _Walk:
         """Return by how much the count or the whole length of a step is missed, if it is that."""
         item = line.items[count]
 
-        def hits(other: Item) -> list[Hit]:
-            items = (*line.items[:count], other)
+        def hits(**other: Any) -> list[Hit]:
+            items = (*line.items[:count], replace(item, **other))
             return self.hits(Line(items, line.arrows[:count], line.start))
 
-        for most in reversed(range(1, min(item.repeat.least, _MOST_REPEATED))):
-            if hits(replace(item, repeat=Repeat(most, None))):
-                return f'"{replace(item, repeat=ONCE)}" is there {most} in a row at most'
-        if isinstance(item.unit, Bracket) and item.length and not count:
-            endless = replace(item, length=None)
-            if frames := [hit.span.stop - hit.span.start for hit in hits(endless)]:
-                best = self.seconds(min(frames, key=lambda it: self.off(it, item.length)))
-                return f'"{endless}" takes {best}, wanted {item.length}'
+        if item.repeat.least > 1:
+            met = limits.nearest(item.repeat, lambda it: bool(hits(repeat=it)))
+            if met:
+                return f'"{replace(item, repeat=ONCE)}" is there {met[1]} in a row at most'
+        whole = isinstance(item.unit, Bracket) and item.length and not count
+        frames = [it.span.stop - it.span.start for it in hits(length=None)] if whole else []
+        if frames:
+            best = self.seconds(min(frames, key=lambda it: self.off(it, item.length)))
+            return f'"{replace(item, length=None)}" takes {best}, wanted {item.length}'
         return ""
 
     def nowhere(self, line: Line, item: Item) -> Stop:
