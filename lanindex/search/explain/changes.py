@@ -205,6 +205,9 @@ _FAMILY = {
 }
 """By limb, those that it consists of, or that it belongs to."""
 
+_TOGETHER = ("exactly with", "starting with", "ending with", "during")
+_CLOSE_BY = Length("<", Time(Fraction(1), "s"))
+
 Change = Callable[[Query], Iterator[Query]]
 """Takes a query, yields what it can become."""
 
@@ -245,19 +248,14 @@ def _manner(before: str, after: str) -> Callable[[Step], Iterator[Step]]:
     return change
 
 
-def _looser(beside: Beside) -> Iterator[Beside]:
-    if beside.relation in ("exactly with", "starting with", "ending with", "during"):
-        yield replace(beside, relation="with")
+def _relation(relations: tuple[str, ...], *others: dict[str, Any]) -> Callable[..., Iterator[Any]]:
+    """Return what lets a line lie otherwise beside the first, where no limit is set to that."""
 
+    def change(beside: Beside) -> Iterator[Beside]:
+        if beside.relation in relations and not beside.within:
+            yield from (replace(beside, **other) for other in others)
 
-def _close_by(beside: Beside) -> Iterator[Beside]:
-    if beside.relation == "with" and not beside.within:
-        yield replace(beside, within=Length("<", Time(Fraction(1), "s")))
-
-
-def _one_after_the_other(beside: Beside) -> Iterator[Beside]:
-    if beside.relation == "with" and not beside.within:
-        yield from (replace(beside, relation=relation) for relation in ("after", "before"))
+    return change
 
 
 def _own_side(step: Step) -> Iterator[Step]:
@@ -327,18 +325,18 @@ _EDITS: tuple[tuple[float, Change], ...] = (
     (1.1, _all(Arrow, _later)),
     (1.1, _one(Step, _manner("move", "via"))),
     (1.2, _all(Step, _manner("move", "via"))),
-    (1.2, _one(Beside, _looser)),
+    (1.2, _one(Beside, _relation(_TOGETHER, {"relation": "with"}))),
     (1.2, _one(Step, _own_side)),
     (1.3, _one(Step, _manner("at", "move"))),
     (1.3, _one(Step, _manner("hold", "at"))),
     (1.4, _one(Step, _manner("move", "at"))),
-    (1.4, _one(Beside, _close_by)),
+    (1.4, _one(Beside, _relation(("with",), {"within": _CLOSE_BY}))),
     (1.5, _exchanged(_either)),
     (1.6, _one(Word, _neighbours("direction"))),
     (1.8, _one(Word, _neighbours("level"))),
     (1.9, _other_side),
     (2.0, _exchanged(_relatives)),
-    (2.2, _one(Beside, _one_after_the_other)),
+    (2.2, _one(Beside, _relation(("with",), {"relation": "after"}, {"relation": "before"}))),
 )
 """Changes, each with its cost: from 1, a slip of the pen, to quite another movement."""
 
