@@ -291,7 +291,7 @@ class Walk:
     tracked : bool
         Whether it matters which way goes on in which.
     enough : str, optional
-        Which of its ends will do, as in `tails`.
+        Which of its ends will do, as in `best`.
     """
 
     def __init__(
