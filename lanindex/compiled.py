@@ -2,8 +2,7 @@
 
 Both ways give the same bytes. Compiled loops are several times as fast, but importing numba and
 loading its cache takes a third of a second, and compiling, which is done once after an
-install, takes seconds. So the work of the process decides, here and for the whole package (a
-search has its own loops, see `lanindex.search.compiled`).
+install, takes seconds. So the work of the process decides, here and for the whole package.
 """
 
 from __future__ import annotations

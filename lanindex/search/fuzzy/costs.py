@@ -142,7 +142,6 @@ class Kinds:
         )
         self._cell = cell & CELL
         self._turns = _turns(self._cell, known // (BUCKETS + 1) % (CELL + 1), self.bucket)
-        self._asked = 0
         self._tables: dict[tuple[frozenset[int] | None, ...], NDArray[np.int16]] = {}
 
     def table(self, state: State) -> NDArray[np.int16]:
@@ -162,29 +161,16 @@ class Kinds:
 
     def where(self, some: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Return the rows of some kinds: (N,), growing."""
-        if not self.by_kind_for(some):
+        if FEW * int(self.counts[some].sum()) > len(self.code):
             return np.flatnonzero(some[self.code])
         begins = (self.ends - self.counts)[some].tolist()
         pieces = [self.by_kind[it] for it in map(slice, begins, self.ends[some].tolist())]
         return np.sort(np.concatenate([self.by_kind[:0], *pieces])).astype(np.int64)
 
-    def by_kind_for(self, some: NDArray[np.bool_]) -> bool:
-        """Tell whether the rows of some kinds are looked up in those that are held by kind.
-
-        Who asks again will ask more often: from the second time on they are.
-        """
-        self._asked += 1
-        return self._asked > 1 and FEW * int(self.counts[some].sum()) <= len(self.code)
-
     @cached_property
     def stretches(self) -> NDArray[np.int64]:
         """The rows that begin stretches, and the one behind the last."""
         return np.flatnonzero(self.begins)
-
-    @cached_property
-    def longest(self) -> int:
-        """How many rows the longest stretch has."""
-        return int(np.diff(self.stretches).max(initial=0))
 
     @cached_property
     def by_kind(self) -> NDArray[np.int32]:
@@ -195,20 +181,6 @@ class Kinds:
     def ends(self) -> NDArray[np.int64]:
         """By kind where its rows end among those, (K,)."""
         return np.cumsum(self.counts)
-
-    @cached_property
-    def passed(self) -> NDArray[np.uint64]:
-        """The passing rows as a plane, with a word of 0 before it."""
-        plane = _packed(self.passing[self.code])
-        return np.concatenate((plane[:0], np.zeros(1, plane.dtype), plane))
-
-
-def _packed(mask: NDArray[np.bool_]) -> NDArray[np.uint64]:
-    """Return a mask as a plane."""
-    bits = np.packbits(mask, bitorder="little")
-    plane = np.zeros(len(mask) // 64 + 2, "<u8")
-    plane.view(np.uint8)[: len(bits)] = bits
-    return plane
 
 
 _known: WeakKeyDictionary[Columns, Kinds] = WeakKeyDictionary()

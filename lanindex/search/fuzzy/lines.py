@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, Roster, ranges
-from lanindex.search import compiled
 from lanindex.search.fuzzy.align import (
     NOTHING,
     Ask,
@@ -27,7 +26,6 @@ from lanindex.search.fuzzy.clocks import bounds_of
 from lanindex.search.fuzzy.costs import CHANGE, NEVER, UNIT, kinds_of, substitutions
 from lanindex.search.fuzzy.ends import Ends
 from lanindex.search.fuzzy.net import FAR, LATER, NEXT, Net
-from lanindex.search.fuzzy.scan import POSITION, scan
 from lanindex.search.fuzzy.trace import Stretch, trace
 from lanindex.search.fuzzy.windows import (
     FEW,
@@ -35,18 +33,12 @@ from lanindex.search.fuzzy.windows import (
     Whole,
     Windows,
     around,
-    likely,
-    roles,
     spread,
     wanted,
 )
 
 LIFTED = 1 << 40
 """More than any frame or row; times a number of captures it still fits 64 bits."""
-
-
-WINDOW = 8
-"""Rows that are looked at around one of which a match has one, about."""
 
 
 class Found(NamedTuple):
@@ -123,9 +115,8 @@ class Line:
         ]
         self._able = np.any([table <= self.most for table in self._tables], axis=0)
         self._seeds = wanted(net, self._tables, kinds.counts, self.most)
-        self.rarity = int(kinds.counts[self._seeds.kinds].sum())
+        self.rarity = int(kinds.counts[self._seeds].sum())
         """How many symbols there are of which a match has one."""
-        self._roles = roles(net, self._tables, kinds, self._seeds, self.most)
 
     def matches(self, among: Whole | None, ask: Ask) -> Found:
         """Return its matches in some captures, the best one from each row where some begin.
@@ -140,23 +131,7 @@ class Line:
         rows, whole = self._seeds_among(among)
         if self.net.stays:
             return self._of(*self._stays(rows, ask))
-        work = len(rows) * WINDOW if not whole else len(self.columns)
-        work += POSITION * self._kinds.longest
-        work *= len(self.net.states) + len(self.net.edges)
-        fast = compiled.chosen("fuzzy", work) if self._plain else None
-        if fast is None:
-            return self._of(*self._moves(rows, whole, ask))
-        tables = np.array(self._tables)
-        keys, last = scan(
-            fast, self.net, self._kinds, self.columns, tables, self.most, (rows, whole), ask
-        )
-        return self._of(keys, first_of(keys), last)
-
-    @property
-    def _plain(self) -> bool:
-        """Whether its kind alone tells what a symbol costs, and nothing else counts."""
-        asks = _asks(self.net.entry) or _asks(self.net.exit) or any(self._lengths)
-        return not asks and not any("change" in state.fits[0] for state in self.net.states)
+        return self._of(*self.moves(rows, whole, ask))
 
     def _seeds_among(self, among: Whole | None) -> tuple[Whole, bool]:
         """Return rows of which a match covers one, or the beginnings of all stretches."""
@@ -165,11 +140,7 @@ class Line:
         if FEW * self.rarity > int((within[1] - within[0]).sum()):
             _, rows = ranges(*within)
             return (rows if self.net.stays else rows[begins[rows]]), True
-        seeds = self._seeds.kinds
-        if self._roles:
-            rows = likely(self._roles, self._kinds, seeds, self.most)
-        else:
-            rows = self._kinds.where(seeds)
+        rows = self._kinds.where(self._seeds)
         if among is not None:
             place = np.searchsorted(within[0], rows, side="right") - 1
             rows = rows[(place >= 0) & (rows < within[1][place])]
@@ -191,7 +162,7 @@ class Line:
     def _captures(self, rows: Whole) -> Whole:
         return np.searchsorted(self.columns.bounds, rows, side="right") - 1
 
-    def _moves(self, seeds: Whole, whole: bool, ask: Ask) -> tuple[Keys, Whole, Whole]:
+    def moves(self, seeds: Whole, whole: bool, ask: Ask) -> tuple[Keys, Whole, Whole]:
         """Return keys, first and last rows of what matches around some rows."""
         windows = around(self._kinds, seeds, self._able, self.net, self.most, whole)
         found = [self._aligned(block, ask) for block in windows.blocks()]

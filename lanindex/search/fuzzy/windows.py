@@ -7,20 +7,17 @@ where none is are left out, and of the others only what a match around them can 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from types import ModuleType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import ranges
-from lanindex.search import compiled
 from lanindex.search.fuzzy.costs import Kinds
 from lanindex.search.fuzzy.net import MISSING, SKIPPED, Net
 
 Whole = NDArray[np.int64]
 Mask = NDArray[np.bool_]
-Codes = NDArray[np.unsignedinteger[Any]]
 Costs = NDArray[np.int16]
 
 TILE = 512
@@ -59,23 +56,8 @@ class Windows(NamedTuple):
             first = last
 
 
-class Seeds(NamedTuple):
-    """Symbols of which a match has one.
-
-    Attributes
-    ----------
-    kinds : ndarray
-        (K,) which kinds they are of.
-    steps : tuple of int
-        As which step of the line it is there; none: as any.
-    """
-
-    kinds: Mask
-    steps: tuple[int, ...]
-
-
-def wanted(net: Net, tables: list[Costs], counts: Whole, most: int) -> Seeds:
-    """Return what a match must have one of.
+def wanted(net: Net, tables: list[Costs], counts: Whole, most: int) -> Mask:
+    """Return which kinds of symbols a match must have one of: (K,).
 
     Parameters
     ----------
@@ -89,108 +71,13 @@ def wanted(net: Net, tables: list[Costs], counts: Whole, most: int) -> Seeds:
         What a match may cost.
     """
     steps = net.unavoidable
-    choices = [Seeds(np.any([table <= most for table in tables], axis=0), ())]
+    choices = [np.any([table <= most for table in tables], axis=0)]
     for number in range(most // MISSING + 1, len(steps) + 1):
         # were each of so many dearer than its share, or missing, all were dearer than they may
         fits = {step: tables[step] <= most // number for step in steps}
         rarest = sorted(steps, key=lambda it: int(counts[fits[it]].sum()))[:number]
-        choices.append(Seeds(np.any([fits[it] for it in rarest], axis=0), tuple(rarest)))
-    return min(choices, key=lambda it: int(counts[it.kinds].sum()))
-
-
-class Beside(NamedTuple):
-    """What the two rows next to a step, before it or behind it, cost at least.
-
-    Attributes
-    ----------
-    near, far : ndarray
-        (K,) int16: what each kind costs in the nearer row, and in the one beyond.
-    instead : ndarray
-        (K,) int16: the same of the one beyond where the nearer one is passing, and matches nothing.
-    most : int
-        What both cost at most.
-    """
-
-    near: Costs
-    far: Costs
-    instead: Costs
-    most: int
-
-    def least(self, kinds: Kinds, one: Codes, two: Codes) -> Costs:
-        """Return what rows cost at least, by the kinds of both."""
-        instead = np.where(kinds.passing[one], self.instead[two], np.int16(self.most))
-        least: Costs = np.minimum(self.near[one] + self.far[two], instead)
-        return least
-
-
-class Role(NamedTuple):
-    """A seed as a step of a line: what each kind costs, and what the rows beside it do."""
-
-    own: Costs
-    before: Beside
-    behind: Beside
-
-
-def roles(net: Net, tables: list[Costs], kinds: Kinds, seeds: Seeds, most: int) -> list[Role]:
-    """Return as what seeds can be in a match, where the rows beside them tell whether they are.
-
-    A match costs as much at least as the seed and the two rows before it and behind it: as the
-    steps next to that one, or what it costs to pass over a symbol, whichever is less.
-    """
-    found = [
-        Role(tables[step], *(_beside(net, tables, kinds, step, way) for way in (-1, 1)))
-        for step in seeds.steps
-    ]
-    return found if all(max(it.before.most, it.behind.most) > most for it in found) else []
-
-
-def likely(roles: list[Role], kinds: Kinds, seeds: Mask, most: int) -> Whole:
-    """Return the rows of some kinds that can be in a match as one of some roles, growing."""
-    fast = compiled.chosen("fuzzy", int(kinds.counts[seeds].sum()) * len(roles))
-    if not fast or not kinds.by_kind_for(seeds):
-        rows = kinds.where(seeds)
-    else:
-        rows = _between(fast, roles, kinds, seeds, most)
-    last = len(kinds.code) - 1
-    near = [kinds.code[np.clip(rows + away, 0, last)] for away in (-2, -1, 0, 1, 2)]
-    fits = np.zeros(len(rows), np.bool_)
-    for role in roles:
-        before = role.before.least(kinds, near[1], near[0])
-        fits |= role.own[near[2]] + before + role.behind.least(kinds, near[3], near[4]) <= most
-    return rows[fits]
-
-
-def _between(fast: ModuleType, roles: list[Role], kinds: Kinds, seeds: Mask, most: int) -> Whole:
-    """Return of these rows, growing, those beside which none is that is too dear by itself."""
-    held = kinds.by_kind, kinds.ends, kinds.counts, kinds.passed
-    found = []
-    for own, *sides in roles:
-        fits = np.array([[it.near for it in sides], [it.far for it in sides]]) <= most
-        narrow = (np.array([it.most for it in sides]) > most) & ~fits.all(axis=2)
-        fits[1] &= ~kinds.passing  # those are let through anyway
-        narrow &= FEW * (fits @ kinds.counts) < len(kinds.code)
-        found.append(fast.between(seeds & (own <= most), *fits, narrow, *held))
-    return np.unique(np.concatenate(found)) if len(found) > 1 else found[0]
-
-
-def _beside(net: Net, tables: list[Costs], kinds: Kinds, step: int, way: int) -> Beside:
-    ends = [min(costs) for costs in zip(*(net.exit if way > 0 else net.entry), strict=True)]
-    edges = [edge if way > 0 else (edge[1], edge[0], edge[2]) for edge in net.edges]
-
-    def after(steps: set[int]) -> tuple[set[int], Costs, int]:
-        """Return the steps next to some, what each kind costs as one of them, and the most."""
-        onto = {(there, later) for here, there, later in edges if here in steps}
-        most = min([SKIPPED, *(ends[it] for it in steps)])
-        most = 0 if any(later for _, later in onto) else most
-        fits = [tables[it] for it, _ in onto]
-        costs = np.min([np.full(len(kinds.counts), most, np.int16), *fits], axis=0)
-        return {it for it, _ in onto}, costs, most
-
-    steps, near, most = after({step})
-    _, far, _ = after(steps)
-    nothing = np.int16(0)
-    far, instead = (np.where(kinds.passing, nothing, it) for it in (far, near))
-    return Beside(near, far, instead, most)
+        choices.append(np.any([fits[it] for it in rarest], axis=0))
+    return min(choices, key=lambda it: int(counts[it].sum()))
 
 
 def around(

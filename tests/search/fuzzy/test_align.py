@@ -5,22 +5,19 @@ from itertools import combinations
 import made_patterns
 import numpy as np
 import pytest
-from both_ways import fast, plain
 from fuzzy_lines import costs_of, counted_lines, net_of, rows_of, tables_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
-from lanindex.model.columns import PASSING, STARTING, columns_of
-from lanindex.search import compiled
+from lanindex.model.columns import PASSING, STARTING, columns_of, roster_of
 from lanindex.search.automaton import plan
-from lanindex.search.compiled import loaded
-from lanindex.search.fuzzy import costs, windows
 from lanindex.search.fuzzy.align import NOTHING, align, blur_of, cost_of, first_of
 from lanindex.search.fuzzy.costs import MOST, UNIT, angles, kinds_of, middles
+from lanindex.search.fuzzy.lines import Line
 from lanindex.search.fuzzy.net import FREE, MISSING, SKIPPED, Net, nets_of
-from lanindex.search.fuzzy.scan import scan
 from lanindex.search.fuzzy.trace import Stretch, trace
+from lanindex.search.fuzzy.windows import wanted
 from lanindex.search.language import parse
 
 
@@ -76,55 +73,31 @@ def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
         assert found == expected
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(
     counted_lines(),
     st.lists(made_patterns.recordings(), min_size=1, max_size=3),
     st.integers(0, 300),
 )
-def test_the_compiled_way_gives_the_same(text, recordings, most):
+def test_windows_around_what_a_match_must_have_leave_out_no_match(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
-    line = net_of(text)
-    kinds, tables = kinds_of(columns), tables_of(line, columns)
-    expected = align(line, rows_of(line, columns), most, ask)
+    net, kinds = net_of(text), kinds_of(columns)
+    line = Line(net, columns, roster_of(captures), most)
+    expected = align(net, rows_of(net, columns), line.most, ask)
     ends = np.flatnonzero(expected != NOTHING)
-    for seeds in ((kinds.stretches[:-1], True), (np.arange(len(columns)), False)):
-        keys, last = scan(loaded("fuzzy"), line, kinds, columns, tables, most, seeds, ask)
+    expected = expected[ends]
+    seeds = kinds.where(wanted(net, list(tables_of(net, columns)), kinds.counts, line.most))
+    for rows, whole in (
+        (kinds.stretches[:-1], True),
+        (np.arange(len(columns)), False),
+        (seeds, False),
+    ):
+        keys, first, last = line.moves(rows, whole, ask)
         assert last.tolist() == ends.tolist()
-        assert keys.tolist() == expected[ends].tolist()
-
-
-@settings(max_examples=300, deadline=None)
-@given(
-    counted_lines(),
-    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
-    st.integers(0, SKIPPED - 1),
-)
-def test_what_the_rows_beside_a_seed_tell_leaves_out_no_match(text, recordings, most):
-    captures, held = zip(*recordings, strict=True)
-    columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
-    line = net_of(text)
-    kinds, tables = kinds_of(columns), tables_of(line, columns)
-    seeds = windows.wanted(line, list(tables), kinds.counts, most)
-    found = windows.roles(line, list(tables), kinds, seeds, most)
-    if not found:
-        return
-    expected = align(line, rows_of(line, columns), most, ask)
-    ends = np.flatnonzero(expected != NOTHING)
-    told = []
-    for way in (plain, fast):  # the second time rows are held by kind
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(compiled, "chosen", way)
-            patch.setattr(windows, "FEW", 0)
-            patch.setattr(costs, "FEW", 0)
-            rows = windows.likely(found, kinds, seeds.kinds, most)
-        told.append(rows.tolist())
-        keys, last = scan(loaded("fuzzy"), line, kinds, columns, tables, most, (rows, False), ask)
-        assert last.tolist() == ends.tolist()
-        assert keys.tolist() == expected[ends].tolist()
-    inner = range(2, len(columns) - 2)  # the compiled way knows that nothing lies beyond the ends
-    assert [it for it in told[0] if it in inner or it in told[1]] == told[1]
+        assert first.tolist() == first_of(expected).tolist()
+        assert cost_of(keys).tolist() == cost_of(expected).tolist()
+        assert blur_of(keys).tolist() == blur_of(expected).tolist()
 
 
 @settings(max_examples=100, deadline=None)
