@@ -23,6 +23,7 @@ from time import process_time
 
 import synthetic
 from places import CAPTURES
+from plain_matcher import find as find_exactly
 from rapidfuzz import process
 from rapidfuzz.distance import Levenshtein
 
@@ -31,7 +32,7 @@ from lanindex.encode import encode
 from lanindex.formats import read
 from lanindex.model import Capture
 from lanindex.model.columns import columns_of, roster_of
-from lanindex.search import fuzzy, plain
+from lanindex.search import fuzzy
 from lanindex.search.language import parse
 
 ALLOWED = ("0", "0.5", "1", "5%", "10%", "15%", "20%", "25%", "30%")
@@ -121,7 +122,7 @@ def main() -> None:
     classes = sorted(set(labels.values()))
     nine = [name for name in classes if name not in EXERCISES]
     print(f"{len(recordings)} clips, {len(scores)} scores, {len(classes)} and {len(nine)} classes")
-    ways = {"exact": lambda query: plain.find(query, recordings)}
+    ways = {"exact": lambda query: find_exactly(query, recordings)}
     for allowed in ALLOWED:
         allowance = fuzzy.Allowance.read(allowed)
         ways[f"--fuzzy {allowed}"] = lambda query, allowance=allowance: fuzzy.find(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from fractions import Fraction
 
@@ -12,13 +13,11 @@ from lanindex.errors import UsageError
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import plan
 from lanindex.search.fuzzy.align import Ask
-from lanindex.search.fuzzy.allowance import Allowance
-from lanindex.search.fuzzy.apart import Refusal
-from lanindex.search.fuzzy.costs import BUCKETS, UNIT
+from lanindex.search.fuzzy.costs import BUCKETS, UNIT, Allowance
 from lanindex.search.fuzzy.found import Found, Source
+from lanindex.search.fuzzy.joining import Joining, Plan, Refusal, Table
 from lanindex.search.fuzzy.lines import LIFTED
-from lanindex.search.fuzzy.overlaps import staying
-from lanindex.search.fuzzy.wholes import Joining, Plan, Table
+from lanindex.search.fuzzy.windows import Mask, Whole
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
@@ -31,8 +30,6 @@ CLEAR = (15, 14, 12, 8)
 
 MORE = 4
 """How many times the captures are looked at that would be enough had each a hit."""
-
-Whole = NDArray[np.int64]
 
 
 def find(
@@ -249,3 +246,66 @@ def _kept(tables: list[Table], exact: Exact | None, overlaps: str, ask: Ask) -> 
         once = once[staying(capture[once], low[once], high[once], rank, ask)]
     order = once[np.lexsort((high[once], low[once], capture[once]))]
     return plan[order], match[order]
+
+
+PATIENCE = 1 << 12
+"""Matches after which it is asked again whether to go on."""
+
+ROUNDS = 24
+"""How often all knots are untied at once; what is left then is gone through one by one."""
+
+
+def staying(capture: Whole, low: Whole, high: Whole, rank: Whole, ask: Ask) -> Mask:
+    """Return which matches stay if the best is taken first, and what overlaps it is left.
+
+    Parameters
+    ----------
+    capture, low, high : ndarray
+        (H,) where each is, and its frames.
+    rank : ndarray
+        (H,) which is the better: all different, smaller is better.
+    ask : callable
+        Is asked now and then whether to go on.
+
+    Returns
+    -------
+    ndarray
+        (H,) bool.
+    """
+    kept = np.zeros(len(low), np.bool_)
+    begin, end = capture * LIFTED + low, capture * LIFTED + high
+    left = np.argsort(begin, kind="stable")
+    for _ in range(ROUNDS):
+        if not len(left):
+            return kept
+        ask()
+        # of what hangs together by overlaps the best one stays, which cuts it apart
+        behind = np.maximum.accumulate(end[left])
+        new = np.ones(len(left), np.bool_)
+        new[1:] = begin[left[1:]] >= behind[:-1]
+        first = np.flatnonzero(new)
+        sizes = np.diff(np.append(first, len(left)))
+        best = np.repeat(np.minimum.reduceat(rank[left], first), sizes)
+        stays = left[rank[left] == best]
+        kept[stays] = True
+        apart = (end[left] <= np.repeat(begin[stays], sizes)) | (
+            begin[left] >= np.repeat(end[stays], sizes)
+        )
+        left = left[apart]
+    _one_by_one(kept, begin, end, left[np.argsort(rank[left])], ask)
+    return kept
+
+
+def _one_by_one(kept: Mask, begin: Whole, end: Whole, order: Whole, ask: Ask) -> None:
+    """Mark what stays of matches in order of their rank, which overlap nothing marked yet."""
+    ends: list[int] = []
+    begins: list[int] = []
+    for number, index in enumerate(order.tolist()):
+        if not number % PATIENCE:
+            ask()
+        low, high = int(begin[index]), int(end[index])
+        place = bisect_left(ends, low + 1)
+        if place == len(begins) or begins[place] >= high:
+            begins.insert(place, low)
+            ends.insert(place, high)
+            kept[index] = True

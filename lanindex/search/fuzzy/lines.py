@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cached_property
+from math import floor
 from operator import add
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model.columns import PASSING, THOUSANDTHS, Columns, Roster, ranges
+from lanindex.model.columns import PASSING, STARTING, THOUSANDTHS, Columns, Roster, ranges
 from lanindex.search.fuzzy.align import (
     NOTHING,
     Ask,
     Keys,
     Rows,
+    Stretch,
     align,
     blur_of,
     blurs,
     cost_of,
     first_of,
     key_of,
+    trace,
 )
-from lanindex.search.fuzzy.clocks import bounds_of
 from lanindex.search.fuzzy.costs import CHANGE, NEVER, UNIT, kinds_of, substitutions
-from lanindex.search.fuzzy.ends import Ends
-from lanindex.search.fuzzy.net import FAR, LATER, NEXT, Net
-from lanindex.search.fuzzy.trace import Stretch, trace
+from lanindex.search.fuzzy.net import FAR, LATER, NEXT, SKIPPED, Net
 from lanindex.search.fuzzy.windows import (
     FEW,
     Mask,
@@ -36,6 +37,106 @@ from lanindex.search.fuzzy.windows import (
     spread,
     wanted,
 )
+from lanindex.search.language.times import Clock, Length
+
+ENDLESS = 1 << 33
+"""More frames than a capture has."""
+
+
+def bounds_of(roster: Roster, length: Length | None) -> tuple[Whole, Whole]:
+    """Return the fewest and the most frames that meet a length, (C,) each; `ENDLESS`: no limit."""
+    if length is None:
+        return np.zeros(len(roster), np.int64), np.full(len(roster), ENDLESS)
+    clocks, which = _clocks(roster)
+    bounds = [length.bounds(clock) for clock in clocks]
+    limits = [
+        (min(least, ENDLESS), ENDLESS if most is None else min(most, ENDLESS))
+        for least, most in bounds
+    ]
+    least, most = np.array(limits, np.int64).reshape(-1, 2)[which].T
+    return least, most
+
+
+def slack_of(roster: Roster, tolerance: Fraction) -> Whole:
+    """Return how many frames a tolerance is, (C,), rounded down."""
+    clocks, which = _clocks(roster)
+    frames = [min(floor(tolerance * clock.rate), ENDLESS) for clock in clocks]
+    return np.array(frames, np.int64)[which]
+
+
+def _clocks(roster: Roster) -> tuple[list[Clock], NDArray[np.intp]]:
+    """Return the different clocks of captures, and which each one has."""
+    which = np.zeros(len(roster), np.int64)
+    for column in (*roster.rate.T, *roster.speed.T):
+        values, own = np.unique(column, return_inverse=True)
+        _, which = np.unique(which * len(values) + own, return_inverse=True)
+    _, first = np.unique(which, return_index=True)
+    found = [
+        Clock(Fraction(*rate), Fraction(*speed) / 60)
+        for rate, speed in zip(
+            roster.rate[first].tolist(), roster.speed[first].tolist(), strict=True
+        )
+    ]
+    return found, which
+
+
+class Ends:
+    """The starts and ends of clips, for the rows of a part.
+
+    Parameters
+    ----------
+    columns : Columns
+        Of the part.
+    roster : Roster
+        The captures.
+    """
+
+    def __init__(self, columns: Columns, roster: Roster) -> None:
+        self._columns = columns
+        self._moves = np.flatnonzero(columns.cell & (PASSING | STARTING) == 0)
+        self._starting = np.flatnonzero(columns.cell & STARTING != 0)
+        self._from_start, self._to_end = np.ones((2, len(roster)), np.bool_)
+        whose, begin, end = columns.gaps.T
+        if len(whose):
+            first = np.append(True, whose[1:] != whose[:-1])
+            last = np.append(first[1:], True)
+            self._from_start[whose[first]] = begin[first] == 0
+            self._to_end[whose[last]] = end[last] == roster.frames[whose[last]]
+
+    def from_start(self, rows: Whole) -> NDArray[np.int32]:
+        """Return what it costs to begin with some rows, (2, R): right at the start, and behind it.
+
+        Right at the start each shown symbol before costs as if it were passed over. With a starting
+        position, or where the part is not known all the way, nothing can begin.
+        """
+        capture = self._captures(rows)
+        begin = self._columns.bounds[capture]
+        known = self._from_start[capture] & (self._columns.cell[rows] & STARTING == 0)
+        known &= self._stretches(begin + 1, rows) == 0
+        return _besides(known, np.searchsorted(self._moves, rows) - self._before(begin))
+
+    def to_end(self, rows: Whole) -> NDArray[np.int32]:
+        """Return what it costs to end with some rows, (2, R): right at the end, and before it."""
+        capture = self._captures(rows)
+        end = self._columns.bounds[capture + 1]
+        known = self._to_end[capture] & (self._stretches(rows + 1, end) == 0)
+        return _besides(known, self._before(end) - self._before(rows + 1))
+
+    def _captures(self, rows: Whole) -> Whole:
+        return np.searchsorted(self._columns.bounds, rows, side="right") - 1
+
+    def _before(self, rows: Whole) -> Whole:
+        return np.searchsorted(self._moves, rows)
+
+    def _stretches(self, low: Whole, high: Whole) -> Whole:
+        """Return how many stretches begin between some rows and others, half-open."""
+        return np.searchsorted(self._starting, high) - np.searchsorted(self._starting, low)
+
+
+def _besides(known: NDArray[np.bool_], between: Whole) -> NDArray[np.int32]:
+    costs = np.minimum(between * SKIPPED, FAR)
+    return np.where(known, np.stack((costs, np.zeros_like(costs))), FAR).astype(np.int32)
+
 
 LIFTED = 1 << 40
 """More than any frame or row; times a number of captures it still fits 64 bits."""

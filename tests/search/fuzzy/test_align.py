@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of, roster_of
 from lanindex.search.automaton import plan
-from lanindex.search.fuzzy.align import NOTHING, align, blur_of, cost_of, first_of
+from lanindex.search.fuzzy.align import NOTHING, Stretch, align, blur_of, cost_of, first_of, trace
 from lanindex.search.fuzzy.costs import MOST, UNIT, angles, kinds_of, middles
 from lanindex.search.fuzzy.lines import Line
 from lanindex.search.fuzzy.net import FREE, MISSING, SKIPPED, Net, nets_of
-from lanindex.search.fuzzy.trace import Stretch, trace
 from lanindex.search.fuzzy.windows import wanted
 from lanindex.search.language import parse
 

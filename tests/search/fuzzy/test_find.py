@@ -15,9 +15,8 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.fuzzy import Allowance
 from lanindex.search.fuzzy import find as find_in_columns
-from lanindex.search.fuzzy.find import MORE
+from lanindex.search.fuzzy.find import MORE, PATIENCE, ROUNDS, staying
 from lanindex.search.fuzzy.found import Source
-from lanindex.search.fuzzy.overlaps import PATIENCE, ROUNDS, staying
 from lanindex.search.hits import Lazy
 from lanindex.search.language import parse
 
