@@ -15,9 +15,9 @@ from lanindex.search.automaton import plan
 from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.costs import BUCKETS, UNIT, Allowance
 from lanindex.search.fuzzy.found import Found, Source
-from lanindex.search.fuzzy.joining import Joining, Plan, Refusal, Table
+from lanindex.search.fuzzy.joining import Joining, Plan, Table, disturbed
 from lanindex.search.fuzzy.lines import LIFTED
-from lanindex.search.fuzzy.windows import Mask, Whole
+from lanindex.search.fuzzy.windows import BoolArray, IntArray
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
@@ -181,7 +181,7 @@ class _Search:
         """Return what a match may cost that is to fit well enough, in steps of a margin less."""
         return min(one.most, one.steps * UNIT * most // BUCKETS)
 
-    def _possible(self, clear: int) -> tuple[Whole, NDArray[np.float64]]:
+    def _possible(self, clear: int) -> tuple[IntArray, NDArray[np.float64]]:
         """Return the captures in which matches can be as clear, and how well they fit at most."""
         most = np.zeros(len(self._roster))
         for one in self._plans:
@@ -192,7 +192,7 @@ class _Search:
         found = np.flatnonzero(most)
         return found, most[found]
 
-    def _among(self, places: Whole | None, most: int, exact: Exact | None = None) -> Found:
+    def _among(self, places: IntArray | None, most: int, exact: Exact | None = None) -> Found:
         """Return all hits in some captures; None: in all."""
         roster, columns, recordings = self._roster, self._columns, self._recordings
         tables = []
@@ -203,8 +203,8 @@ class _Search:
             joining = Joining(one, roster, columns, self._limit(one, most))
             table = joining.table(places, self._tolerance, self._ask)
             for apart in one.apart:
-                args = apart, roster, columns, recordings, self._tolerance, self._watch
-                table = table.chosen(~Refusal(*args).disturbed(table))
+                args = roster, columns, recordings, self._tolerance, self._watch
+                table = table.chosen(~disturbed(apart, table, *args))
             tables.append((table, one.steps))
         held = [table for table, _ in tables]
         exact = None if exact is None else _besides(exact, held)
@@ -220,7 +220,9 @@ def _besides(exact: Exact, tables: list[Table]) -> Exact:
     return exact.arranged(np.flatnonzero(~np.isin(own, begun)).tolist())
 
 
-def _kept(tables: list[Table], exact: Exact | None, overlaps: str, ask: Ask) -> tuple[Whole, Whole]:
+def _kept(
+    tables: list[Table], exact: Exact | None, overlaps: str, ask: Ask
+) -> tuple[IntArray, IntArray]:
     """Return which matches are shown, by capture, start and end: of which table, and which."""
     leads = [(table.lines[0], table.places[:, 0]) for table in tables]
     parts = [line.net.part for (line, _), _ in leads]
@@ -255,22 +257,12 @@ ROUNDS = 24
 """How often all knots are untied at once; what is left then is gone through one by one."""
 
 
-def staying(capture: Whole, low: Whole, high: Whole, rank: Whole, ask: Ask) -> Mask:
-    """Return which matches stay if the best is taken first, and what overlaps it is left.
+def staying(
+    capture: IntArray, low: IntArray, high: IntArray, rank: IntArray, ask: Ask
+) -> BoolArray:
+    """Return which matches stay if the best is taken first, and what overlaps it is left: (H,).
 
-    Parameters
-    ----------
-    capture, low, high : ndarray
-        (H,) where each is, and its frames.
-    rank : ndarray
-        (H,) which is the better: all different, smaller is better.
-    ask : callable
-        Is asked now and then whether to go on.
-
-    Returns
-    -------
-    ndarray
-        (H,) bool.
+    `rank` tells which is the better: all different, smaller is better.
     """
     kept = np.zeros(len(low), np.bool_)
     begin, end = capture * LIFTED + low, capture * LIFTED + high
@@ -296,7 +288,7 @@ def staying(capture: Whole, low: Whole, high: Whole, rank: Whole, ask: Ask) -> M
     return kept
 
 
-def _one_by_one(kept: Mask, begin: Whole, end: Whole, order: Whole, ask: Ask) -> None:
+def _one_by_one(kept: BoolArray, begin: IntArray, end: IntArray, order: IntArray, ask: Ask) -> None:
     """Mark what stays of matches in order of their rank, which overlap nothing marked yet."""
     ends: list[int] = []
     begins: list[int] = []

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import Roster
-from lanindex.search.fast.found import Found as Exact
-from lanindex.search.fast.placed import Placed
-from lanindex.search.fast.ragged import Numbers, Whole
-from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.joining import Table
 from lanindex.search.fuzzy.lines import fits
+from lanindex.search.match.arrays import AnyArray, IntArray
+from lanindex.search.match.finder import Recordings
+from lanindex.search.match.hits import Found as Exact
+from lanindex.search.match.hits import Placed
 
 
 class Source:

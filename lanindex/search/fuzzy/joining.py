@@ -11,17 +11,16 @@ from numpy.typing import NDArray
 
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import NEGATIONS, Companion, Program
-from lanindex.search.fast.find import Finder, Watch
-from lanindex.search.fast.found import Found as Exact
-from lanindex.search.fast.ragged import smallest_in
-from lanindex.search.fast.source import Recordings
 from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.costs import Allowance
 from lanindex.search.fuzzy.lines import ENDLESS, LIFTED, Found, Line, bounds_of, fits, slack_of
 from lanindex.search.fuzzy.net import Net, nets_of
-from lanindex.search.fuzzy.windows import Mask, Whole
+from lanindex.search.fuzzy.windows import BoolArray, IntArray
 from lanindex.search.language.query import Choice, Lines, Query
 from lanindex.search.language.times import Length
+from lanindex.search.match.arrays import smallest_in
+from lanindex.search.match.finder import Finder, Recordings, Watch
+from lanindex.search.match.hits import Found as Exact
 
 NOBODY = 1 << 62
 """The place of the one that goes with a match, where none does."""
@@ -36,21 +35,13 @@ class Limits(NamedTuple):
     Without a limit of its own a line shares a frame where `most` is -1.
     """
 
-    slack: Whole
-    least: Whole
-    most: Whole
+    slack: IntArray
+    least: IntArray
+    most: IntArray
 
 
 class Others:
-    """The matches of another line, by how good they are: the cheapest, of these the first over.
-
-    Parameters
-    ----------
-    found : Found
-        The matches.
-    ask : callable
-        Is asked now and then whether to go on.
-    """
+    """The matches of another line, by how good they are: the cheapest, of these the first over."""
 
     def __init__(self, found: Found, ask: Ask) -> None:
         self.best = np.lexsort((found.until, found.cost))
@@ -66,15 +57,17 @@ class Others:
         by_end = np.argsort(lifted + found.until, kind="stable")
         self._ends, self._place_of_end = (lifted + found.until)[by_end], places[by_end]
 
-    def starting(self, low: Whole, high: Whole) -> Whole:
+    def starting(self, low: IntArray, high: IntArray) -> IntArray:
         """Return the place of the best one that begins in each stretch of frames, both included."""
         return _best(self._start, self._place, low, high)
 
-    def ending(self, low: Whole, high: Whole) -> Whole:
+    def ending(self, low: IntArray, high: IntArray) -> IntArray:
         """Return the place of the best one that is over in each stretch of frames."""
         return _best(self._ends, self._place_of_end, low, high)
 
-    def covering(self, start: tuple[Whole, Whole], until: tuple[Whole, Whole]) -> Whole:
+    def covering(
+        self, start: tuple[IntArray, IntArray], until: tuple[IntArray, IntArray]
+    ) -> IntArray:
         """Return the place of the best one with both its start and its end in such stretches.
 
         Those of about one length are looked at together: few others begin where they might.
@@ -92,13 +85,13 @@ class Others:
         return found
 
 
-def _best(keys: Whole, places: Whole, low: Whole, high: Whole) -> Whole:
+def _best(keys: IntArray, places: IntArray, low: IntArray, high: IntArray) -> IntArray:
     first = np.searchsorted(keys, low)
     behind = np.maximum(np.searchsorted(keys, high, side="right"), first)
     return smallest_in(places, first, behind, NOBODY)
 
 
-def _pairs(low: Whole, high: Whole) -> Iterator[tuple[Whole, Whole]]:
+def _pairs(low: IntArray, high: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
     """Yield all pairs of a range and a place in it, for ranges ``[low, high)``, some at once."""
     sizes = np.maximum(high - low, 0)
     sums = np.concatenate([[0], np.cumsum(sizes)])
@@ -111,13 +104,13 @@ def _pairs(low: Whole, high: Whole) -> Iterator[tuple[Whole, Whole]]:
 class _Lifted(NamedTuple):
     """Leading matches, in frames that tell captures apart: from where to where, and theirs."""
 
-    start: Whole
-    until: Whole
-    begin: Whole
-    end: Whole
+    start: IntArray
+    until: IntArray
+    begin: IntArray
+    end: IntArray
 
 
-def _shares(line: _Lifted, others: Others, limits: Limits) -> Whole:
+def _shares(line: _Lifted, others: Others, limits: Limits) -> IntArray:
     low, high = line.start - limits.most, line.until + limits.most
     low, high = np.maximum(low, line.begin), np.minimum(high, line.end)
     # what begins near enough is near enough; what begins before must last long enough
@@ -126,43 +119,26 @@ def _shares(line: _Lifted, others: Others, limits: Limits) -> Whole:
     )
 
 
-def _inside(line: _Lifted, others: Others, limits: Limits) -> Whole:
-    return others.covering((line.begin, line.start), (line.until, line.end))
+def _around(frames: IntArray, limits: Limits) -> tuple[IntArray, IntArray]:
+    return frames - limits.slack, frames + limits.slack
 
 
-def _starts(line: _Lifted, others: Others, limits: Limits) -> Whole:
-    return others.starting(line.start - limits.slack, line.start + limits.slack)
-
-
-def _ends(line: _Lifted, others: Others, limits: Limits) -> Whole:
-    return others.ending(line.until - limits.slack, line.until + limits.slack)
-
-
-def _agrees(line: _Lifted, others: Others, limits: Limits) -> Whole:
-    return others.covering(
-        (line.start - limits.slack, line.start + limits.slack),
-        (line.until - limits.slack, line.until + limits.slack),
-    )
-
-
-def _behind(line: _Lifted, others: Others, limits: Limits) -> Whole:
-    low = np.maximum(line.start - limits.most, line.begin)
-    return others.ending(low, line.start - limits.least)
-
-
-def _before(line: _Lifted, others: Others, limits: Limits) -> Whole:
-    high = np.minimum(line.until + limits.most, line.end)
-    return others.starting(line.until + limits.least, high)
-
-
-RELATIONS: dict[str, Callable[[_Lifted, Others, Limits], Whole]] = {
+RELATIONS: dict[str, Callable[[_Lifted, Others, Limits], IntArray]] = {
     "with": _shares,
-    "during": _inside,
-    "starting with": _starts,
-    "ending with": _ends,
-    "exactly with": _agrees,
-    "after": _behind,
-    "before": _before,
+    "during": lambda line, others, _: others.covering(
+        (line.begin, line.start), (line.until, line.end)
+    ),
+    "starting with": lambda line, others, limits: others.starting(*_around(line.start, limits)),
+    "ending with": lambda line, others, limits: others.ending(*_around(line.until, limits)),
+    "exactly with": lambda line, others, limits: others.covering(
+        _around(line.start, limits), _around(line.until, limits)
+    ),
+    "after": lambda line, others, limits: others.ending(
+        np.maximum(line.start - limits.most, line.begin), line.start - limits.least
+    ),
+    "before": lambda line, others, limits: others.starting(
+        line.until + limits.least, np.minimum(line.until + limits.most, line.end)
+    ),
 }
 """By relation: the place of the best match of the other line that goes with each leading one."""
 
@@ -170,25 +146,8 @@ OUTSIDE = ("during", "after", "before")
 """Relations that add no frames to a hit."""
 
 
-def partners(relation: str, found: Found, others: Found, limits: Limits, ask: Ask) -> Whole:
-    """Return which match of another line goes best with each of the leading one.
-
-    Parameters
-    ----------
-    relation : str
-        How they must lie.
-    found, others : Found
-        (N,) leading matches, and those of the other line.
-    limits : Limits
-        By leading match.
-    ask : callable
-        Is asked now and then whether to go on.
-
-    Returns
-    -------
-    ndarray
-        (N,) places in `others`; -1: none.
-    """
+def partners(relation: str, found: Found, others: Found, limits: Limits, ask: Ask) -> IntArray:
+    """Return which of the others goes best with each leading match: (N,) places; -1: none."""
     table = Others(others, ask)
     begin = found.capture * LIFTED
     line = _Lifted(begin + found.start, begin + found.until, begin, begin + LIFTED - 1)
@@ -222,18 +181,8 @@ class Apart(NamedTuple):
 class Plan(NamedTuple):
     """What a leading line asks for.
 
-    Attributes
-    ----------
-    net : Net
-        The leading line.
-    beside : tuple of Beside
-        Those that must lie beside it.
-    apart : tuple of Apart
-        Those that must not; no edits are allowed to them.
-    steps : int
-        Of all lines but those.
-    most : int
-        What a match may cost, in parts of an edit.
+    ``apart`` must not happen, and no edits are allowed to it; ``steps`` counts those of all other
+    lines, ``most`` is what a match may cost, in parts of an edit.
     """
 
     net: Net
@@ -279,37 +228,34 @@ def _beside(companion: Companion) -> list[Beside]:
 
 
 class Table(NamedTuple):
-    """The matches of a plan.
+    """The matches of a plan, (N,) by column.
 
     Attributes
     ----------
-    capture, low, high : ndarray
-        (N,) where, and the frames of it.
     cost, blur : ndarray
-        (N,) of all lines together, as in `lanindex.search.fuzzy.lines.Found`.
+        Of all lines together, as in `Found`.
     lines : list of tuple of Line, Found
         All that matches are made of.
-    own : ndarray
-        (N, L) by line of the pattern which of these it is; the leading line comes first.
-    places : ndarray
-        (N, L) which match of that.
+    own, places : ndarray
+        (N, L) by line of the pattern which of these it is, and which match of that; the leading
+        line comes first.
     """
 
-    capture: Whole
-    low: Whole
-    high: Whole
-    cost: Whole
-    blur: Whole
+    capture: IntArray
+    low: IntArray
+    high: IntArray
+    cost: IntArray
+    blur: IntArray
     lines: list[tuple[Line, Found]]
-    own: Whole
-    places: Whole
+    own: IntArray
+    places: IntArray
 
-    def chosen(self, which: Whole | Mask) -> Table:
+    def chosen(self, which: IntArray | BoolArray) -> Table:
         """Return some of them."""
         columns = {name: getattr(self, name)[which] for name in self._fields if name != "lines"}
         return self._replace(**columns)
 
-    def frames(self) -> tuple[Whole, Whole]:
+    def frames(self) -> tuple[IntArray, IntArray]:
         """Return from where to where the symbols of each match lie, (N,) each."""
         low, high = self.low.copy(), self.high.copy()
         for number, (line, found) in enumerate(self.lines):
@@ -331,21 +277,7 @@ class Table(NamedTuple):
 
 
 class Joining:
-    """Sets the lines of a plan side by side.
-
-    Parameters
-    ----------
-    plan : Plan
-        What is looked for.
-    roster : Roster
-        Where.
-    columns : Mapping of str to Columns
-        Of all parts.
-    most : int
-        What a match may cost.
-    clear : int
-        As of `Line`.
-    """
+    """Sets the lines of a plan side by side; ``most`` and ``clear`` are as of `Line`."""
 
     def __init__(
         self, plan: Plan, roster: Roster, columns: Mapping[str, Columns], most: int, clear: int = 0
@@ -356,7 +288,7 @@ class Joining:
             [Line(net, columns[net.part], roster, most, clear) for net in nets] for nets in every
         ]
 
-    def found(self, among: Whole | None, ask: Ask) -> tuple[Whole | None, list[list[Found]]]:
+    def found(self, among: IntArray | None, ask: Ask) -> tuple[IntArray | None, list[list[Found]]]:
         """Return in which of some captures all lines match, and all their matches there.
 
         The rarest line comes first: only where it matches the others are looked for.
@@ -368,7 +300,7 @@ class Joining:
             among = np.unique(np.concatenate([it.capture for it in found[number]]))
         return among, found
 
-    def bounds(self, steps: int, ask: Ask) -> tuple[Whole, NDArray[np.float64]]:
+    def bounds(self, steps: int, ask: Ask) -> tuple[IntArray, NDArray[np.float64]]:
         """Return the captures in which all lines match, and how well a hit fits there at most."""
         among, found = self.found(None, ask)
         places = np.empty(0, np.int64) if among is None else among
@@ -384,7 +316,7 @@ class Joining:
             least = np.minimum(least, best)
         return places, least
 
-    def table(self, among: Whole | None, tolerance: Fraction, ask: Ask) -> Table:
+    def table(self, among: IntArray | None, tolerance: Fraction, ask: Ask) -> Table:
         """Return what matches all lines in some captures, one for each row the first begins."""
         _, ((lead,), *others) = self.found(among, ask)
         flat = [(line, found) for sides, every in zip(self._lines, [[lead], *others], strict=True)
@@ -440,7 +372,7 @@ class Joining:
             places=np.column_stack((joined.places, place[kept])),
         )
 
-    def _limits(self, beside: Beside, tolerance: Fraction, capture: Whole) -> Limits:
+    def _limits(self, beside: Beside, tolerance: Fraction, capture: IntArray) -> Limits:
         places, own = np.unique(capture, return_inverse=True)
         roster = self._roster.taken(places)
         least, most = bounds_of(roster, beside.within)
@@ -449,7 +381,7 @@ class Joining:
         return Limits(slack_of(roster, tolerance)[own], np.maximum(least, 0)[own], most[own])
 
 
-def _column(every: list[Found], own: Whole, place: Whole, name: str) -> Whole:
+def _column(every: list[Found], own: IntArray, place: IntArray, name: str) -> IntArray:
     """Return a column of matches, each of one of some tables."""
     column = np.zeros(len(own), np.int64)
     for number, found in enumerate(every):
@@ -458,110 +390,76 @@ def _column(every: list[Found], own: Whole, place: Whole, name: str) -> Whole:
     return column
 
 
-class Refusal:
-    """Tells which matches a line disturbs that must not happen.
+def disturbed(
+    apart: Apart,
+    table: Table,
+    roster: Roster,
+    columns: Mapping[str, Columns],
+    recordings: Recordings,
+    tolerance: Fraction,
+    watch: Watch | None,
+) -> BoolArray:
+    """Return which matches of a table a line disturbs that must not happen: (N,).
 
-    Parameters
-    ----------
-    apart : Apart
-        The line.
-    roster : Roster
-        All captures.
-    columns : Mapping of str to Columns
-        Of all parts.
-    recordings : callable
-        As of `lanindex.search.fast.Finder`.
-    tolerance : Fraction
-        Seconds within which edges agree.
-    watch : callable, optional
-        Is told how far the search is.
+    The line is looked for exactly, by the engine.
     """
+    if not len(table.capture):
+        return np.zeros(0, np.bool_)
 
-    def __init__(
-        self,
-        apart: Apart,
-        roster: Roster,
-        columns: Mapping[str, Columns],
-        recordings: Recordings,
-        tolerance: Fraction,
-        watch: Watch | None,
-    ) -> None:
-        self._apart, self._roster, self._columns = apart, roster, columns
-        self._recordings, self._tolerance, self._watch = recordings, tolerance, watch
+    def ask() -> None:
+        if watch:
+            watch(0, len(roster))
 
-    def disturbed(self, table: Table) -> Mask:
-        """Return which matches of a table are disturbed: (N,)."""
-        if not len(table.capture):
-            return np.zeros(0, np.bool_)
-        places = np.unique(table.capture)
-        hits = self._hits(places)
-        capture = np.searchsorted(places, table.capture)
-        _, most = bounds_of(self._roster.taken(places), self._apart.within)
-        reach = np.where(most >= ENDLESS, -1, most)[capture]
-        never = self._apart.relation == "never"
-        low = np.where(never, 0, np.maximum(table.low - reach, 0)) + capture * LIFTED
-        high = np.where(never, LIFTED - 1, table.high + reach) + capture * LIFTED
-        near = _between(hits, low, high)
-        if not {line.net.part for line, _ in table.lines} & set(self._parts):
-            return near > 0
-        # what a match is made of lies in its frames: any hit outside of them disturbs it
-        begin, end = table.frames()
-        low = np.maximum(low, begin + capture * LIFTED)
-        high = np.minimum(high, end + capture * LIFTED)
-        own = _between(hits, low, high)
-        found: Mask = near > own
-        asked = np.flatnonzero((near == own) & (own > 0))
-        pairs = list(self._overlapping(hits, low[asked], high[asked]))
-        found[asked] = self._by_others(table, asked, pairs, hits)
-        return found
-
-    @property
-    def _parts(self) -> frozenset[str]:
-        return self._apart.query.parts
-
-    def _hits(self, places: Whole) -> Exact:
-        """Return all hits of the line in some captures."""
-        held = {part: self._columns[part].taken(places) for part in self._parts}
-        own = places.tolist()
-        finder = Finder(
-            self._apart.query,
-            self._roster.taken(places),
-            held,
-            lambda some, parts: self._recordings([own[place] for place in some], parts),
-            self._tolerance,
-        )
-        return finder.find("all", self._watch)
-
-    def _ask(self) -> None:
-        if self._watch:
-            self._watch(0, len(self._roster))
-
-    def _overlapping(self, hits: Exact, low: Whole, high: Whole) -> Iterator[Whole]:
-        """Yield the hits, in order of capture and start, that reach into each such stretch."""
-        begins, ends = hits.place * LIFTED + hits.low, hits.place * LIFTED + hits.high
-        longest = int((ends - begins).max(initial=0))
-        first = np.searchsorted(begins, low - longest).tolist()
-        behind = np.searchsorted(begins, high, side="right").tolist()
-        for begin, end, least in zip(first, behind, low.tolist(), strict=True):
-            self._ask()
-            yield np.flatnonzero(ends[begin:end] >= least) + begin
-
-    def _by_others(
-        self, table: Table, matches: Whole, pairs: list[Whole], hits: Exact
-    ) -> list[bool]:
-        """Tell which matches hits disturb that have no symbol in common with them."""
-        wanted = np.unique(np.concatenate([np.empty(0, np.int64), *pairs])).tolist()
-        symbols = {}
-        for index, hit in zip(wanted, hits.arranged(wanted), strict=True):
-            symbols[index] = {(it.part, it.ordinal) for it in hit.symbols}
-            self._ask()
-        return [
-            not all(_share(table, match, symbols[index]) for index in own.tolist())
-            for match, own in zip(matches.tolist(), pairs, strict=True)
-        ]
+    places = np.unique(table.capture)
+    parts, own_places, own_roster = apart.query.parts, places.tolist(), roster.taken(places)
+    hits = Finder(
+        apart.query,
+        own_roster,
+        {part: columns[part].taken(places) for part in parts},
+        lambda some, parts: recordings([own_places[place] for place in some], parts),
+        tolerance,
+    ).find("all", watch)
+    capture = np.searchsorted(places, table.capture)
+    _, most = bounds_of(own_roster, apart.within)
+    reach = np.where(most >= ENDLESS, -1, most)[capture]
+    never = apart.relation == "never"
+    low = np.where(never, 0, np.maximum(table.low - reach, 0)) + capture * LIFTED
+    high = np.where(never, LIFTED - 1, table.high + reach) + capture * LIFTED
+    near = _between(hits, low, high)
+    if not {line.net.part for line, _ in table.lines} & parts:
+        return near > 0
+    # what a match is made of lies in its frames: any hit outside of them disturbs it
+    begin, end = table.frames()
+    low = np.maximum(low, begin + capture * LIFTED)
+    high = np.minimum(high, end + capture * LIFTED)
+    own = _between(hits, low, high)
+    found: BoolArray = near > own
+    asked = np.flatnonzero((near == own) & (own > 0))
+    pairs = list(_overlapping(hits, low[asked], high[asked], ask))
+    wanted = np.unique(np.concatenate([np.empty(0, np.int64), *pairs])).tolist()
+    symbols = {}
+    for index, hit in zip(wanted, hits.arranged(wanted), strict=True):
+        symbols[index] = {(it.part, it.ordinal) for it in hit.symbols}
+        ask()
+    found[asked] = [
+        not all(_share(table, match, symbols[index]) for index in inside.tolist())
+        for match, inside in zip(asked.tolist(), pairs, strict=True)
+    ]
+    return found
 
 
-def _between(hits: Exact, low: Whole, high: Whole) -> Whole:
+def _overlapping(hits: Exact, low: IntArray, high: IntArray, ask: Ask) -> Iterator[IntArray]:
+    """Yield the hits, in order of capture and start, that reach into each such stretch."""
+    begins, ends = hits.place * LIFTED + hits.low, hits.place * LIFTED + hits.high
+    longest = int((ends - begins).max(initial=0))
+    first = np.searchsorted(begins, low - longest).tolist()
+    behind = np.searchsorted(begins, high, side="right").tolist()
+    for begin, end, least in zip(first, behind, low.tolist(), strict=True):
+        ask()
+        yield np.flatnonzero(ends[begin:end] >= least) + begin
+
+
+def _between(hits: Exact, low: IntArray, high: IntArray) -> IntArray:
     """Return how many hits reach into each stretch of lifted frames, both ends included."""
     begins = np.sort(hits.place * LIFTED + hits.low)
     ends = np.sort(hits.place * LIFTED + hits.high)

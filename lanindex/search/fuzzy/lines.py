@@ -30,8 +30,8 @@ from lanindex.search.fuzzy.costs import CHANGE, NEVER, UNIT, kinds_of, substitut
 from lanindex.search.fuzzy.net import FAR, LATER, NEXT, SKIPPED, Net
 from lanindex.search.fuzzy.windows import (
     FEW,
-    Mask,
-    Whole,
+    BoolArray,
+    IntArray,
     Windows,
     around,
     spread,
@@ -43,7 +43,7 @@ ENDLESS = 1 << 33
 """More frames than a capture has."""
 
 
-def bounds_of(roster: Roster, length: Length | None) -> tuple[Whole, Whole]:
+def bounds_of(roster: Roster, length: Length | None) -> tuple[IntArray, IntArray]:
     """Return the fewest and the most frames that meet a length, (C,) each; `ENDLESS`: no limit."""
     if length is None:
         return np.zeros(len(roster), np.int64), np.full(len(roster), ENDLESS)
@@ -57,7 +57,7 @@ def bounds_of(roster: Roster, length: Length | None) -> tuple[Whole, Whole]:
     return least, most
 
 
-def slack_of(roster: Roster, tolerance: Fraction) -> Whole:
+def slack_of(roster: Roster, tolerance: Fraction) -> IntArray:
     """Return how many frames a tolerance is, (C,), rounded down."""
     clocks, which = _clocks(roster)
     frames = [min(floor(tolerance * clock.rate), ENDLESS) for clock in clocks]
@@ -103,7 +103,7 @@ class Ends:
             self._from_start[whose[first]] = begin[first] == 0
             self._to_end[whose[last]] = end[last] == roster.frames[whose[last]]
 
-    def from_start(self, rows: Whole) -> NDArray[np.int32]:
+    def from_start(self, rows: IntArray) -> NDArray[np.int32]:
         """Return what it costs to begin with some rows, (2, R): right at the start, and behind it.
 
         Right at the start each shown symbol before costs as if it were passed over. With a starting
@@ -115,25 +115,25 @@ class Ends:
         known &= self._stretches(begin + 1, rows) == 0
         return _besides(known, np.searchsorted(self._moves, rows) - self._before(begin))
 
-    def to_end(self, rows: Whole) -> NDArray[np.int32]:
+    def to_end(self, rows: IntArray) -> NDArray[np.int32]:
         """Return what it costs to end with some rows, (2, R): right at the end, and before it."""
         capture = self._captures(rows)
         end = self._columns.bounds[capture + 1]
         known = self._to_end[capture] & (self._stretches(rows + 1, end) == 0)
         return _besides(known, self._before(end) - self._before(rows + 1))
 
-    def _captures(self, rows: Whole) -> Whole:
+    def _captures(self, rows: IntArray) -> IntArray:
         return np.searchsorted(self._columns.bounds, rows, side="right") - 1
 
-    def _before(self, rows: Whole) -> Whole:
+    def _before(self, rows: IntArray) -> IntArray:
         return np.searchsorted(self._moves, rows)
 
-    def _stretches(self, low: Whole, high: Whole) -> Whole:
+    def _stretches(self, low: IntArray, high: IntArray) -> IntArray:
         """Return how many stretches begin between some rows and others, half-open."""
         return np.searchsorted(self._starting, high) - np.searchsorted(self._starting, low)
 
 
-def _besides(known: NDArray[np.bool_], between: Whole) -> NDArray[np.int32]:
+def _besides(known: NDArray[np.bool_], between: IntArray) -> NDArray[np.int32]:
     costs = np.minimum(between * SKIPPED, FAR)
     return np.where(known, np.stack((costs, np.zeros_like(costs))), FAR).astype(np.int32)
 
@@ -159,15 +159,15 @@ class Found(NamedTuple):
         (N,) rows of the part.
     """
 
-    capture: Whole
-    start: Whole
-    until: Whole
-    cost: Whole
-    blur: Whole
-    first: Whole
-    last: Whole
+    capture: IntArray
+    start: IntArray
+    until: IntArray
+    cost: IntArray
+    blur: IntArray
+    first: IntArray
+    last: IntArray
 
-    def chosen(self, which: Whole | Mask) -> Found:
+    def chosen(self, which: IntArray | BoolArray) -> Found:
         """Return some of them."""
         return Found._make(column[which] for column in self)
 
@@ -181,7 +181,7 @@ class Found(NamedTuple):
         return self.chosen(order[places[np.diff(first[places], prepend=-1) > 0]])
 
 
-def fits(cost: Whole, blur: Whole, steps: int) -> NDArray[np.float64]:
+def fits(cost: IntArray, blur: IntArray, steps: int) -> NDArray[np.float64]:
     """Return how well matches fit, 0 to 1, of a plan with so many steps."""
     found: NDArray[np.float64] = (THOUSANDTHS - blur) / THOUSANDTHS
     return found * np.maximum(1 - cost / UNIT / steps, 0)
@@ -219,7 +219,7 @@ class Line:
         self.rarity = int(kinds.counts[self._seeds].sum())
         """How many symbols there are of which a match has one."""
 
-    def matches(self, among: Whole | None, ask: Ask) -> Found:
+    def matches(self, among: IntArray | None, ask: Ask) -> Found:
         """Return its matches in some captures, the best one from each row where some begin.
 
         Parameters
@@ -234,7 +234,7 @@ class Line:
             return self._of(*self._stays(rows, ask))
         return self._of(*self.moves(rows, whole, ask))
 
-    def _seeds_among(self, among: Whole | None) -> tuple[Whole, bool]:
+    def _seeds_among(self, among: IntArray | None) -> tuple[IntArray, bool]:
         """Return rows of which a match covers one, or the beginnings of all stretches."""
         bounds, begins = self.columns.bounds, self._kinds.begins
         within = (bounds[:-1], bounds[1:]) if among is None else (bounds[among], bounds[among + 1])
@@ -247,7 +247,7 @@ class Line:
             rows = rows[(place >= 0) & (rows < within[1][place])]
         return rows, False
 
-    def costs(self, rows: Whole) -> NDArray[np.int16]:
+    def costs(self, rows: IntArray) -> NDArray[np.int16]:
         """Return what symbols cost as each of the steps: (K, R)."""
         costs = np.empty((len(self.net.states), len(rows)), np.int16)
         for number, (state, table) in enumerate(zip(self.net.states, self._tables, strict=True)):
@@ -260,10 +260,10 @@ class Line:
                 costs[number, ~lasting | (frames == 0)] = NEVER
         return costs
 
-    def _captures(self, rows: Whole) -> Whole:
+    def _captures(self, rows: IntArray) -> IntArray:
         return np.searchsorted(self.columns.bounds, rows, side="right") - 1
 
-    def moves(self, seeds: Whole, whole: bool, ask: Ask) -> tuple[Keys, Whole, Whole]:
+    def moves(self, seeds: IntArray, whole: bool, ask: Ask) -> tuple[Keys, IntArray, IntArray]:
         """Return keys, first and last rows of what matches around some rows."""
         windows = around(self._kinds, seeds, self._able, self.net, self.most, whole)
         found = [self._aligned(block, ask) for block in windows.blocks()]
@@ -271,7 +271,7 @@ class Line:
         keys, first, last = map(np.concatenate, zip(*found, (none, none, none), strict=True))
         return keys, first, last
 
-    def _aligned(self, windows: Windows, ask: Ask) -> tuple[Keys, Whole, Whole]:
+    def _aligned(self, windows: Windows, ask: Ask) -> tuple[Keys, IntArray, IntArray]:
         """Return the same of some windows."""
         rows, begins, counted = spread(windows)
         code = self._kinds.code[rows]
@@ -302,7 +302,7 @@ class Line:
     def _ends(self) -> Ends:
         return Ends(self.columns, self._roster)
 
-    def _besides(self, rows: Whole) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def _besides(self, rows: IntArray) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return what it costs besides to begin and to end at some rows, where the line asks."""
         nothing, net = np.zeros((2, 1), np.int32), self.net
         return (
@@ -310,7 +310,7 @@ class Line:
             self._ends.to_end(rows) if _asks(net.exit) else nothing,
         )
 
-    def _stays(self, rows: Whole, ask: Ask) -> tuple[Keys, Whole, Whole]:
+    def _stays(self, rows: IntArray, ask: Ask) -> tuple[Keys, IntArray, IntArray]:
         """Return the same where it asks where the part is."""
         ask()
         (costs,) = self.costs(rows).astype(np.int64)
@@ -319,7 +319,7 @@ class Line:
         keys = key_of(costs, blur)[within]
         return keys, rows[within], rows[within]
 
-    def _of(self, keys: Keys, first: Whole, last: Whole) -> Found:
+    def _of(self, keys: Keys, first: IntArray, last: IntArray) -> Found:
         """Return matches as columns, of those that begin alike the best."""
         columns = self.columns
         start, until = columns.start[first].astype(np.int64), columns.stop[last].astype(np.int64)
@@ -367,7 +367,7 @@ def _asks(ways: tuple[tuple[int, ...], ...]) -> bool:
     return any(cost < FAR for way in (NEXT, LATER) for cost in ways[way])
 
 
-def leaving(columns: Columns, roster: Roster, rows: Whole) -> Whole:
+def leaving(columns: Columns, roster: Roster, rows: IntArray) -> IntArray:
     """Return when the part leaves what some rows show: (R,) frames."""
     capture = np.searchsorted(columns.bounds, rows, side="right") - 1
     end = columns.bounds[capture + 1]

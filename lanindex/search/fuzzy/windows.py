@@ -16,8 +16,8 @@ from lanindex.model.columns import ranges
 from lanindex.search.fuzzy.costs import Kinds
 from lanindex.search.fuzzy.net import MISSING, SKIPPED, Net
 
-Whole = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 Costs = NDArray[np.int16]
 
 TILE = 512
@@ -41,9 +41,9 @@ class Windows(NamedTuple):
         (N,) the first row of each whose matches count; those before have been looked at.
     """
 
-    low: Whole
-    take: Whole
-    high: Whole
+    low: IntArray
+    take: IntArray
+    high: IntArray
 
     def blocks(self) -> Iterator[Windows]:
         """Yield them by so many as have about `BLOCK` rows."""
@@ -56,7 +56,7 @@ class Windows(NamedTuple):
             first = last
 
 
-def wanted(net: Net, tables: list[Costs], counts: Whole, most: int) -> Mask:
+def wanted(net: Net, tables: list[Costs], counts: IntArray, most: int) -> BoolArray:
     """Return which kinds of symbols a match must have one of: (K,).
 
     Parameters
@@ -81,7 +81,7 @@ def wanted(net: Net, tables: list[Costs], counts: Whole, most: int) -> Mask:
 
 
 def around(
-    kinds: Kinds, rows: Whole, able: Mask, net: Net, most: int, whole: bool = False
+    kinds: Kinds, rows: IntArray, able: BoolArray, net: Net, most: int, whole: bool = False
 ) -> Windows:
     """Return the windows that hold every match that covers one of some rows.
 
@@ -113,7 +113,7 @@ def around(
     return tiled(kinds, low[first], high[last], net, most)
 
 
-def tiled(kinds: Kinds, low: Whole, high: Whole, net: Net, most: int) -> Windows:
+def tiled(kinds: Kinds, low: IntArray, high: IntArray, net: Net, most: int) -> Windows:
     """Return windows of which none is long, where matches are short."""
     if net.reach(most) is None or not (high - low > 2 * TILE).any():
         return Windows(low, low, high)
@@ -128,7 +128,9 @@ def tiled(kinds: Kinds, low: Whole, high: Whole, net: Net, most: int) -> Windows
     return Windows(back, take, np.minimum(take + TILE, np.repeat(high, pieces)))
 
 
-def _away(kinds: Kinds, rows: Whole, able: Mask, step: int, net: Net, most: int) -> Whole:
+def _away(
+    kinds: Kinds, rows: IntArray, able: BoolArray, step: int, net: Net, most: int
+) -> IntArray:
     """Return the last rows, up or down, that a match can reach from some."""
     shown = ~kinds.passing
     skipped = shown & ~able
@@ -150,7 +152,7 @@ def _away(kinds: Kinds, rows: Whole, able: Mask, step: int, net: Net, most: int)
     return there
 
 
-def spread(windows: Windows) -> tuple[Whole, Whole, Mask]:
+def spread(windows: Windows) -> tuple[IntArray, IntArray, BoolArray]:
     """Return the rows of windows, where each begins among them, and which of them count."""
     bounds, rows = ranges(windows.low, windows.high)
     return rows, bounds[:-1], rows >= np.repeat(windows.take, windows.high - windows.low)
