@@ -59,6 +59,7 @@ CONSTRUCTS: dict[str, float] = {
     "or": 0.1,
     "with": 0.2,
     "within": 0.25,
+    "overlapping": 0.07,
     "during": 0.07,
     "starting with": 0.05,
     "ending with": 0.05,
@@ -79,7 +80,7 @@ CONSTRUCTS: dict[str, float] = {
 """Whatever a pattern may have or lack, and how likely it is to be taken where it could stand."""
 
 RELATIONS = (
-    *("with", "during", "starting with", "ending with", "exactly with"),
+    *("with", "overlapping", "during", "starting with", "ending with", "exactly with"),
     *("after", "before", "without", "never"),
 )
 RELATIVE = ("side", "side_forward", "side_back", "across", "across_forward", "across_back")

@@ -74,7 +74,8 @@ _arrow = _any_of(
     *("...[>0]", "->[2f+]", "then"),
 )
 _relation = _any_of(
-    *("with", "with", "during", "starting with", "ending with", "exactly with", "without")
+    *("with", "with", "overlapping", "during"),
+    *("starting with", "ending with", "exactly with", "without"),
 )
 _seldom = st.integers(0, 6).map(lambda number: number == 0)
 

@@ -315,11 +315,13 @@ class Plain(Things):
             return False
         begins, ends = abs(it.start - start) <= slack, abs(it.until - until) <= slack
         shared = start < it.until and it.start < until
+        common = min(until, it.until) - max(start, it.start)
         if within:
             apart = 0 if shared else max(it.start - until, start - it.until)
             shared = apart < within.time.frames(self.clock)
         return {
             "with": shared,
+            "overlapping": shared and (it.alone or 2 * common >= it.until - it.start),
             "without": shared,
             "never": True,
             "during": it.start <= start and until <= it.until,

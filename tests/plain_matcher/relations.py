@@ -36,8 +36,18 @@ FORBIDDEN = ("without", "never")
 NO_FRAMES = ("during", "after", "before")
 """Relations of lines that add no frames to the hit."""
 
+
+def _shared(it: Stretch, other: Stretch) -> int:
+    return min(it.until, other.until) - max(it.start, other.start)
+
+
 _AGREE: dict[str, Callable[[Stretch, Stretch, int], bool]] = {
     "with": lambda it, other, slack: it.start < other.until and other.start < it.until,
+    "overlapping": lambda it, other, slack: (
+        it.start < other.until
+        and other.start < it.until
+        and (other.alone or 2 * _shared(it, other) >= other.until - other.start)
+    ),
     "during": lambda it, other, slack: other.start <= it.start and it.until <= other.until,
     "starting with": lambda it, other, slack: abs(other.start - it.start) <= slack,
     "ending with": lambda it, other, slack: abs(other.until - it.until) <= slack,

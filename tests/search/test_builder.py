@@ -41,6 +41,7 @@ BUILT: list[tuple[Pattern, str]] = [
     (right.to("high").without(head).during(left), "r_arm high without head during l_arm"),
     (right.to("high").after(head, within="<1s"), "r_arm high after[<1s] head"),
     (right.before(head).never(part("leg")), "r_arm before head never leg"),
+    (right.overlapping(left), "r_arm overlapping l_arm"),
     (right.starting_with(left), "r_arm starting with l_arm"),
     (right.ending_with(left), "r_arm ending with l_arm"),
     (right.exactly_with(left), "r_arm exactly with l_arm"),

@@ -164,6 +164,7 @@ ERRORS = [
     ("r_arm high with«[»1s l_arm", 'a "]" is missing'),
     ("r_arm high before«[»<1s l_arm", 'a "]" is missing'),
     ("r_arm high «during[»1s] l_arm", 'No time goes with "during"'),
+    ("r_arm high «overlapping[»1s] l_arm", 'No time goes with "overlapping": half of the other'),
     ("r_arm high «never[»1s] l_arm", 'No time goes with "never"'),
     ("r_arm high starting «with[»1s] l_arm", "--tolerance"),
     ("r_arm high after «2»s head", "A time goes into square brackets: after[<1s]"),

@@ -226,6 +226,7 @@ def _refuse(program: Program) -> None:
         "brackets with a length or a line beside them": any(
             group.length or group.companions for group in program.brackets
         ),
+        '"overlapping"': any(it.relation == "overlapping" for it in program.whole.companions),
         '"hold", and "at" beside other steps or with a length': not stays
         and any(state.manner in ("at", "hold") for state in states),
         "the feet of a jump, degrees of turns and bends, what is touched or carries, "

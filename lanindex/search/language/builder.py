@@ -119,6 +119,10 @@ class Pattern:
         """Share a frame with another line, or lie less than a time apart: ``"1s"``."""
         return self._beside("with", other, within)
 
+    def overlapping(self, other: Pattern) -> Pattern:
+        """Share at least half of the frames of another line."""
+        return self._beside("overlapping", other)
+
     def during(self, other: Pattern) -> Pattern:
         """Lie inside another line."""
         return self._beside("during", other)

@@ -51,6 +51,7 @@ _ANYONE = Mover("any part", "one", ("r_any",))
 _EDGES = "--tolerance tells how far the edges may lie apart."
 _UNLIMITED = {
     "during": "one lies inside the other.",
+    "overlapping": "half of the other line is shared.",
     "never": "it looks at all of the capture.",
     **{f"{word} with": _EDGES for word in TWO_WORD_RELATIONS},
 }

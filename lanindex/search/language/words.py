@@ -168,7 +168,7 @@ _NAMES_TOO = ("feet", "bend", *GRADES)  # what a colon or an @ can make a name
 DEGREES = "deg"
 UNITS = ("s", "ms", "f", "b")  # units of time: seconds, milliseconds, frames of the source, beats
 
-ONE_WORD_RELATIONS = ("with", "during", "without", "after", "before", "never")
+ONE_WORD_RELATIONS = ("with", "overlapping", "during", "without", "after", "before", "never")
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
 """How a line may stand beside the first one; ``with`` follows those of two words."""
 

@@ -36,7 +36,7 @@ _SHORTER_TOO = ("starting with", "after", "before", "during", "without", "never"
 """Relations to which a line stands if one stands to it that goes on where it could have ended."""
 
 
-_LONGER_TOO = ("with", "starting with", "after", "never")
+_LONGER_TOO = ("with", "overlapping", "starting with", "after", "never")
 """Relations to which a line stands if one stands to it that it goes on."""
 
 LONGER_BESIDE = ("with", "during", "starting with", "before")

@@ -531,7 +531,7 @@ def _sharing(program: Program, companion: Companion) -> bool:
     if companion.within:
         return False
     if companion.relation != "without":
-        return companion.relation in ("with", "during")
+        return companion.relation in ("with", "overlapping", "during")
     inside = [it for group in program.brackets for it in group.companions]
     relations = {it.relation for it in program.whole.companions}
     return not inside and relations <= {*FORBIDDEN, *NO_FRAMES}

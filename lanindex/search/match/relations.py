@@ -166,7 +166,7 @@ def limits(relation: str, lines: Spans, margins: Margins) -> Limits:
     found = {"begin_first": first, "begin_last": last, "end_first": first, "end_last": last}
     least, most, slack = (it[lines.capture] for it in (margins.least, margins.most, margins.slack))
     least = np.maximum(least, 0)
-    if relation in ("with", "without"):
+    if relation in ("with", "without", "overlapping"):
         found |= {"begin_last": until + most, "end_first": start - most}
     elif relation == "during":
         found |= {"begin_last": start, "end_first": until}
@@ -189,7 +189,8 @@ def limits(relation: str, lines: Spans, margins: Margins) -> Limits:
 def holds(relation: str, lines: Spans, others: Others, margins: Margins) -> BoolArray:
     """Tell which lines have another one that stands in a relation to them.
 
-    Of those that lie exactly with them only the beginnings are compared.
+    Of those that lie exactly with them only the beginnings are compared; of those that overlap
+    them it is enough that they share a frame.
     """
     if not len(others):
         return np.zeros(len(lines), bool)
@@ -234,8 +235,11 @@ def pairs(
     first = np.searchsorted(others.starts, base + limit.begin_first)
     first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
     line, other = spread(first, np.searchsorted(others.starts, base + limit.begin_last, "right"))
-    until = others.lines.until[other]
+    start, until = others.lines.start[other], others.lines.until[other]
     fits = (limit.end_first[line] <= until) & (until <= limit.end_last[line])
+    if relation == "overlapping":
+        shared = np.minimum(lines.until[line], until) - np.maximum(lines.start[line], start)
+        fits &= (2 * shared >= until - start) | others.lines.alone[other]
     return line[fits], other[fits]
 
 

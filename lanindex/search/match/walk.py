@@ -76,7 +76,10 @@ def by_rank(ranks: IntArray, rows: Matches) -> Iterator[tuple[int, Matches]]:
         yield int(ranks[own[0]]), rows.at(own)
 
 
-_FROM_HERE = ("with", "during", "starting with", "ending with", "exactly with", "before")
+_FROM_HERE = (
+    *("with", "overlapping", "during"),
+    *("starting with", "ending with", "exactly with", "before"),
+)
 """Relations to lines that end after the beginning of what they stand beside."""
 
 

@@ -189,6 +189,7 @@ def test_the_middles_are_as_far_apart_as_a_body_sees_them():
         "r_arm low ...[2] high",
         "start ->[<1s] r_arm high",
         "arms at high",
+        "r_arm high overlapping l_arm high",
     ],
 )
 def test_what_has_no_edits_is_refused_by_name(text):

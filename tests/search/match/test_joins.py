@@ -16,9 +16,9 @@ def lines(random, many: int, captures: int = 3) -> Spans:
     )
 
 
-def innermost(one: Spans, other: Others, margins: Margins):
+def innermost(relation: str, one: Spans, other: Others, margins: Margins):
     """Yield, pair by pair, the hulls of each line and another that hold no other such hull."""
-    line, beside_it = relations.pairs("with", one, other, margins)
+    line, beside_it = relations.pairs(relation, one, other, margins)
     low = np.minimum(one.low[line], other.lines.low[beside_it])
     high = np.maximum(one.high[line], other.lines.high[beside_it])
     hulls = {*zip(line.tolist(), low.tolist(), high.tolist(), strict=True)}
@@ -36,12 +36,47 @@ def test_the_best_hulls_of_lines_that_share_frames(seed):
     margins = Margins(none, none + int(random.integers(-1, 4)), none)
     found = relations.hulls("with", one, other, margins)
     assert set(zip(*(it.tolist() for it in found), strict=True)) == set(
-        innermost(one, other, margins)
+        innermost("with", one, other, margins)
     )
     assert (np.diff(found[0]) >= 0).all()
     named = set(found[0].tolist())
     assert named == set(relations.pairs("with", one, other, margins)[0].tolist())
     assert named == set(np.flatnonzero(relations.holds("with", one, other, margins)).tolist())
+
+
+def overlap(one: Spans, at: int, other: Spans, beside_it: int) -> bool:
+    """Tell whether a line shares half of another, which may be no more than a starting position."""
+    frames = set(range(one.start[at], one.until[at]))
+    beside = set(range(other.start[beside_it], other.until[beside_it]))
+    shared = one.capture[at] == other.capture[beside_it] and len(frames & beside)
+    return bool(shared) and (bool(other.alone[beside_it]) or 2 * shared >= len(beside))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_lines_that_share_half_of_another(seed):
+    random = np.random.default_rng(seed)
+    one, beside = lines(random, 25), lines(random, int(random.integers(1, 30)))
+    beside.alone = random.integers(0, 4, len(beside)) == 0
+    other = Others(beside)
+    none = np.zeros(3, np.int64)
+    margins = Margins(none, none - 1, none)
+    wanted = {
+        (at, place)
+        for at in range(len(one))
+        for place in range(len(other))
+        if overlap(one, at, other.lines, place)
+    }
+    found = relations.pairs("overlapping", one, other, margins)
+    assert sorted(zip(*(it.tolist() for it in found), strict=True)) == sorted(wanted)
+    assert relations.many("overlapping", one, other, margins).sum() >= len(wanted)
+    held = set(np.flatnonzero(relations.holds("overlapping", one, other, margins)).tolist())
+    assert {at for at, _ in wanted} <= held
+    assert held == set(np.flatnonzero(relations.holds("with", one, other, margins)).tolist())
+    hulls = relations.hulls("overlapping", one, other, margins)
+    assert set(zip(*(it.tolist() for it in hulls), strict=True)) == set(
+        innermost("overlapping", one, other, margins)
+    )
+    assert (np.diff(hulls[0]) >= 0).all()
 
 
 @pytest.mark.parametrize("relation", ["during", "after", "before", "starting with", "ending with"])

@@ -26,6 +26,9 @@ PATTERNS = [
     "r_arm any during head any ... any",
     "r_arm at any starting with arm any ... any",
     "r_arm any ... any starting with l_arm any never head high",
+    "r_arm any ... any overlapping head any",
+    "r_arm any overlapping head any ... any",
+    "r_arm any overlapping head low ... high",
     "r_arm via any -> any ... any without head",
     "r_arm low without (l_arm any ... any with head)",
     # what others could want
@@ -38,6 +41,8 @@ PATTERNS = [
     "arm any x2+ with arm any x2+ never head high",
     "r_arm any x2+ ... low x1+ with l_arm any",
     "r_arm any with l_arm any x1+ without head any x1+",
+    "r_arm any overlapping l_arm any x1+",
+    "r_arm any x1+ overlapping arm any -> any",
     # cannot be abreast
     "arm any with arm any",
     "arm any -> any during arm any x2+",
@@ -84,6 +89,7 @@ def test_lines_of_one_part_are_abreast_only_where_they_can_be() -> None:
     wanted = {
         "r_arm high -> low with arm high": {"l_arm"},
         "r_arm high during arm low x1+": {"l_arm"},
+        "r_arm high overlapping arm low -> any": {"l_arm"},
         "r_arm high without arm": {"l_arm"},
         "r_arm high with head without arm": {"r_arm", "l_arm"},
         "r_arm high ... low with arm high": {"r_arm", "l_arm"},
