@@ -86,23 +86,13 @@ def blurs(margins: NDArray[np.uint16]) -> NDArray[np.int16]:
 
 
 def align(net: Net, rows: Rows, most: int, ask: Ask) -> Keys:
-    """Return the best match that ends with each symbol.
-
-    Parameters
-    ----------
-    net : Net
-        The line; no stay.
-    rows : Rows
-        The symbols.
-    most : int
-        What a match may cost.
-    ask : callable
-        Is asked now and then whether to go on.
+    """Return the best match that ends with each symbol and costs no more than `most`.
 
     Returns
     -------
     ndarray
-        (R,) int64 keys, for `cost_of`, `first_of` and `blur_of`; `NOTHING` where none ends.
+        (R,) int64 keys, for `cost_of`, `first_of` and `blur_of`; `NOTHING` where none ends. The
+        line is no stay.
     """
     begins = np.flatnonzero(rows.new)
     lengths = np.diff(np.append(begins, len(rows.new)))
@@ -188,18 +178,9 @@ class _Way(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """The rows of a match.
+    """The rows of a match: costs, blur and shown as of `Rows`.
 
-    Attributes
-    ----------
-    costs : ndarray
-        (K, R) int16: by step, what each of the rows costs as that one.
-    blur : ndarray
-        (R,) what each lacks to a margin of 1, in thousandths.
-    shown : ndarray
-        (R,) which of them a score shows.
-    entry, exit : list of int
-        By step, what it costs to begin with it at the first row, and to end at the last.
+    `entry` and `exit` are by step what it costs to begin at the first row, and to end at the last.
     """
 
     costs: NDArray[np.int16]
@@ -210,80 +191,43 @@ class Stretch(NamedTuple):
 
 
 def trace(net: Net, rows: Stretch, most: int) -> tuple[tuple[int, int], ...]:
-    """Return the best match that begins with the first of some rows and ends with the last.
+    """Return the best match from the first of some rows to the last, as rows, from 0, and steps.
 
-    Of the cheapest it is the clearest.
-
-    Parameters
-    ----------
-    net : Net
-        The line; no stay.
-    rows : Stretch
-        The rows.
-    most : int
-        What it costs.
-
-    Returns
-    -------
-    tuple of tuple of int
-        Row, from 0, and step.
+    It costs `most`; of the cheapest it is the clearest. The line is no stay.
     """
     behind = np.cumsum(rows.shown)
-    onto: list[list[tuple[int, int]]] = [[] for _ in net.doors]
-    for near, far, steps in net.missing(most):
-        onto[near].append((far, steps))
+    missing = net.missing(most)
     waiting: dict[int, _Way] = {}
     arrived: dict[int, _Way] = {}
     before = 0
     for row in np.flatnonzero((rows.costs <= most).any(axis=0)).tolist():
-        passed = int(behind[row] - rows.shown[row] - before) * SKIPPED  # what matches no step
-        waiting = _over(net, waiting, {}, passed)
-        arrived = _arrived(net, rows, row, waiting, most)
-        waiting = _over(net, waiting, arrived, SKIPPED if rows.shown[row] else 0)
-        waiting = _missing(onto, waiting, most)
+        shown, blur = int(rows.shown[row]), int(rows.blur[row])
+        waiting = _past(net, waiting, int(behind[row]) - shown - before)  # what matches no step
+        arrived = {}
+        for state, cost in enumerate(rows.costs[:, row].tolist()):
+            ways = [waiting[door] for door in net.waits[state] if door in waiting]
+            ways += [_Way(rows.entry[state], 0, ())] if row == 0 else []
+            if ways and cost <= most:
+                best = min(ways)
+                unclear = max(best.blur, blur) if cost == 0 else best.blur
+                arrived[state] = _Way(best.cost + cost, unclear, (*best.rows, (row, state)))
+        waiting = _past(net, waiting, shown)
+        for state, way in arrived.items():
+            for door in net.goes[state]:
+                waiting[door] = min(way, waiting.get(door, way))
+        complete = dict(waiting)
+        for near, far, steps in missing:
+            if near in complete:
+                way = complete[near]._replace(cost=complete[near].cost + MISSING * steps)
+                waiting[far] = min(way, waiting.get(far, way))
+        waiting = {door: way for door, way in waiting.items() if way.cost <= most}
         before = int(behind[row])
-    ends = [_Way(it.cost + rows.exit[state], *it[1:]) for state, it in arrived.items()]
-    return min(ends).rows
+    return min(way._replace(cost=way.cost + rows.exit[it]) for it, way in arrived.items()).rows
 
 
-def _arrived(
-    net: Net, rows: Stretch, row: int, waiting: dict[int, _Way], most: int
-) -> dict[int, _Way]:
-    """Return the ways that stand at each step with a row."""
-    arrived = {}
-    blur = int(rows.blur[row])
-    for state, cost in enumerate(rows.costs[:, row].tolist()):
-        ways = [waiting[door] for door in net.waits[state] if door in waiting]
-        ways += [_Way(rows.entry[state], 0, ())] if row == 0 else []
-        if ways and cost <= most:
-            best = min(ways)
-            unclear = max(best.blur, blur) if cost == 0 else best.blur
-            arrived[state] = _Way(best.cost + cost, unclear, (*best.rows, (row, state)))
-    return arrived
-
-
-def _over(
-    net: Net, waiting: dict[int, _Way], arrived: dict[int, _Way], passed: int
-) -> dict[int, _Way]:
-    """Return the ways that wait behind some more rows, those added that have arrived."""
-    after: dict[int, _Way] = {}
-    for door, (_, later) in enumerate(net.doors):
-        ways = [arrived[state] for state in net.comes[door] if state in arrived]
-        if door in waiting:
-            held = waiting[door]
-            ways.append(_Way(held.cost + (0 if later else passed), *held[1:]))
-        if ways:
-            after[door] = min(ways)
-    return after
-
-
-def _missing(
-    onto: list[list[tuple[int, int]]], waiting: dict[int, _Way], most: int
-) -> dict[int, _Way]:
-    """Return the ways that wait once steps may be missing; none that costs too much."""
-    after = dict(waiting)
-    for near, way in waiting.items():
-        for far, steps in onto[near]:
-            missing = _Way(way.cost + MISSING * steps, *way[1:])
-            after[far] = min(missing, after.get(far, missing))
-    return {door: way for door, way in after.items() if way.cost <= most}
+def _past(net: Net, waiting: dict[int, _Way], shown: int) -> dict[int, _Way]:
+    """Return the ways that wait behind so many more shown rows."""
+    return {
+        door: way if net.doors[door][1] else way._replace(cost=way.cost + SKIPPED * shown)
+        for door, way in waiting.items()
+    }

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS, MID, PLACE
 from lanindex.errors import UsageError
-from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns, begins_of
+from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns, begins_of, ranges
 from lanindex.search.automaton import State
 from lanindex.search.language.words import WORD_KINDS
 
@@ -55,9 +55,6 @@ _BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.int32)
 FEW = 8
 """How many times the rows wanted a part must have, that they are not looked for one by one."""
 
-TABLES = 64
-"""Steps of which it is remembered what symbols cost as them."""
-
 _AT_ONCE = 1 << 18
 """Rows whose kinds are worked out at once."""
 
@@ -77,17 +74,9 @@ def middles() -> NDArray[np.float64]:
 
 
 def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the angles between vectors, degrees.
+    """Return the angles between (N, 3) and (M, 3) vectors: (N, M) degrees.
 
-    Parameters
-    ----------
-    some, others : ndarray
-        (N, 3) and (M, 3), not all of them of length 1.
-
-    Returns
-    -------
-    ndarray
-        (N, M); `DRAWN_IN` between a vector of no length and another one.
+    Between a vector of no length and another one it is `DRAWN_IN`.
     """
     lengths = np.linalg.norm(some, axis=1)[:, None], np.linalg.norm(others, axis=1)[None]
     none = lengths[0] < 1e-6, lengths[1] < 1e-6
@@ -100,11 +89,6 @@ def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np
 
 class Kinds:
     """The kinds of symbols of a part: all that have cell, runner-up and margin in common.
-
-    Parameters
-    ----------
-    columns : Columns
-        Of the part.
 
     Attributes
     ----------
@@ -145,30 +129,21 @@ class Kinds:
         )
         self._cell = cell & CELL
         self._turns = _turns(self._cell, known // (BUCKETS + 1) % (CELL + 1), self.bucket)
-        self._tables: dict[tuple[frozenset[int] | None, ...], NDArray[np.int16]] = {}
 
     def table(self, state: State) -> NDArray[np.int16]:
         """Return what each kind costs as what a state asks for: (K,), changes left out."""
-        key = tuple(state.fits[0].get(kind) for kind in ("direction", "level"))
-        if key not in self._tables:
-            asked = _asked(state)
-            wanted = _place(np.flatnonzero(asked))
-            wanted = wanted[wanted >= 0]
-            table = np.full(len(self._cell), MOST, np.int16)
-            if len(wanted):
-                table = self._turns[:, wanted].min(axis=1)
-            if len(self._tables) == TABLES:
-                self._tables.clear()
-            self._tables[key] = np.where(asked[self._cell], np.int16(0), table)
-        return self._tables[key].copy()
+        asked = _asked(state)
+        wanted = _place(np.flatnonzero(asked))
+        table = self._turns[:, wanted[wanted >= 0]].min(axis=1, initial=MOST)
+        return np.where(asked[self._cell], np.int16(0), table)
 
     def where(self, some: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Return the rows of some kinds: (N,), growing."""
         if FEW * int(self.counts[some].sum()) > len(self.code):
             return np.flatnonzero(some[self.code])
-        begins = (self.ends - self.counts)[some].tolist()
-        pieces = [self.by_kind[it] for it in map(slice, begins, self.ends[some].tolist())]
-        return np.sort(np.concatenate([self.by_kind[:0], *pieces])).astype(np.int64)
+        rows, ends = self._by_kind
+        _, places = ranges((ends - self.counts)[some], ends[some])
+        return np.sort(rows[places]).astype(np.int64)
 
     @cached_property
     def stretches(self) -> NDArray[np.int64]:
@@ -176,14 +151,9 @@ class Kinds:
         return np.flatnonzero(self.begins)
 
     @cached_property
-    def by_kind(self) -> NDArray[np.int32]:
-        """All rows, those of a kind together."""
-        return np.argsort(self.code, kind="stable").astype(np.int32)
-
-    @cached_property
-    def ends(self) -> NDArray[np.int64]:
-        """By kind where its rows end among those, (K,)."""
-        return np.cumsum(self.counts)
+    def _by_kind(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+        """All rows, those of a kind together, and by kind where its rows end among them."""
+        return np.argsort(self.code, kind="stable").astype(np.int32), np.cumsum(self.counts)
 
 
 _known: WeakKeyDictionary[Columns, Kinds] = WeakKeyDictionary()
@@ -233,16 +203,12 @@ def _asked(state: State) -> NDArray[np.bool_]:
 def substitutions(
     state: State, table: NDArray[np.int16], columns: Columns, rows: NDArray[np.int64]
 ) -> NDArray[np.int16]:
-    """Return what symbols cost as one that a state asks for.
+    """Return what symbols cost as one that a state, of movement or stay, asks for.
 
     Parameters
     ----------
-    state : State
-        A movement or a stay.
     table : ndarray
         What each kind costs, as from `Kinds.table`.
-    columns : Columns
-        Of its part.
     rows : ndarray
         (R,) int64: which symbols, growing.
 
@@ -311,13 +277,7 @@ class Allowance:
 
     @classmethod
     def read(cls, text: str) -> Allowance:
-        """Return what ``2``, ``0.5`` or ``20%`` means.
-
-        Raises
-        ------
-        UsageError
-            Where it is none of these.
-        """
+        """Return what ``2``, ``0.5`` or ``20%`` means; a `UsageError` where it is none of these."""
         number = text.strip().removesuffix("%")
         share = number != text.strip()
         if not number.replace(".", "", 1).isdecimal() or len(number) > 9:

@@ -34,7 +34,6 @@ from lanindex.search.fuzzy.windows import (
     IntArray,
     Windows,
     around,
-    spread,
     wanted,
 )
 from lanindex.search.language.times import Clock, Length
@@ -80,16 +79,13 @@ def _clocks(roster: Roster) -> tuple[list[Clock], NDArray[np.intp]]:
     return found, which
 
 
-class Ends:
-    """The starts and ends of clips, for the rows of a part.
+def captures_of(columns: Columns, rows: IntArray) -> IntArray:
+    """Return the places in the roster of some rows."""
+    return np.searchsorted(columns.bounds, rows, side="right") - 1
 
-    Parameters
-    ----------
-    columns : Columns
-        Of the part.
-    roster : Roster
-        The captures.
-    """
+
+class Ends:
+    """The starts and ends of clips, for the rows of a part."""
 
     def __init__(self, columns: Columns, roster: Roster) -> None:
         self._columns = columns
@@ -109,7 +105,7 @@ class Ends:
         Right at the start each shown symbol before costs as if it were passed over. With a starting
         position, or where the part is not known all the way, nothing can begin.
         """
-        capture = self._captures(rows)
+        capture = captures_of(self._columns, rows)
         begin = self._columns.bounds[capture]
         known = self._from_start[capture] & (self._columns.cell[rows] & STARTING == 0)
         known &= self._stretches(begin + 1, rows) == 0
@@ -117,13 +113,10 @@ class Ends:
 
     def to_end(self, rows: IntArray) -> NDArray[np.int32]:
         """Return what it costs to end with some rows, (2, R): right at the end, and before it."""
-        capture = self._captures(rows)
+        capture = captures_of(self._columns, rows)
         end = self._columns.bounds[capture + 1]
         known = self._to_end[capture] & (self._stretches(rows + 1, end) == 0)
         return _besides(known, self._before(end) - self._before(rows + 1))
-
-    def _captures(self, rows: IntArray) -> IntArray:
-        return np.searchsorted(self._columns.bounds, rows, side="right") - 1
 
     def _before(self, rows: IntArray) -> IntArray:
         return np.searchsorted(self._moves, rows)
@@ -143,20 +136,20 @@ LIFTED = 1 << 40
 
 
 class Found(NamedTuple):
-    """The matches of a line, column by column, in order of the rows with which they begin.
+    """The matches of a line, (N,) by column, in order of the rows with which they begin.
 
     Attributes
     ----------
     capture : ndarray
-        (N,) places in the roster.
+        Places in the roster.
     start, until : ndarray
-        (N,) frames, half-open.
+        Frames, half-open.
     cost : ndarray
-        (N,) parts of an edit.
+        Parts of an edit.
     blur : ndarray
-        (N,) what the symbols that fit lack to a margin of 1, in thousandths.
+        What the symbols that fit lack to a margin of 1, in thousandths.
     first, last : ndarray
-        (N,) rows of the part.
+        Rows of the part.
     """
 
     capture: IntArray
@@ -190,17 +183,8 @@ def fits(cost: IntArray, blur: IntArray, steps: int) -> NDArray[np.float64]:
 class Line:
     """A line in all captures.
 
-    Parameters
-    ----------
-    net : Net
-        The line.
-    columns : Columns
-        Of its part.
-    roster : Roster
-        The captures.
-    clear : int
-        Steps of the margin, of `lanindex.search.fuzzy.costs.BUCKETS`, that symbols have at least
-        which cost nothing.
+    `most` is what a match may cost; `clear` how many steps of the margin, of
+    `lanindex.search.fuzzy.costs.BUCKETS`, symbols have at least which cost nothing.
     """
 
     def __init__(self, net: Net, columns: Columns, roster: Roster, most: int, clear: int = 0):
@@ -222,12 +206,7 @@ class Line:
     def matches(self, among: IntArray | None, ask: Ask) -> Found:
         """Return its matches in some captures, the best one from each row where some begin.
 
-        Parameters
-        ----------
-        among : ndarray or None
-            (D,) int64: places of the captures, growing; None: in all.
-        ask : callable
-            Is asked now and then whether to go on.
+        `among` are (D,) places of the captures, growing; None: all.
         """
         rows, whole = self._seeds_among(among)
         if self.net.stays:
@@ -254,14 +233,11 @@ class Line:
             costs[number] = substitutions(state, table, self.columns, rows)
             lengths = self._lengths[number]
             if lengths is not None:
-                capture = self._captures(rows)
+                capture = captures_of(self.columns, rows)
                 frames = self.columns.stop[rows].astype(np.int64) - self.columns.start[rows]
                 lasting = (lengths[0][capture] <= frames) & (frames <= lengths[1][capture])
                 costs[number, ~lasting | (frames == 0)] = NEVER
         return costs
-
-    def _captures(self, rows: IntArray) -> IntArray:
-        return np.searchsorted(self.columns.bounds, rows, side="right") - 1
 
     def moves(self, seeds: IntArray, whole: bool, ask: Ask) -> tuple[Keys, IntArray, IntArray]:
         """Return keys, first and last rows of what matches around some rows."""
@@ -273,29 +249,25 @@ class Line:
 
     def _aligned(self, windows: Windows, ask: Ask) -> tuple[Keys, IntArray, IntArray]:
         """Return the same of some windows."""
-        rows, begins, counted = spread(windows)
-        code = self._kinds.code[rows]
+        bounds, rows = ranges(windows.low, windows.high)
+        code, take = self._kinds.code[rows], np.repeat(windows.take, np.diff(bounds))
         able, shown = self._able[code], ~self._kinds.passing[code]
         new = self._kinds.begins[rows]  # a track begins anew behind a gap
-        new[begins] = True
-        stretch, skipped = np.cumsum(new), np.cumsum(shown & ~able)
-        rows, counted, shown, stretch, skipped = (
-            it[able] for it in (rows, counted, shown, stretch, skipped)
+        new[bounds[:-1]] = True
+        kept = np.flatnonzero(able)
+        skipped = np.cumsum(shown & ~able)[kept]
+        stretch = np.cumsum(new, dtype=np.int32)[kept]
+        rows = rows[kept]
+        symbols = Rows(
+            np.diff(stretch, prepend=0) > 0,
+            shown[kept],
+            np.diff(skipped, prepend=0),
+            self.costs(rows),
+            blurs(self.columns.margin[rows]),
+            *self._besides(rows),
         )
-        keys = align(
-            self.net,
-            Rows(
-                np.diff(stretch, prepend=0) > 0,
-                shown,
-                np.diff(skipped, prepend=0),
-                self.costs(rows),
-                blurs(self.columns.margin[rows]),
-                *self._besides(rows),
-            ),
-            self.most,
-            ask,
-        )
-        ends = np.flatnonzero((keys != NOTHING) & counted)
+        keys = align(self.net, symbols, self.most, ask)
+        ends = np.flatnonzero((keys != NOTHING) & (rows >= take[kept]))
         return keys[ends], rows[first_of(keys[ends])], rows[ends]
 
     @cached_property
@@ -323,7 +295,7 @@ class Line:
         """Return matches as columns, of those that begin alike the best."""
         columns = self.columns
         start, until = columns.start[first].astype(np.int64), columns.stop[last].astype(np.int64)
-        capture = self._captures(first)
+        capture = captures_of(self.columns, first)
         still = np.flatnonzero((first == last) & (columns.start[last] == until))
         if self.net.stays:
             start = np.maximum(start, until - 1)
@@ -338,7 +310,7 @@ class Line:
 
     def own(self, row: int) -> int:
         """Return a row as counted in its own capture."""
-        return row - int(self.columns.bounds[self._captures(np.array(row))])
+        return row - int(self.columns.bounds[captures_of(self.columns, np.array(row))])
 
     def rows(self, first: int, last: int, cost: int) -> tuple[int, ...]:
         """Return the rows of the match from one row to another that costs so much."""
@@ -369,7 +341,7 @@ def _asks(ways: tuple[tuple[int, ...], ...]) -> bool:
 
 def leaving(columns: Columns, roster: Roster, rows: IntArray) -> IntArray:
     """Return when the part leaves what some rows show: (R,) frames."""
-    capture = np.searchsorted(columns.bounds, rows, side="right") - 1
+    capture = captures_of(columns, rows)
     end = columns.bounds[capture + 1]
     after = rows + 1
     going = np.arange(len(rows))

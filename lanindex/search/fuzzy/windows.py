@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.model.columns import ranges
 from lanindex.search.fuzzy.costs import Kinds
 from lanindex.search.fuzzy.net import MISSING, SKIPPED, Net
 
@@ -61,8 +60,6 @@ def wanted(net: Net, tables: list[Costs], counts: IntArray, most: int) -> BoolAr
 
     Parameters
     ----------
-    net : Net
-        The line.
     tables : list of ndarray
         By step: (K,) what each kind costs at least.
     counts : ndarray
@@ -87,16 +84,10 @@ def around(
 
     Parameters
     ----------
-    kinds : Kinds
-        Of the part.
     rows : ndarray
         (N,) int64, growing.
     able : ndarray
         (K,) which kinds may match any of the steps.
-    net : Net
-        The line.
-    most : int
-        What a match may cost.
     whole : bool
         Whether the rows are beginnings, and the windows whole stretches.
     """
@@ -150,9 +141,3 @@ def _away(
         going = going[inside]
         there[going] = further[inside]
     return there
-
-
-def spread(windows: Windows) -> tuple[IntArray, IntArray, BoolArray]:
-    """Return the rows of windows, where each begins among them, and which of them count."""
-    bounds, rows = ranges(windows.low, windows.high)
-    return rows, bounds[:-1], rows >= np.repeat(windows.take, windows.high - windows.low)
