@@ -6,6 +6,7 @@ and what is asked of all the ranges is asked in a few operations on arrays.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,9 @@ AnyArray = NDArray[Any]
 
 FAR = 1 << 40
 """More than any frame or row; times a number of captures it still fits 64 bits."""
+
+MOST_AT_ONCE = 1 << 18
+"""Pairs that are looked at before a search is told that it goes on."""
 
 PAIR = 128
 """Bytes of a pair that is spread out, with all that is made of it."""
@@ -42,6 +46,12 @@ def spread(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
     ranges = np.repeat(np.arange(len(low)), counts)
     begins = np.cumsum(counts) - counts
     return ranges, np.arange(total) - np.repeat(begins - low, counts)
+
+
+def in_pieces(counts: IntArray) -> Iterator[IntArray]:
+    """Yield places, so many at once that their counts are together about `MOST_AT_ONCE`."""
+    pieces = np.cumsum(counts) // min(MOST_AT_ONCE, budget.rows(4 * PAIR))
+    yield from np.split(np.arange(len(counts)), np.flatnonzero(starts_of(pieces))[1:])
 
 
 def starts_of(numbers: AnyArray) -> BoolArray:

@@ -12,7 +12,15 @@ import numpy as np
 
 from lanindex.search.automaton import Companion, Group, Program
 from lanindex.search.match import budget, matches, relations
-from lanindex.search.match.arrays import FAR, PAIR, BoolArray, IntArray, spread, starts_of
+from lanindex.search.match.arrays import (
+    FAR,
+    MOST_AT_ONCE,
+    BoolArray,
+    IntArray,
+    in_pieces,
+    spread,
+    starts_of,
+)
 from lanindex.search.match.best import LONGER_BESIDE, enough_beside
 from lanindex.search.match.context import Context, Hulls, Others, gathered, standing
 from lanindex.search.match.matches import Claims, distinct, filled, sets_together
@@ -108,10 +116,6 @@ _COMPARED = {
     **dict.fromkeys(("ending with", "before"), ("until",)),
 }
 """What of a line is compared with others."""
-
-
-MOST_AT_ONCE = 1 << 18
-"""Pairs of lines that are joined before the search is told that it goes on."""
 
 
 class Standing(NamedTuple):
@@ -431,14 +435,12 @@ class Joiner:
 
 def _pieces(relation: str, line: Standing, others: Others) -> Iterator[IntArray]:
     """Yield ways, so many at once that the pairs of them and others keep within the budget."""
-    most, every = min(budget.rows(4 * PAIR), MOST_AT_ONCE), np.arange(len(line.place))
-    few = len(every) * len(others) <= most
+    few = len(line.place) * len(others) <= MOST_AT_ONCE
     if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
-        yield every
+        yield np.arange(len(line.place))
         return
     many = relations.many(relation, line.here, relations.Others(others.lines), line.margins)
-    pairs = np.cumsum(np.append(many, 0)[line.place])
-    yield from np.split(every, np.flatnonzero(starts_of(pairs // most))[1:])
+    yield from in_pieces(np.append(many, 0)[line.place])
 
 
 def _all_hulls(tables: list[Hulls]) -> Hulls:

@@ -21,6 +21,7 @@ from lanindex.search.match.arrays import (
     BoolArray,
     IntArray,
     best_of_each,
+    in_pieces,
     smallest_from_here,
     spread,
     starts_of,
@@ -492,9 +493,9 @@ class Walk:
             return left[key]
 
         for edge in self._program.edges[state]:
-            gone = self._over(edge, leaving(edge.exit, rows))
-            if len(gone):
+            for gone in self._over(edge, leaving(edge.exit, rows)):
                 at[edge.entry.state].append(gone)
+                self._context.tick()
         ends = []
         told = self._program.states[state]
         passing = self._batch.events(told).passing
@@ -594,8 +595,8 @@ class Walk:
         rows.claims, rows.unmet, rows.link = hulls.claims, hulls.unmet, hulls.link
         return rows
 
-    def _over(self, edge: Edge, rows: Matches) -> Matches:
-        """Return the ways that go on over an edge."""
+    def _over(self, edge: Edge, rows: Matches) -> Iterator[Matches]:
+        """Yield the ways that go on over an edge, some at a time."""
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
         fits = self._alive[state].copy()
@@ -603,10 +604,15 @@ class Walk:
             fits &= self._best_ends.entered[state]
         for arrow in edge.entry.from_start:
             fits &= begins(self._batch, self._program.states[state], events, arrow)
-        sources, targets = self._led(edge, rows)
-        here = fits[targets]
-        sources, targets = sources[here], targets[here]
-        gone = rows.at(sources)
+        for sources, targets in self._led(edge, rows):
+            here = fits[targets]
+            if here.any():
+                yield self._gone(edge, rows.at(sources[here]), targets[here])
+
+    def _gone(self, edge: Edge, gone: Matches, targets: IntArray) -> Matches:
+        """Return ways with the events that an edge leads to."""
+        state = edge.entry.state
+        events = self._batch.events(self._program.states[state])
         start, end = events.start[targets], events.end[targets]
         opened = self._depths[state] - len(edge.entry.opens)
         for level in range(1 + self._depths[state]):
@@ -619,8 +625,8 @@ class Walk:
                 beyond[beyond <= end] = 0
         return self._matched(gone, state, targets, self._due.at(edge.exit.state, state))
 
-    def _led(self, edge: Edge, rows: Matches) -> tuple[IntArray, IntArray]:
-        """Return pairs of a way and an event to which an edge leads from it, if that is in time."""
+    def _led(self, edge: Edge, rows: Matches) -> Iterator[tuple[IntArray, IntArray]]:
+        """Yield pairs of a way and an event to which an edge leads from it, if that is in time."""
         state = self._program.states[edge.entry.state]
         events, event = self._batch.events(state), rows.columns[EVENT]
         if id(edge) not in self._reaches:
@@ -636,15 +642,17 @@ class Walk:
             beyond = np.minimum(high, np.searchsorted(in_order, latest, "right"))
             high = np.minimum(high, np.searchsorted(in_order, np.minimum(latest, horizon), "right"))
             self._cut_off.append(rows.parent[high < beyond])
-        sources, places = spread(low, high)
-        if targets is not None:
-            places = targets[places]
-        ends = events.capture[places] * FAR + events.end[places]
-        fits = ends <= latest[sources]
-        soon = ends <= horizon[sources]
-        self._cut_off.append(rows.parent[sources[fits & ~soon]])
-        fits &= soon
-        return sources[fits], places[fits]
+        for some in in_pieces(np.maximum(high - low, 0)):
+            sources, places = spread(low[some], high[some])
+            sources = some[sources]
+            if targets is not None:
+                places = targets[places]
+            ends = events.capture[places] * FAR + events.end[places]
+            fits = ends <= latest[sources]
+            soon = ends <= horizon[sources]
+            self._cut_off.append(rows.parent[sources[fits & ~soon]])
+            fits &= soon
+            yield sources[fits], places[fits]
 
     def is_cut_off(self, nodes: IntArray) -> BoolArray:
         """Return which nodes may go on beyond the frames in which ways were looked for."""
