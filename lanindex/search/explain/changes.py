@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from lanindex.alphabet import LEVELS
+from lanindex.search.automaton import NEGATIONS
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -26,9 +27,6 @@ from lanindex.search.language.query import (
 from lanindex.search.language.times import Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, Mover, Vocabulary
 
-FORBIDDING = ("without", "never")
-"""Relations of what must not happen: to loosen what stands there would tighten the pattern."""
-
 Limit = Length | Skips | Repeat
 """A condition on a number."""
 
@@ -43,10 +41,10 @@ class Place(NamedTuple):
 def places(node: Any, put: Callable[[Any], Any] = lambda other: other) -> Iterator[Place]:
     """Yield the places of a query from the root down, in the order in which it is written.
 
-    What stands behind ``without`` and ``never`` is no place: see `FORBIDDING`.
+    What stands behind ``without`` and ``never`` is no place: see `NEGATIONS`.
     """
     yield Place(node, put)
-    if isinstance(node, Beside) and node.relation in FORBIDDING:
+    if isinstance(node, Beside) and node.relation in NEGATIONS:
         return
     for field in fields(node):
         value = getattr(node, field.name)

@@ -10,8 +10,8 @@ from typing import Any
 
 from lanindex import records
 from lanindex.model import Capture, Hit, Symbol, Track
+from lanindex.search.automaton import NEGATIONS
 from lanindex.search.explain import limits
-from lanindex.search.explain.changes import FORBIDDING
 from lanindex.search.explain.nearness import away, doubts, nearest
 from lanindex.search.language.query import (
     ONCE,
@@ -161,7 +161,7 @@ def _labelled(pattern: Choice, before: str, steps: dict[str, str]) -> Choice:
         return replace(item, label=label)
 
     def beside_of(it: Beside) -> Beside:
-        return it if it.relation in FORBIDDING else replace(it, line=line_of(it.line, it.relation))
+        return it if it.relation in NEGATIONS else replace(it, line=line_of(it.line, it.relation))
 
     return Choice(
         tuple(

@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lanindex.search.automaton import Companion, Edge, Program
+from lanindex.search.automaton import NEGATIONS, Companion, Edge, Program
 from lanindex.search.match.arrays import BoolArray, IntArray
 from lanindex.search.match.backward import Backwards, end_of, reached, value_of
 from lanindex.search.match.context import Context, open_groups
 from lanindex.search.match.follow import NONE
-from lanindex.search.match.relations import FORBIDDEN
 
 FIRST, LAST, ONLY = "first", "last", "only"
 """Which end of a line is enough; of one that runs on, the end of the only way that it can take."""
@@ -57,7 +56,7 @@ def enough(program: Program) -> str | None:
 
 def enough_beside(program: Program, companion: Companion) -> str | None:
     """Return which end of a line beside another is enough, None: it takes all of them."""
-    if program.open_ended and companion.relation not in FORBIDDEN:
+    if program.open_ended and companion.relation not in NEGATIONS:
         return ONLY if companion.relation in LONGER_BESIDE else None
     if companion.relation == "after" and companion.within:
         return None

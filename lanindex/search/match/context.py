@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from lanindex.search.automaton import Companion, Group, Program, State
+from lanindex.search.automaton import NEGATIONS, Companion, Group, Program, State
 from lanindex.search.language.clauses import Condition
 from lanindex.search.match import matches, relations
 from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
@@ -21,7 +21,7 @@ from lanindex.search.match.conditions import Clauses, Evaluator, Source, Told
 from lanindex.search.match.follow import NONE
 from lanindex.search.match.hit_table import roots
 from lanindex.search.match.matches import Claims, Nodes, filled, nothing, one_each
-from lanindex.search.match.relations import FORBIDDEN, NO_FRAMES, Spans
+from lanindex.search.match.relations import NO_FRAMES, Spans
 from lanindex.search.match.rows import Rows
 
 
@@ -487,7 +487,7 @@ def _list_lines(
     }
     for group in (program.whole, *program.brackets):
         for companion in group.companions:
-            whole, deeper = group is program.whole, denied + (companion.relation in FORBIDDEN)
+            whole, deeper = group is program.whole, denied + (companion.relation in NEGATIONS)
             for inner in standing(program, companion) if whole else companion.programs:
                 _list_lines(inner, lines, again=group in repeated, denied=deeper)
     own.last = len(lines)
@@ -534,7 +534,7 @@ def _sharing(program: Program, companion: Companion) -> bool:
         return companion.relation in ("with", "overlapping", "during")
     inside = [it for group in program.brackets for it in group.companions]
     relations = {it.relation for it in program.whole.companions}
-    return not inside and relations <= {*FORBIDDEN, *NO_FRAMES}
+    return not inside and relations <= {*NEGATIONS, *NO_FRAMES}
 
 
 def _run_of(program: Program) -> str | None:

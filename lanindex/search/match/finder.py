@@ -26,7 +26,7 @@ from lanindex.search.match.conditions import Clauses
 from lanindex.search.match.context import Context
 from lanindex.search.match.hit_table import HitTable, best, joined, own_rows
 from lanindex.search.match.hits import Found, Told, labelled
-from lanindex.search.match.leading import answers_of, possible
+from lanindex.search.match.leading import answers_of, may_match
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.trace import Place, Tracer
 
@@ -53,7 +53,7 @@ class Source:
         """Return how often each row of a part swings, -1 where nothing can match anyway."""
         rows = self.batch.rows(part)
         found = np.full(len(rows), -1)
-        matching = np.any([possible(self.batch, it) for it in self.programs], axis=0)
+        matching = np.any([may_match(self.batch, it) for it in self.programs], axis=0)
         places = np.flatnonzero(matching & (np.diff(rows.bounds) > 0))
         recordings = self.recordings(self.places[places].tolist(), (part,))
         for place, (_, tracks) in zip(places.tolist(), recordings, strict=True):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.automaton import Companion, Group, Program
+from lanindex.search.automaton import NEGATIONS, Companion, Group, Program
 from lanindex.search.match import budget, matches, relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -24,7 +24,7 @@ from lanindex.search.match.arrays import (
 from lanindex.search.match.best import LONGER_BESIDE, enough_beside
 from lanindex.search.match.context import Context, Hulls, Others, gathered, standing
 from lanindex.search.match.matches import Claims, distinct, filled, sets_together
-from lanindex.search.match.relations import FORBIDDEN, NO_FRAMES, Margins, Spans, smallest
+from lanindex.search.match.relations import NO_FRAMES, Margins, Spans, smallest
 from lanindex.search.match.walk import Walk
 
 
@@ -178,7 +178,7 @@ class Joiner:
         whole : bool
             Whether it is all of a leading line.
         """
-        needed = [it for it in group.companions if it.relation not in FORBIDDEN]
+        needed = [it for it in group.companions if it.relation not in NEGATIONS]
         for companion in needed if len(needed) > 1 else ():
             if len(hulls.line):
                 hulls = self._accompanied(companion, lines, hulls)
@@ -187,7 +187,7 @@ class Joiner:
                 self._context.tick()
                 hulls = self._with(companion, lines, hulls, whole=whole)
         for companion in group.companions:
-            if companion.relation in FORBIDDEN and self._programs(companion) and len(hulls.line):
+            if companion.relation in NEGATIONS and self._programs(companion) and len(hulls.line):
                 self._context.tick()
                 hulls = self._without(companion, lines, hulls, whole=whole)
         return hulls

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.search.automaton import Program
+from lanindex.search.automaton import NEGATIONS, Program
 from lanindex.search.language.times import Length, Time
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.backward import Backwards
@@ -25,7 +25,6 @@ from lanindex.search.match.context import Alive, Context, alive_in
 from lanindex.search.match.hit_table import HitTable, joined, own_rows, roots, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import MirrorRuns, repeats
-from lanindex.search.match.relations import FORBIDDEN
 from lanindex.search.match.walk import Ends, Walk
 
 SOON = 4
@@ -105,7 +104,7 @@ def answers_of(
     return in_some(context, number, program, parts)
 
 
-def possible(batch: Batch, program: Program, alive: Alive | None = None) -> BoolArray:
+def may_match(batch: Batch, program: Program, alive: Alive | None = None) -> BoolArray:
     """Tell in which captures a program can match at all: with all that it remembers left out.
 
     Parameters
@@ -125,8 +124,8 @@ def possible(batch: Batch, program: Program, alive: Alive | None = None) -> Bool
         fits = roots(batch, program, entry) & standing[entry.state]
         found[batch.events(program.states[entry.state]).capture[fits]] = True
     for companion in program.whole.companions:
-        if companion.relation not in FORBIDDEN:
-            others = [possible(batch, inner, alive) for inner in companion.programs]
+        if companion.relation not in NEGATIONS:
+            others = [may_match(batch, inner, alive) for inner in companion.programs]
             found &= np.any(others, axis=0)
     return found
 
@@ -142,8 +141,8 @@ def in_some(
         Where there are too many ways.
     """
     batch = context.batch
-    places = np.flatnonzero(possible(batch, program, context.alive))
-    if context.clauses or FEW * len(places) > len(batch):
+    places = np.flatnonzero(may_match(batch, program, context.alive))
+    if FEW * len(places) > len(batch):
         return remembering(context, number, program, parts)
     some = batch.taken(places)
     inside = context.inside(some)

@@ -24,9 +24,6 @@ from lanindex.search.match.arrays import (
     starts_of,
 )
 
-FORBIDDEN = ("without", "never")
-"""Relations of what must not happen."""
-
 NO_FRAMES = ("during", "after", "before")
 """Relations of lines that add no frames to the hit."""
 
