@@ -112,7 +112,7 @@ _COMPARED |= dict.fromkeys((">=", "+"), "at least")
 _UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}
 _RELATIONS = {
     "with": "and in the meantime, sharing a frame at least, {}",
-    "overlapping": "and, at least half of it in the meantime, {}",
+    "overlapping": "and, for at least half of its own time during that, {}",
     "during": "and all of it while {}",
     "starting with": "and beginning at the same time, {}",
     "ending with": "and ending at the same time, {}",
