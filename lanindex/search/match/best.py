@@ -15,9 +15,10 @@ from lanindex.search.match.arrays import BoolArray, IntArray
 from lanindex.search.match.backward import Backwards, end_of, reached, value_of
 from lanindex.search.match.context import Context, open_groups
 from lanindex.search.match.follow import NONE
+from lanindex.search.match.relations import FIRST, LAST, RELATIONS
 
-FIRST, LAST, ONLY = "first", "last", "only"
-"""Which end of a line is enough; of one that runs on, the end of the only way that it can take."""
+ONLY = "only"
+"""Of a line that runs on, the end of the only match that it can have is enough."""
 
 FEW = 4
 """How many things a capture that others could want are few."""
@@ -25,42 +26,27 @@ FEW = 4
 _LATEST = 1 << 31
 """More than any frame."""
 
-_OTHERS = {
-    **dict.fromkeys(("starting with", "after", "before"), FIRST),
-    **dict.fromkeys(("during", "without", "never"), LAST),
-}
-"""Which end of a line beside another is enough."""
-
-_SHORTER_TOO = ("starting with", "after", "before", "during", "without", "never")
-"""Relations to which a line stands if one stands to it that goes on where it could have ended."""
-
-
-_LONGER_TOO = ("with", "overlapping", "starting with", "after", "never")
-"""Relations to which a line stands if one stands to it that it goes on."""
-
-LONGER_BESIDE = ("with", "during", "starting with", "before")
-"""The same of a line beside another."""
-
 
 def enough(program: Program) -> str | None:
-    """Return which end of a leading line is enough, None: it takes all of them."""
+    """Return which end of a leading line is enough, None: all of them are needed."""
+    beside = [(RELATIONS[it.relation], it) for it in program.whole.companions]
     if program.open_ended:
-        longer = all(it.relation in _LONGER_TOO for it in program.whole.companions)
-        return ONLY if longer else None
+        return ONLY if all(relation.holds_of_longer for relation, _ in beside) else None
     shorter = all(
-        it.relation in _SHORTER_TOO and not (it.relation == "before" and it.within)
-        for it in program.whole.companions
+        relation.holds_of_shorter and not (it.relation == "before" and it.within)
+        for relation, it in beside
     )
     return FIRST if shorter else None
 
 
 def enough_beside(program: Program, companion: Companion) -> str | None:
-    """Return which end of a line beside another is enough, None: it takes all of them."""
+    """Return which end of a line beside another is enough, None: all of them are needed."""
+    relation = RELATIONS[companion.relation]
     if program.open_ended and companion.relation not in NEGATIONS:
-        return ONLY if companion.relation in LONGER_BESIDE else None
+        return ONLY if relation.holds_of_longer_beside else None
     if companion.relation == "after" and companion.within:
         return None
-    return _OTHERS.get(companion.relation)
+    return relation.enough_beside
 
 
 class BestEnds:

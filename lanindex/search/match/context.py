@@ -21,7 +21,7 @@ from lanindex.search.match.conditions import Clauses, Evaluator, Source, Told
 from lanindex.search.match.follow import NONE
 from lanindex.search.match.hit_table import roots
 from lanindex.search.match.matches import Claims, Nodes, filled, nothing, one_each
-from lanindex.search.match.relations import NO_FRAMES, Spans
+from lanindex.search.match.relations import RELATIONS, Spans
 from lanindex.search.match.rows import Rows
 
 
@@ -531,10 +531,10 @@ def _sharing(program: Program, companion: Companion) -> bool:
     if companion.within:
         return False
     if companion.relation != "without":
-        return companion.relation in ("with", "overlapping", "during")
+        return RELATIONS[companion.relation].shares_frame
     inside = [it for group in program.brackets for it in group.companions]
-    relations = {it.relation for it in program.whole.companions}
-    return not inside and relations <= {*NEGATIONS, *NO_FRAMES}
+    adding = any(RELATIONS[it.relation].adds_frames for it in program.whole.companions)
+    return not inside and not adding
 
 
 def _run_of(program: Program) -> str | None:

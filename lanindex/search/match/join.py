@@ -21,10 +21,10 @@ from lanindex.search.match.arrays import (
     spread,
     starts_of,
 )
-from lanindex.search.match.best import LONGER_BESIDE, enough_beside
+from lanindex.search.match.best import enough_beside
 from lanindex.search.match.context import Context, Hulls, Others, gathered, standing
 from lanindex.search.match.matches import Claims, distinct, filled, sets_together
-from lanindex.search.match.relations import NO_FRAMES, Margins, Spans, smallest
+from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
 from lanindex.search.match.walk import Walk
 
 
@@ -108,14 +108,6 @@ def by_line(pairs: IntArray, lines: int) -> IntArray:
     begin = np.cumsum(counts) - counts
     found[np.arange(pairs.shape[1]) - begin[pairs[0]], pairs[0]] = pairs[1]
     return found
-
-
-_BOTH = ("start", "until")
-_COMPARED = {
-    **dict.fromkeys(("starting with", "after"), ("start",)),
-    **dict.fromkeys(("ending with", "before"), ("until",)),
-}
-"""What of a line is compared with others."""
 
 
 class Standing(NamedTuple):
@@ -227,7 +219,7 @@ class Joiner:
         only where it does, too.
         """
         others = self.others(program, companion)
-        if others.nodes and others.free and companion.relation in LONGER_BESIDE:
+        if others.nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
             if program not in self._last:
                 self._last[program] = others.last()
             return self._last[program]
@@ -269,7 +261,7 @@ class Joiner:
             if not len(own) or (alone and relation in ("after", "before")):
                 continue
             # ways differ, where they stand hardly does
-            compared = _COMPARED.get(relation, _BOTH)
+            compared = RELATIONS[relation].compares
             keys = [getattr(lines, it)[own] for it in ("capture", *compared)]
             once, alike = distinct(keys, len(own))
             stands = np.full(len(lines), -1)
@@ -326,7 +318,7 @@ class Joiner:
             kept = np.flatnonzero(~others.nodes.behind(way, others.node[other]))
             way, other, seen = way[kept], other[kept], seen[:, kept]
         low, high = hulls.low[way], hulls.high[way]
-        if relation not in NO_FRAMES:
+        if RELATIONS[relation].adds_frames:
             low = np.minimum(low, others.lines.low[other])
             high = np.maximum(high, others.lines.high[other])
         had = hulls.claims.at(way).with_those(others.claims.at(other))
@@ -339,7 +331,7 @@ class Joiner:
     ) -> Hulls:
         """Return ways with others that remember nothing: once for each place where lines stand."""
         of_frames = self._context.clauses.of_frames
-        if not others.nodes and relation in NO_FRAMES:
+        if not others.nodes and not RELATIONS[relation].adds_frames:
             held = relations.holds(
                 relation, line.here, relations.Others(others.lines), line.margins
             )
@@ -353,7 +345,7 @@ class Joiner:
             if others.nodes:
                 kept = ~others.nodes.behind(place, others.node[other])
                 place, other = place[kept], other[kept]
-            if relation in NO_FRAMES:
+            if not RELATIONS[relation].adds_frames:
                 return hulls.at(np.flatnonzero(np.isin(line.place, place)))
             low, high = others.lines.low[other], others.lines.high[other]
             if not of_frames:

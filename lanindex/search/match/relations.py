@@ -1,9 +1,7 @@
-"""Lines side by side: how tables of lines stand to each other, for all captures at once.
+"""Relations between lines, as interval joins over all captures at once.
 
-Each other line is compared with the first, its first start to its last end; so all that matters of
-it is where it begins and ends, and where the hull of it and of what stands beside it does. Which
-of all ways is best, without trying them: the hull that ends first, and of those the one that begins
-last.
+A line is compared with the first one by its first start and its last end. `RELATIONS` says what
+else the matcher needs to know of each relation; `limits` and `pairs` say what it means.
 """
 
 from __future__ import annotations
@@ -24,8 +22,67 @@ from lanindex.search.match.arrays import (
     starts_of,
 )
 
-NO_FRAMES = ("during", "after", "before")
-"""Relations of lines that add no frames to the hit."""
+FIRST, LAST = "first", "last"
+"""Which end of a line is enough, of all that have the same beginning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """What a search may save for a relation; the defaults save nothing, and are always right."""
+
+    adds_frames: bool = True  # the hit spans the other line, too
+    compares: tuple[str, ...] = ("start", "until")  # edges of the first line that limit the other
+    holds_of_shorter: bool = False  # of the first line, if of one that goes on from there
+    holds_of_longer: bool = False  # of the first line, if of one that ends sooner
+    enough_beside: str | None = None  # which end of the other line is enough
+    holds_of_longer_beside: bool = False  # of the other line, if of one that ends sooner
+    ends_later: bool = False  # the other line ends after the first one begins
+    shares_frame: bool = False  # unless it has a limit
+
+
+RELATIONS = {
+    "with": Relation(
+        holds_of_longer=True, holds_of_longer_beside=True, ends_later=True, shares_frame=True
+    ),
+    "overlapping": Relation(holds_of_longer=True, ends_later=True, shares_frame=True),
+    "during": Relation(
+        adds_frames=False,
+        holds_of_shorter=True,
+        enough_beside=LAST,
+        holds_of_longer_beside=True,
+        ends_later=True,
+        shares_frame=True,
+    ),
+    "starting with": Relation(
+        compares=("start",),
+        holds_of_shorter=True,
+        holds_of_longer=True,
+        enough_beside=FIRST,
+        holds_of_longer_beside=True,
+        ends_later=True,
+    ),
+    "ending with": Relation(compares=("until",), ends_later=True),
+    "exactly with": Relation(ends_later=True),
+    "after": Relation(
+        adds_frames=False,
+        compares=("start",),
+        holds_of_shorter=True,
+        holds_of_longer=True,
+        enough_beside=FIRST,
+    ),
+    "before": Relation(
+        adds_frames=False,
+        compares=("until",),
+        holds_of_shorter=True,
+        enough_beside=FIRST,
+        holds_of_longer_beside=True,
+        ends_later=True,
+    ),
+    "without": Relation(adds_frames=False, holds_of_shorter=True, enough_beside=LAST),
+    "never": Relation(
+        adds_frames=False, holds_of_shorter=True, holds_of_longer=True, enough_beside=LAST
+    ),
+}
 
 
 @dataclass(slots=True, eq=False)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.automaton import NEGATIONS, Program, State
+from lanindex.search.automaton import Program, State
 from lanindex.search.language.query import Query
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, starts_of
 from lanindex.search.match.backward import Ahead, cost_of, end_of
@@ -28,7 +28,7 @@ from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import asked_for
 from lanindex.search.match.matches import EVENT, Matches, Nodes
 from lanindex.search.match.mirror_runs import Mirrored, MirrorRuns, repeats
-from lanindex.search.match.relations import NO_FRAMES
+from lanindex.search.match.relations import RELATIONS
 from lanindex.search.match.walk import Ends, Walk
 
 COST, STEPS = range(-2, 0)
@@ -386,7 +386,7 @@ def _lying_in(program: Program) -> set[Program]:
         line, within = todo.pop()
         for group in (line.whole, *line.brackets):
             for companion in group.companions:
-                adds = companion.relation not in (*NO_FRAMES, *NEGATIONS)
+                adds = RELATIONS[companion.relation].adds_frames
                 for inner in companion.programs:
                     lies = within and adds and not inner.open_ended
                     (inside if lies else outside).add(inner)

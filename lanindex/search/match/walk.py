@@ -28,7 +28,7 @@ from lanindex.search.match.arrays import (
 )
 from lanindex.search.match.backward import components, cost_of, end_of, may_leave
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.best import LAST, ONLY, BestEnds
+from lanindex.search.match.best import ONLY, BestEnds
 from lanindex.search.match.conditions import MET
 from lanindex.search.match.context import MANNERS, Context, Hulls, Settled, open_groups
 from lanindex.search.match.follow import Transitions, begins, way_of
@@ -49,7 +49,7 @@ from lanindex.search.match.matches import (
     telling,
     together,
 )
-from lanindex.search.match.relations import Spans
+from lanindex.search.match.relations import LAST, RELATIONS, Spans
 
 
 def ranks_of(batch: Batch, program: Program, states: list[int]) -> dict[int, IntArray]:
@@ -75,13 +75,6 @@ def by_rank(ranks: IntArray, rows: Matches) -> Iterator[tuple[int, Matches]]:
     starts = np.flatnonzero(starts_of(ranks[order]))
     for own in np.split(order, starts[1:]) if len(order) else ():
         yield int(ranks[own[0]]), rows.at(own)
-
-
-_FROM_HERE = (
-    *("with", "overlapping", "during"),
-    *("starting with", "ending with", "exactly with", "before"),
-)
-"""Relations to lines that end after the beginning of what they stand beside."""
 
 
 class Expiry:
@@ -164,7 +157,7 @@ def _ends_later(companion: Companion) -> bool:
     lone = not any(
         group.companions for it in companion.programs for group in (it.whole, *it.brackets)
     )
-    return companion.relation in _FROM_HERE and not companion.within and lone
+    return RELATIONS[companion.relation].ends_later and not companion.within and lone
 
 
 WAY = 512
