@@ -193,6 +193,53 @@ def states_of(item: Item) -> tuple[State, ...]:
     return tuple(_state(0, item.unit, item.length, side) for side in sides)
 
 
+def followers(program: Program) -> list[list[int]]:
+    """Return by state the states that an edge leads to."""
+    return [sorted({edge.entry.state for edge in edges}) for edges in program.edges]
+
+
+def reached(following: list[list[int]], state: int) -> set[int]:
+    """Return the states that may come after one, sooner or later; see `followers`."""
+    found: set[int] = set()
+    todo = list(following[state])
+    while todo:
+        other = todo.pop()
+        if other not in found:
+            found.add(other)
+            todo += following[other]
+    return found
+
+
+def components(program: Program) -> list[list[int]]:
+    """Return the states that lead to each other, together; what leads to others goes first."""
+    following = followers(program)
+    ahead = [reached(following, state) for state in range(len(following))]
+    done: set[int] = set()
+    found: list[list[int]] = []
+    for state in sorted(range(len(following)), key=lambda it: -len(ahead[it])):
+        if state not in done:
+            together = [it for it in ahead[state] if state in ahead[it]] or [state]
+            done.update(together)
+            found.append(sorted(together))
+    return found
+
+
+def open_groups(program: Program) -> list[tuple[Group, ...]]:
+    """Return the brackets that are open at each state, the inner ones last."""
+    found: list[tuple[Group, ...]] = [()] * len(program.states)
+    todo = [(entry.state, entry.opens) for entry in program.entries]
+    seen: set[int] = set()
+    while todo:
+        state, groups = todo.pop()
+        if state not in seen:
+            seen.add(state)
+            found[state] = groups
+            for edge in program.edges[state]:
+                left = groups[: len(groups) - len(edge.exit.closes)]
+                todo.append((edge.entry.state, (*left, *edge.entry.opens)))
+    return found
+
+
 class _Planner:
     """Plans lines, each of them once; what must not happen is taken as it is written."""
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lanindex.search.automaton import Edge, Exit, Program
+from lanindex.search.automaton import Edge, Exit, Program, components
 from lanindex.search.match.arrays import BoolArray, IntArray, starts_of
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.follow import NONE, Transitions, begins, ends, way_of
@@ -262,29 +262,3 @@ def _rounds(
         np.subtract.at(left, leading, 1)
         leading = np.sort(leading[left[leading] == 0])
         ready = leading[starts_of(leading)]
-
-
-def components(program: Program) -> list[list[int]]:
-    """Return the states that lead to each other, together; what leads to others goes first."""
-    following = [sorted({edge.entry.state for edge in edges}) for edges in program.edges]
-    ahead = [reached(following, state) for state in range(len(following))]
-    done: set[int] = set()
-    found: list[list[int]] = []
-    for state in sorted(range(len(following)), key=lambda it: -len(ahead[it])):
-        if state not in done:
-            together = [it for it in ahead[state] if state in ahead[it]] or [state]
-            done.update(together)
-            found.append(sorted(together))
-    return found
-
-
-def reached(following: list[list[int]], state: int) -> set[int]:
-    """Return the states that may come after one, sooner or later."""
-    found: set[int] = set()
-    todo = list(following[state])
-    while todo:
-        other = todo.pop()
-        if other not in found:
-            found.add(other)
-            todo += following[other]
-    return found

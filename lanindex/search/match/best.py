@@ -1,82 +1,49 @@
-"""What is left of a line once it has nothing more to remember: its best end will do.
+"""From which states of a line the best end is enough: the matches that stand there are settled.
 
-Of two ways that remember the same the one that ends first is better, wherever what stands beside
-the line is there all the same; of what must not happen that is enough which ends last. So from a
-state behind which no bracket opens or closes, and for all that no other line could want, only the
-best end is looked up; ways that take what another line could want go on one by one.
+Of two partial matches that remember the same the one that ends first is better, as long as the
+lines beside it stand beside the shorter one, too; of a line that must not happen the one that ends
+last. So where no bracket is open or opens any more, and no other line could want a symbol, only the
+best end is looked up. Matches that claim a symbol which another line could want go on one by one.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from lanindex.search.automaton import NEGATIONS, Companion, Edge, Program
+from lanindex.search.automaton import Edge, Program
 from lanindex.search.match.arrays import BoolArray, IntArray
-from lanindex.search.match.backward import Backwards, end_of, reached, value_of
-from lanindex.search.match.context import Context, open_groups
+from lanindex.search.match.backward import Backwards, end_of, value_of
+from lanindex.search.match.context import Context
 from lanindex.search.match.follow import NONE
-from lanindex.search.match.relations import FIRST, LAST, RELATIONS
-
-ONLY = "only"
-"""Of a line that runs on, the end of the only match that it can have is enough."""
+from lanindex.search.match.relations import FIRST, LAST
+from lanindex.search.match.rewrites import ONLY, free_states
 
 FEW = 4
-"""How many things a capture that others could want are few."""
+"""Contested events a capture that are few."""
 
 _LATEST = 1 << 31
 """More than any frame."""
 
 
-def enough(program: Program) -> str | None:
-    """Return which end of a leading line is enough, None: all of them are needed."""
-    beside = [(RELATIONS[it.relation], it) for it in program.whole.companions]
-    if program.open_ended:
-        return ONLY if all(relation.holds_of_longer for relation, _ in beside) else None
-    shorter = all(
-        relation.holds_of_shorter and not (it.relation == "before" and it.within)
-        for relation, it in beside
-    )
-    return FIRST if shorter else None
-
-
-def enough_beside(program: Program, companion: Companion) -> str | None:
-    """Return which end of a line beside another is enough, None: all of them are needed."""
-    relation = RELATIONS[companion.relation]
-    if program.open_ended and companion.relation not in NEGATIONS:
-        return ONLY if relation.holds_of_longer_beside else None
-    if companion.relation == "after" and companion.within:
-        return None
-    return relation.enough_beside
-
-
 class BestEnds:
-    """From which states of a line its best end is enough, and where that is.
-
-    Parameters
-    ----------
-    context : Context
-        Where; nothing is asked of labels.
-    program : Program
-        The line.
-    end : str
-        `FIRST`, `LAST` or `ONLY`.
+    """Where the best end of a line is enough, and which that is: `FIRST`, `LAST` or `ONLY`.
 
     Attributes
     ----------
     free : list of bool
         By state, whether there may be best ends.
     best : list of ndarray
-        By state, of each event: the value, as from `value_of`, of the best way that takes nothing
-        more that another line could want, -1: there is none.
+        By state, of each event: the value, as from `value_of`, of the best match from there that
+        claims nothing more, -1: there is none.
     settled : list of bool
-        By state, whether no ways, or only a few, go on one by one.
+        By state, whether no matches, or only a few, go on one by one.
     on, ending, entered : list of ndarray
-        By state, (N,) bool: from which events ways go on nevertheless, at which they may end, and
-        which they may enter from a free state.
+        By state, (N,) bool: from which events matches go on nevertheless, at which they may end,
+        and which they may enter from a free state.
     """
 
     def __init__(self, context: Context, program: Program, end: str) -> None:
-        self.free = _free(program)
+        self.free = free_states(program)
         for state in {it.state for it in program.entries if program.edges[it.state]}:
             # what goes on from a passing symbol may reach back before it
             begins = context.batch.events(program.states[state]).passing
@@ -108,7 +75,7 @@ class BestEnds:
 
 
 def _best(context: Context, program: Program, wanted: list[BoolArray], end: str) -> list[IntArray]:
-    """Return by state and event the values of ways that end first, or last, -1: there is none."""
+    """Return by state and event the values of the matches that end first, or last, -1: none."""
     found = []
     if end == FIRST and not any(it.any() for it in wanted):
         ahead = context.backwards(program).values
@@ -120,23 +87,8 @@ def _best(context: Context, program: Program, wanted: list[BoolArray], end: str)
     return found
 
 
-def _free(program: Program) -> list[bool]:
-    """Tell from which states on no bracket is open, and none opens any more."""
-    following = [sorted({edge.entry.state for edge in edges}) for edges in program.edges]
-    most = 1 if program.whole.companions else 0
-    inside = [len(groups) > most for groups in open_groups(program)]
-    inside = [
-        within or any(edge.entry.opens or edge.exit.closes for edge in edges)
-        for within, edges in zip(inside, program.edges, strict=True)
-    ]
-    return [
-        not any(inside[it] for it in {state, *reached(following, state)})
-        for state in range(len(program.states))
-    ]
-
-
 class _Ahead(Backwards):
-    """The best ends of ways that take nothing more that another line could want."""
+    """The best ends of matches that claim nothing more."""
 
     def __init__(
         self, context: Context, program: Program, wanted: list[BoolArray], end: str
@@ -145,7 +97,7 @@ class _Ahead(Backwards):
         super().__init__(context.batch, program)
 
     def own(self, state: int) -> IntArray:
-        """Return the values of the events at which the line ends: the furthest least, if asked."""
+        """Return the values of the events at which the line ends; for `LAST` later is less."""
         values = super().own(state)
         if self._end == FIRST:
             return values
@@ -157,7 +109,7 @@ class _Ahead(Backwards):
 
 
 class _Leading(Backwards):
-    """Where ways lead to what another line could want."""
+    """Whether matches lead to a contested event."""
 
     def __init__(self, context: Context, program: Program, wanted: list[BoolArray]) -> None:
         alive = context.alive(program)
@@ -165,5 +117,5 @@ class _Leading(Backwards):
         super().__init__(context.batch, program, runs_on=False)
 
     def own(self, state: int) -> IntArray:
-        """Return the values of the events that another line could want."""
+        """Return 0 for contested events."""
         return np.where(self._wanted[state], 0, NONE)

@@ -1,55 +1,44 @@
-"""What the lines of one query share, in one batch of captures."""
+"""What the lines of one query share while they are searched for in one batch of captures."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations_with_replacement, product
 from math import floor
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from lanindex.search.automaton import NEGATIONS, Companion, Group, Program, State
+from lanindex.search.automaton import Companion, Group, Program, State, followers, reached
 from lanindex.search.language.clauses import Condition
 from lanindex.search.match import matches, relations
 from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
-from lanindex.search.match.backward import Backwards, components, reached
+from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Clauses, Evaluator, Source, Told
 from lanindex.search.match.follow import NONE
 from lanindex.search.match.hit_table import roots
 from lanindex.search.match.matches import Claims, Nodes, filled, nothing, one_each
-from lanindex.search.match.relations import RELATIONS, Spans
+from lanindex.search.match.relations import Spans
+from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
 from lanindex.search.match.rows import Rows
+
+MOST_TRIED = 1 << 22
+"""Partial matches and joins that are tried in one capture before it is refused."""
 
 
 @dataclass(slots=True, eq=False)
 class Others:
-    """The ways of a line, of one side, that stands beside another.
-
-    Attributes
-    ----------
-    lines : Spans
-        Their frames.
-    claims, unmet, seen
-        What they remember, as in `Matches`.
-    node : ndarray
-        (N,) int64: where they end.
-    end : ndarray
-        (N,) int64: numbers in `Joins`.
-    nodes : Nodes or None
-        What goes on in what, of a line that runs on as long as it can.
-    """
+    """The matches of a line, of one side, that stands beside another."""
 
     lines: Spans
-    claims: Claims
+    claims: Claims  # these three as in `Matches`
     unmet: IntArray
     seen: IntArray
-    node: IntArray
-    end: IntArray
-    nodes: Nodes | None
+    node: IntArray  # (N,) int64: where they end
+    end: IntArray  # (N,) int64: numbers in `Joins`
+    nodes: Nodes | None  # which goes on in which, of a line that runs on as long as it can
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -66,17 +55,17 @@ class Others:
         """Whether they remember nothing."""
         return not (self.claims or self.unmet.size) and int(self.seen.max(initial=-1)) < 0
 
-    def last(self) -> Others:
+    def longest(self) -> Others:
         """Return those that do not go on in another one."""
         if not self.nodes:
             return self
         line = np.zeros(len(self), np.int64)
-        last = self.at(np.flatnonzero(~self.nodes.behind(line, self.node)))
-        last.nodes = None
-        return last
+        longest = self.at(np.flatnonzero(~self.nodes.behind(line, self.node)))
+        longest.nodes = None
+        return longest
 
     def keys(self) -> list[IntArray]:
-        """Return what they look like from outside."""
+        """Return the columns that tell them apart from outside."""
         lines = self.lines
         frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
         rest = [*self.claims.first, *self.claims.last, *self.unmet, *self.seen]
@@ -84,7 +73,7 @@ class Others:
 
 
 def gathered(tables: list[Others]) -> Others:
-    """Return the ways of all sides; it is not told any more which goes on in which."""
+    """Return the matches of all sides, without which goes on in which."""
     return Others(
         relations.gathered([it.lines for it in tables]),
         matches.beside_each_other([it.claims for it in tables]),
@@ -96,42 +85,26 @@ def gathered(tables: list[Others]) -> Others:
     )
 
 
-MOST_TRIED = 1 << 22
-"""Ways that are tried in one capture, and lines that join them, before it is refused."""
-
-
 class Joins:
-    """Which ends of other lines joined ways: noted only where hits are told."""
+    """Which ends of other lines joined each match: noted only where symbols are traced."""
 
     def ended(self, line: Any, many: int) -> IntArray:
         """Return numbers for the ends of a line, (many,) int64."""
         return np.full(many, -1)
 
     def add(self, link: IntArray, end: IntArray) -> IntArray:
-        """Return the links of ways that some ends join, (N,) int64 each."""
+        """Return the links of matches that some ends join, (N,) int64 each."""
         return link
-
-
-MANNERS = ("move", "at", "hold")
-"""As what a symbol may be taken."""
 
 
 @dataclass(slots=True, eq=False)
 class Hulls:
-    """Ways in which lines can be with what stands beside them.
+    """Matches of lines together with what stands beside them."""
 
-    Attributes
-    ----------
-    line, low, high : ndarray
-        (N,) int64: of which line, and the hull.
-    claims, unmet, seen, link
-        As in `Matches`.
-    """
-
-    line: IntArray
-    low: IntArray
+    line: IntArray  # (N,) int64: of which line
+    low: IntArray  # (N,) int64 frames of the hull
     high: IntArray
-    claims: Claims
+    claims: Claims  # these four as in `Matches`
     unmet: IntArray
     seen: IntArray
     link: IntArray
@@ -150,32 +123,24 @@ Alive = Callable[[Program], list[BoolArray]]
 
 
 class Closing(Protocol):
-    """What finds what stands beside a line."""
+    """What finds the lines beside another."""
 
     def close(self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
-        """Return the ways in which a group can close."""
+        """Return the hulls with which a group can close."""
 
     def others(self, program: Program, companion: Companion) -> Others:
-        """Return the ways of a line that stands beside another."""
+        """Return the matches of a line that stands beside another."""
 
 
 class Settled(NamedTuple):
-    """Conditions that can be told, and the columns that no other one asks for."""
+    """Conditions that can be evaluated, and the columns that no other one needs."""
 
     conditions: tuple[Condition, ...] = ()
     columns: tuple[int, ...] = ()
 
 
 class Due:
-    """When the conditions on the labels of one line can be told: once none of them can come again.
-
-    Parameters
-    ----------
-    clauses : Clauses
-        The clauses.
-    program : Program
-        The line.
-    """
+    """When each condition on the labels of one line can be evaluated: once none can come again."""
 
     def __init__(self, clauses: Clauses, program: Program) -> None:
         self._clauses = clauses
@@ -186,18 +151,18 @@ class Due:
             if it not in clauses.of_all and clauses.labels[it] <= known
         ]
         self._settled: list[frozenset[Condition]] = []
-        following = [sorted({edge.entry.state for edge in edges}) for edges in program.edges]
+        following = followers(program)
         for state in program.states if self.own else ():
             coming = {
                 label
                 for number in reached(following, state.number)
                 for label in program.states[number].labels
             }
-            told = (it for it in self.own if not clauses.labels[it] & coming)
-            self._settled.append(frozenset(told))
+            settled = (it for it in self.own if not clauses.labels[it] & coming)
+            self._settled.append(frozenset(settled))
 
     def at(self, before: int | None, state: int) -> Settled:
-        """Return what can be told at a state, and could not at the one before."""
+        """Return what can be evaluated at a state, and could not at the one before."""
         if not self.own:
             return Settled()
         done = frozenset() if before is None else self._settled[before]
@@ -216,46 +181,33 @@ class Due:
         return Settled(tuple(it for it in self.own if it in fresh), tuple(columns))
 
     def late(self, state: int) -> tuple[Condition, ...]:
-        """Return what can be told only once the line ends at a state."""
+        """Return what can be evaluated only once the line ends at a state."""
         return tuple(it for it in self.own if it not in self._settled[state])
 
 
 class Context:
-    """What walks through the lines of one query share.
+    """What the lines of one program share in one batch.
 
-    Parameters
-    ----------
-    batch : Batch
-        Where.
-    clauses : Clauses
-        The clauses.
-    source : Source
-        What columns do not tell.
-    tick : callable
-        Is called now and then, and may raise.
-
-    Attributes
-    ----------
-    contested : dict of Program to set of int
-        By line, the states at which another one could want what it takes.
-    outside : set of Program
-        The lines that, with what stands beside them, could want what lines further out do.
-    refused : ndarray
-        (captures,) bool: those in which more than `MOST_TRIED` ways were tried.
+    `tick` is called now and then and may raise. `refused`, (captures,) bool, marks the captures in
+    which more than `MOST_TRIED` partial matches were tried.
     """
 
     joiner: Closing
 
     def __init__(
-        self, batch: Batch, clauses: Clauses, source: Source, tick: Callable[[], None]
+        self,
+        batch: Batch,
+        rewrites: Rewrites,
+        clauses: Clauses,
+        source: Source,
+        tick: Callable[[], None],
     ) -> None:
-        self.batch, self.clauses, self.tick, self.joins = batch, clauses, tick, Joins()
+        self.batch, self.rewrites, self.clauses, self.tick = batch, rewrites, clauses, tick
+        self.program = rewrites.program
         self.evaluator, self._source = Evaluator(clauses, batch, source), source
+        self.joins = Joins()
         self.refused = np.zeros(len(batch), bool)
         self._tried = np.zeros(len(batch), np.int64)
-        self.contested: dict[Program, set[int]] = {}
-        self.outside: set[Program] = set()
-        self._rivals: dict[Program, set[Program]] = {}
         self._backwards: dict[Program, Backwards] = {}
         self._alive: dict[Program, list[BoolArray]] = {}
         self._wanted: dict[tuple[Program, str], IntArray] = {}
@@ -266,46 +218,19 @@ class Context:
 
     def inside(self, batch: Batch) -> Context:
         """Return the same in another batch."""
-        return Context(batch, self.clauses, self._source, self.tick)
+        return Context(batch, self.rewrites, self.clauses, self._source, self.tick)
 
     def tried(self, capture: IntArray) -> BoolArray | None:
-        """Count ways by their captures; return which are not refused, None: all of them."""
+        """Count matches by their captures; return which are not refused, None: all of them."""
         self._tried += np.bincount(capture, minlength=len(self.batch))
         self.refused |= self._tried > MOST_TRIED
         return ~self.refused[capture] if self.refused.any() else None
 
     def due(self, program: Program) -> Due:
-        """Return when the conditions on the labels of a line can be told."""
+        """Return when the conditions on the labels of a line can be evaluated."""
         if program not in self._due:
             self._due[program] = Due(self.clauses, program)
         return self._due[program]
-
-    def enter(self, program: Program) -> None:
-        """Take note of what the lines of a program could want of each other."""
-        lines: list[_Line] = []
-        _list_lines(program, lines)
-        for (one, first), (other, second) in combinations_with_replacement(enumerate(lines), 2):
-            again = [it for it in lines if it.again and it.holds(one) and it.holds(other)]
-            if (one != other or again) and self._compared(first, second):
-                parting = [it for it in lines if it.holds(one) != it.holds(other)]
-                self.outside.update(it.program for it in (*parting, *again))
-
-    def _compared(self, one: _Line, other: _Line) -> bool:
-        """Tell whether two lines could want the same, and note at which states."""
-        found = False
-        one, other = sorted((one, other), key=lambda it: it.denied)
-        first, second = one.program, other.program
-        for (state, own), (beside, their) in product(_kinds(first), _kinds(second)):
-            manner = manner_of(beside)
-            # what must not happen does not count where a stay or a rest of the hit came by it
-            came_by_it = one.denied < other.denied and manner == MANNERS[0]
-            if (came_by_it or manner_of(state) == manner) and touching(state, beside):
-                self.contested.setdefault(first, set()).update(own)
-                self.contested.setdefault(second, set()).update(their)
-                self._rivals.setdefault(first, set()).add(second)
-                self._rivals.setdefault(second, set()).add(first)
-                found = True
-        return found
 
     def backwards(self, program: Program) -> Backwards:
         """Return the values of a line."""
@@ -314,7 +239,7 @@ class Context:
         return self._backwards[program]
 
     def alive(self, program: Program) -> list[BoolArray]:
-        """Tell the same as `alive_in`."""
+        """Return the same as `alive_in`."""
         if program not in self._alive:
             self._alive[program] = alive_in(self.batch, program, self.backwards(program).values)
         return self._alive[program]
@@ -323,9 +248,9 @@ class Context:
         """Return how many rows of a part before each one another line could want, (rows + 1,)."""
         if (program, part) not in self._wanted:
             opened = np.zeros(len(self.batch.rows(part)) + 1, np.int64)
-            for other in self._rivals[program]:
+            for other in self.rewrites.rivals[program]:
                 alive = self.alive(other)
-                for number in self.contested[other]:
+                for number in self.rewrites.contested[other]:
                     state = other.states[number]
                     events = self.batch.events(state)
                     for member, own in enumerate(state.members):
@@ -339,17 +264,19 @@ class Context:
 
     def wanted(self, program: Program, state: int) -> BoolArray:
         """Tell which events of a state of a line another one could want, (N,) bool."""
-        told = program.states[state]
-        events = self.batch.events(told)
+        own = program.states[state]
+        events = self.batch.events(own)
         found = np.zeros(len(events), bool)
-        for part, first, last in zip(told.members, events.first, events.last, strict=True):
-            if state in self.contested.get(program, ()):
+        for part, first, last in zip(own.members, events.first, events.last, strict=True):
+            if state in self.rewrites.contested.get(program, ()):
                 before = self._wanting(program, part)
                 found |= before[last + 1] > before[first]
         return found
 
+    # A claim is a number: of a part, of what its symbol is taken as, and of the symbol.
+
     def claims(self, program: Program, state: State, events: IntArray) -> Claims:
-        """Return what events take at a state of a line, as far as another one could want it."""
+        """Return what events claim at a state of a line, as far as another one could want it."""
         own = self.batch.events(state).at(events)
         found = nothing(len(events))
         for part, first, last in zip(state.members, own.first, own.last, strict=True):
@@ -370,15 +297,8 @@ class Context:
         """Return the parts of which anything is claimed, with their rows."""
         return [(part, self.batch.rows(part)) for part in self._lanes]
 
-    @cached_property
-    def slack(self) -> IntArray:
-        """By how many frames edges may differ that should agree, by capture."""
-        clocks, own = self.batch.clocks()
-        slack = [floor(self.batch.tolerance * clock.rate) for clock in clocks]
-        return np.array(slack, np.int64)[own]
-
     def lane(self, manner: str, part: str) -> int:
-        """Return from where on the claims of a part's movements, stays or rests are counted."""
+        """Return the number from which a part's movements, stays or rests are counted."""
         if part not in self._lanes:
             self._lanes[part] = len(self._widths)
             self._widths.append(2 * len(self.batch.rows(part)) + 4)
@@ -386,29 +306,36 @@ class Context:
         lane = self._lanes[part]
         return self._begins[lane] + MANNERS.index(manner) * self._widths[lane]
 
-    def forgiving(self, had: Claims) -> Claims:
-        """Return what lines have taken, and the movements that led there; in no order."""
-        if not had:
-            return had
+    def excusing(self, claims: Claims) -> Claims:
+        """Return claims together with the movements that led there, in no order."""
+        if not claims:
+            return claims
         begins, widths = np.array(self._begins), np.array([*self._widths, 1])
-        lane = np.searchsorted(begins, had.first, "right") - 1
-        passed = (had.first - begins[lane]) // widths[lane] * widths[lane]
-        first = np.where(had.first < FAR, had.first - passed, FAR)
-        last = np.where(had.first < FAR, had.last - passed, FAR)
-        return Claims(np.concatenate((had.first, first)), np.concatenate((had.last, last)))
+        lane = np.searchsorted(begins, claims.first, "right") - 1
+        passed = (claims.first - begins[lane]) // widths[lane] * widths[lane]
+        first = np.where(claims.first < FAR, claims.first - passed, FAR)
+        last = np.where(claims.first < FAR, claims.last - passed, FAR)
+        return Claims(np.concatenate((claims.first, first)), np.concatenate((claims.last, last)))
+
+    @cached_property
+    def slack(self) -> IntArray:
+        """By how many frames edges may differ that should agree, by capture."""
+        clocks, own = self.batch.clocks()
+        slack = [floor(self.batch.tolerance * clock.rate) for clock in clocks]
+        return np.array(slack, np.int64)[own]
 
     def met(self, conditions: Iterable[Condition], capture: IntArray, seen: IntArray) -> IntArray:
-        """Return the places of the ways that meet conditions on labels."""
-        told = Told(capture, seen, capture, capture, capture, capture)
+        """Return the places of the matches that meet conditions on labels."""
+        labels = Told(capture, seen, capture, capture, capture, capture)
         fits = np.ones(len(capture), bool)
         for condition in conditions:
-            fits &= self.evaluator.holds(condition, told)
+            fits &= self.evaluator.holds(condition, labels)
         return np.flatnonzero(fits)
 
     def met_where_known(
         self, conditions: Iterable[Condition], capture: IntArray, seen: IntArray
     ) -> IntArray:
-        """Return the places of the ways that meet conditions on labels, or lack one of these."""
+        """Return the places of the matches that meet conditions on labels, or still lack one."""
         fits = np.ones(len(capture), bool)
         for condition in conditions:
             known = np.ones(len(capture), bool)
@@ -421,7 +348,7 @@ class Context:
 
 
 def alive_in(batch: Batch, program: Program, values: list[IntArray]) -> list[BoolArray]:
-    """Tell by state at which of its events a line may stand, with what it remembers left out.
+    """Tell by state at which of its events a line may stand, whatever it remembers.
 
     An end can be reached from there; where no other state leads there, the line may begin there.
     """
@@ -434,114 +361,3 @@ def alive_in(batch: Batch, program: Program, values: list[IntArray]) -> list[Boo
             fits &= np.any([roots(batch, program, it) for it in entries], axis=0)
         found.append(fits)
     return found
-
-
-def open_groups(program: Program) -> list[tuple[Group, ...]]:
-    """Return the brackets that are open at each state, the inner ones last."""
-    found: list[tuple[Group, ...]] = [()] * len(program.states)
-    todo = [(entry.state, entry.opens) for entry in program.entries]
-    seen: set[int] = set()
-    while todo:
-        state, groups = todo.pop()
-        if state not in seen:
-            seen.add(state)
-            found[state] = groups
-            for edge in program.edges[state]:
-                left = groups[: len(groups) - len(edge.exit.closes)]
-                todo.append((edge.entry.state, (*left, *edge.entry.opens)))
-    return found
-
-
-@dataclass(slots=True)
-class _Line:
-    """A line in the list of a program's lines: with where it stands, and all beside it behind it.
-
-    `again`: whether it stands beside a bracket that may come again without end; `denied`: how many
-    negations it is in.
-    """
-
-    program: Program
-    again: bool
-    denied: int
-    first: int
-    last: int
-
-    def holds(self, place: int) -> bool:
-        """Return whether a line is this one, or stands beside it."""
-        return self.first <= place < self.last
-
-
-def _list_lines(
-    program: Program, lines: list[_Line], *, again: bool = False, denied: int = 0
-) -> None:
-    """List a line and all beside it."""
-    own = _Line(program, again, denied, len(lines), 0)
-    lines.append(own)
-    repeated = {
-        group
-        for states in components(program)
-        for state in states
-        for edge in program.edges[state]
-        if edge.entry.state in states
-        for group in edge.exit.closes
-    }
-    for group in (program.whole, *program.brackets):
-        for companion in group.companions:
-            whole, deeper = group is program.whole, denied + (companion.relation in NEGATIONS)
-            for inner in standing(program, companion) if whole else companion.programs:
-                _list_lines(inner, lines, again=group in repeated, denied=deeper)
-    own.last = len(lines)
-
-
-def _kinds(program: Program) -> list[tuple[State, list[int]]]:
-    """Return the different states of a program, each with the numbers of those alike."""
-    kinds: dict[object, tuple[State, list[int]]] = {}
-    for state in program.states:
-        fits = tuple(frozenset(it.items()) for it in state.fits)
-        key = (state.members, state.manner, fits)
-        kinds.setdefault(key, (state, []))[1].append(state.number)
-    return list(kinds.values())
-
-
-def manner_of(state: State) -> str:
-    """Return as what a state takes what it takes: what is gone through is a movement."""
-    return state.manner if state.manner in MANNERS else MANNERS[0]
-
-
-def touching(one: State, other: State) -> bool:
-    """Tell whether two states can take the same symbol, whatever as."""
-    if one.near or other.near:  # a symbol near a border may be on either side of it
-        return not set(one.members).isdisjoint(other.members)
-    return any(
-        part == another and all(said[kind] & told[kind] for kind in said.keys() & told.keys())
-        for (part, said), (another, told) in product(
-            zip(one.members, one.fits, strict=True), zip(other.members, other.fits, strict=True)
-        )
-    )
-
-
-def standing(program: Program, companion: Companion) -> tuple[Program, ...]:
-    """Return the lines that can stand beside all of a leading line, or disturb it."""
-    part = _run_of(program) if _sharing(program, companion) else None
-    return tuple(it for it in companion.programs if part is None or _run_of(it) != part)
-
-
-def _sharing(program: Program, companion: Companion) -> bool:
-    """Tell whether what stands beside a line shares a frame with the line itself."""
-    if companion.within:
-        return False
-    if companion.relation != "without":
-        return RELATIONS[companion.relation].shares_frame
-    inside = [it for group in program.brackets for it in group.companions]
-    adding = any(RELATIONS[it.relation].adds_frames for it in program.whole.companions)
-    return not inside and not adding
-
-
-def _run_of(program: Program) -> str | None:
-    """Return the part of which a line takes movements that follow each other, if it is one."""
-    edges = [edge for edges in program.edges for edge in edges]
-    parts = {state.members for state in program.states}
-    linked = all(edge.same and not edge.arrow.later for edge in edges)
-    moving = all(state.manner == "move" for state in program.states)
-    (members, *others) = parts
-    return members[0] if linked and moving and len(members) == 1 and not others else None

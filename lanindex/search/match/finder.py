@@ -28,6 +28,7 @@ from lanindex.search.match.hit_table import HitTable, best, joined, own_rows
 from lanindex.search.match.hits import Found, Told, labelled
 from lanindex.search.match.leading import answers_of, may_match
 from lanindex.search.match.mirror_runs import repeats
+from lanindex.search.match.rewrites import Rewrites
 from lanindex.search.match.trace import Place, Tracer
 
 Recordings = Callable[
@@ -110,6 +111,7 @@ class Finder:
         self._query, self._roster, self._columns = query, roster, columns
         self._tolerance = tolerance
         self._programs = plan(query)
+        self._rewrites = [Rewrites(it) for it in self._programs]
         self._parts: list[tuple[str, ...]] = []
         self._recordings = recordings
         self._fetched: dict[int, Recording] = {}
@@ -306,7 +308,7 @@ class Finder:
         tick = self._tick(int(here[0]), watch)
         rich = np.zeros(len(batch), bool)
         for number, program in enumerate(self._programs):
-            context = Context(batch, self._clauses, source, tick)
+            context = Context(batch, self._rewrites[number], self._clauses, source, tick)
             found += answers_of(context, number, program, self._parts)
             rich |= context.refused
         for place in here[rich].tolist():

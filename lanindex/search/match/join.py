@@ -21,10 +21,10 @@ from lanindex.search.match.arrays import (
     spread,
     starts_of,
 )
-from lanindex.search.match.best import enough_beside
-from lanindex.search.match.context import Context, Hulls, Others, gathered, standing
+from lanindex.search.match.context import Context, Hulls, Others, gathered
 from lanindex.search.match.matches import Claims, distinct, filled, sets_together
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
+from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.match.walk import Walk
 
 
@@ -147,9 +147,7 @@ class Joiner:
         The leading line.
     """
 
-    def __init__(self, context: Context, program: Program) -> None:
-        beside_it = program.whole.companions
-        self._standing = {companion: standing(program, companion) for companion in beside_it}
+    def __init__(self, context: Context) -> None:
         self._context, self._batch = context, context.batch
         self._found: dict[tuple[Program, str | None], Others] = {}
         self._last: dict[Program, Others] = {}
@@ -179,7 +177,11 @@ class Joiner:
                 self._context.tick()
                 hulls = self._with(companion, lines, hulls, whole=whole)
         for companion in group.companions:
-            if companion.relation in NEGATIONS and self._programs(companion) and len(hulls.line):
+            if (
+                companion.relation in NEGATIONS
+                and self._context.rewrites.programs(companion)
+                and len(hulls.line)
+            ):
                 self._context.tick()
                 hulls = self._without(companion, lines, hulls, whole=whole)
         return hulls
@@ -189,7 +191,7 @@ class Joiner:
         if not unmet.size:
             return unmet[:0]
         left, (column, way) = unmet.copy(), np.nonzero(unmet < FAR)
-        forgiven = self._context.forgiving(had).at(way)
+        forgiven = self._context.excusing(had).at(way)
         paid = ~self._matches.at(unmet[column, way]).apart(forgiven)
         left[column[paid], way[paid]] = FAR
         left = np.sort(left, axis=0)
@@ -208,10 +210,6 @@ class Joiner:
     def _walk(self, program: Program, enough: str | None) -> Walk:
         return Walk(self._context, program, tracked=program.open_ended, enough=enough)
 
-    def _programs(self, companion: Companion) -> tuple[Program, ...]:
-        """Return the lines, one a side, that can be what is asked for beside another."""
-        return self._standing.get(companion, companion.programs)
-
     def _beside(self, program: Program, companion: Companion) -> Others:
         """Return the ways of a line that may stand beside another.
 
@@ -221,7 +219,7 @@ class Joiner:
         others = self.others(program, companion)
         if others.nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
             if program not in self._last:
-                self._last[program] = others.last()
+                self._last[program] = others.longest()
             return self._last[program]
         return others
 
@@ -233,7 +231,11 @@ class Joiner:
         )
         memory, clauses = found.memory, self._context.clauses
         unmet = self.still_unmet(memory.unmet, memory.claims)
-        had = memory.claims if program in self._context.outside else matches.nothing(len(memory))
+        had = (
+            memory.claims
+            if program in self._context.rewrites.outside
+            else matches.nothing(len(memory))
+        )
         seen = memory.columns[len(memory.columns) - len(clauses.columns) :]
         nodes = walk.nodes if program.open_ended else None
         ends = self._context.joins.ended(walk, len(memory))
@@ -270,7 +272,7 @@ class Joiner:
             here.high = np.zeros(len(here), np.int64)
             here.low = here.start if "start" in compared else here.high + FAR - 1
             line = Standing(here, stands[hulls.line], self._margins(companion))
-            for program in self._programs(companion):
+            for program in self._context.rewrites.programs(companion):
                 others = self._beside(program, companion)
                 if not alone:
                     others = others.at(np.flatnonzero(~others.lines.alone))
@@ -287,7 +289,7 @@ class Joiner:
     def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:
         """Return the ways that have a line beside them at all, whatever it takes."""
         found = np.zeros(len(lines), bool)
-        for program in self._programs(companion):
+        for program in self._context.rewrites.programs(companion):
             others = self._beside(program, companion).lines
             for alone in (False, True):
                 own = np.flatnonzero(lines.alone == alone)
@@ -380,7 +382,7 @@ class Joiner:
         here = Spans(capture, low, high, low, high, alone)
         margins, free = self._margins(companion), others.claims.none
         disturbed = np.zeros(len(here), bool)
-        forgiven = self._context.forgiving(hulls.claims)
+        forgiven = self._context.excusing(hulls.claims)
         owing: list[IntArray] = []
         for still in (False, True):
             own = np.flatnonzero(alone == still)
@@ -412,7 +414,7 @@ class Joiner:
 
     def _forbidden(self, companion: Companion) -> tuple[Others, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
-        programs = self._programs(companion)
+        programs = self._context.rewrites.programs(companion)
         if programs not in self._alone:
             others = gathered([self.others(program, companion) for program in programs])
             others = others.at(np.flatnonzero((others.unmet >= FAR).all(axis=0)))

@@ -18,13 +18,13 @@ from lanindex.search.language.times import Length, Time
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.best import enough
 from lanindex.search.match.budget import TooMuch
 from lanindex.search.match.conditions import Told
 from lanindex.search.match.context import Alive, Context, alive_in
 from lanindex.search.match.hit_table import HitTable, joined, own_rows, roots, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import MirrorRuns, repeats
+from lanindex.search.match.rewrites import enough
 from lanindex.search.match.walk import Ends, Walk
 
 SOON = 4
@@ -178,8 +178,7 @@ def remembering(
     TooMuch
         Where there are too many ways.
     """
-    context.enter(program)
-    joiner = context.joiner = Joiner(context, program)
+    joiner = context.joiner = Joiner(context)
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
     tables = _best_of_all(context, program, walk, joiner, walk.roots())

@@ -19,7 +19,6 @@ from lanindex.search.language.query import Query
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, starts_of
 from lanindex.search.match.backward import Ahead, cost_of, end_of
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.best import ONLY, enough
 from lanindex.search.match.conditions import Clauses, Source
 from lanindex.search.match.context import Context, Due, Joins
 from lanindex.search.match.hit_table import firsts
@@ -29,6 +28,7 @@ from lanindex.search.match.leading import asked_for
 from lanindex.search.match.matches import EVENT, Matches, Nodes
 from lanindex.search.match.mirror_runs import Mirrored, MirrorRuns, repeats
 from lanindex.search.match.relations import RELATIONS
+from lanindex.search.match.rewrites import ONLY, Rewrites, enough
 from lanindex.search.match.walk import Ends, Walk
 
 COST, STEPS = range(-2, 0)
@@ -135,13 +135,12 @@ class _Setting(Context):
         tick: Callable[[], None],
         program: Program,
     ) -> None:
-        super().__init__(batch, _Noting(query), source, tick)
+        super().__init__(batch, Rewrites(program), _Noting(query), source, tick)
         self.joins = _Joins()
         self._program, self._clauses_alone = program, Clauses(query)
         self.lying_in = _lying_in(program)
         self.span = np.empty(0, np.int64), np.empty(0, np.int64)
-        self.enter(program)
-        self.joiner = _Partners(self, program)
+        self.joiner = _Partners(self)
         # where each beginning has one way, its value tells all but the symbols
         only = ONLY if enough(program) == ONLY else None
         self._line = _Line(self, program, timed=bool(self.clauses.rhythm), enough=only)

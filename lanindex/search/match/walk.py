@@ -1,19 +1,19 @@
-"""A line walked with all that it has to remember: every way in which it can match.
+"""Walks a line with all that it has to remember, as a table of partial matches.
 
-It remembers whatever a pattern asks for: what stands beside brackets, what each line claimed
-however often it repeats, what labels matched, how long each step lasted. Matches that stand at the
-same event and remember the same are one. Where states lead to each other their events are gone
-through in order of time, so that all that leads to an event is known before it is left.
+A partial match remembers whatever a pattern needs later: what stands beside brackets, the symbols
+that it has claimed, what labels matched, how long each step lasted. Partial matches that stand at
+the same event and remember the same are one. Where states lead to each other, events are taken in
+order of time, so that all that leads to an event is known before it is left.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from lanindex.search.automaton import Companion, Edge, Exit, Group, Program
+from lanindex.search.automaton import Companion, Edge, Exit, Group, Program, components, open_groups
 from lanindex.search.match import budget
 from lanindex.search.match.arrays import (
     FAR,
@@ -26,11 +26,11 @@ from lanindex.search.match.arrays import (
     spread,
     starts_of,
 )
-from lanindex.search.match.backward import components, cost_of, end_of, may_leave
+from lanindex.search.match.backward import cost_of, end_of, may_leave
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.best import ONLY, BestEnds
+from lanindex.search.match.best import BestEnds
 from lanindex.search.match.conditions import MET
-from lanindex.search.match.context import MANNERS, Context, Hulls, Settled, open_groups
+from lanindex.search.match.context import Context, Hulls, Settled
 from lanindex.search.match.follow import Transitions, begins, way_of
 from lanindex.search.match.hit_table import roots
 from lanindex.search.match.matches import (
@@ -50,6 +50,10 @@ from lanindex.search.match.matches import (
     together,
 )
 from lanindex.search.match.relations import LAST, RELATIONS, Spans
+from lanindex.search.match.rewrites import MANNERS, ONLY
+
+MATCH = 512
+"""Bytes of a partial match that is followed, with all that is made of it."""
 
 
 def ranks_of(batch: Batch, program: Program, states: list[int]) -> dict[int, IntArray]:
@@ -70,7 +74,7 @@ def ranks_of(batch: Batch, program: Program, states: list[int]) -> dict[int, Int
 
 
 def by_rank(ranks: IntArray, rows: Matches) -> Iterator[tuple[int, Matches]]:
-    """Yield ways by their ranks, those of the same rank together."""
+    """Yield matches by their ranks, those of the same rank together."""
     order = np.argsort(ranks, kind="stable")
     starts = np.flatnonzero(starts_of(ranks[order]))
     for own in np.split(order, starts[1:]) if len(order) else ():
@@ -78,15 +82,7 @@ def by_rank(ranks: IntArray, rows: Matches) -> Iterator[tuple[int, Matches]]:
 
 
 class Expiry:
-    """Tells which claims of a line are still wanted.
-
-    Parameters
-    ----------
-    context : Context
-        Where.
-    program : Program
-        The line.
-    """
+    """Drops the claims of a line that no other line can want any more."""
 
     def __init__(self, context: Context, program: Program) -> None:
         self._context, self._program = context, program
@@ -95,13 +91,13 @@ class Expiry:
         self._companions = [it for group in groups for it in group.companions]
         self._earliest: dict[Companion, tuple[IntArray, IntArray]] = {}
         self.known = (
-            bool(context.contested.get(program) or self._companions)
-            and program not in context.outside
+            bool(context.rewrites.contested.get(program) or self._companions)
+            and program not in context.rewrites.outside
             and all(map(_ends_later, self._companions))
         )
 
     def dropped(self, state: int, rows: Matches) -> Matches:
-        """Return ways that stand at a state, without the claims that nothing can want any more."""
+        """Return matches that stand at a state without their expired claims."""
         if not (self.known and rows.claims):
             return rows
         events = self._context.batch.events(self._program.states[state])
@@ -120,7 +116,7 @@ class Expiry:
         return rows
 
     def _from(self, companion: Companion, capture: IntArray, begun: IntArray) -> IntArray:
-        """Return the first frame of all lines that can stand beside what has begun then."""
+        """Return the first frame of all lines that can stand beside what began in some frames."""
         if companion not in self._earliest:
             found = [self._context.joiner.others(it, companion).lines for it in companion.programs]
             owner, until, start = (
@@ -137,9 +133,9 @@ class Expiry:
         frames: IntArray = np.minimum(earliest[place] - capture * FAR, FAR - 1)
         return frames
 
-    def _after(self, had: Claims, capture: IntArray, since: IntArray) -> Claims:
+    def _after(self, claims: Claims, capture: IntArray, since: IntArray) -> Claims:
         """Return the claims of movements, stays and rests that do not end before a frame."""
-        first = had.first.copy()
+        first = claims.first.copy()
         for part, rows in self._context.claimed():
             for manner in MANNERS:
                 lane = self._context.lane(manner, part)
@@ -149,77 +145,39 @@ class Expiry:
                 begin = lane + np.searchsorted(keys, capture * FAR + since)
                 own = (first >= lane) & (first <= lane + len(rows))
                 first = np.where(own, np.maximum(first, begin), first)
-        return in_sets(first, had.last)
+        return in_sets(first, claims.last)
 
 
 def _ends_later(companion: Companion) -> bool:
-    """Tell whether a line takes nothing that ends before what it stands beside begins."""
+    """Tell whether a line claims nothing that ends before what it stands beside begins."""
     lone = not any(
         group.companions for it in companion.programs for group in (it.whole, *it.brackets)
     )
     return RELATIONS[companion.relation].ends_later and not companion.within and lone
 
 
-WAY = 512
-"""Bytes of a way that is followed, with all that is made of it."""
-
-
 @dataclass(slots=True, eq=False)
 class Ends:
-    """Ends of ways through a line.
+    """Ends of matches of a line; all columns are (N,) and int64 but `alone`."""
 
-    Attributes
-    ----------
-    entry, root : ndarray
-        (N,) by which entry it began, and at which event.
-    capture, start, until, low, high : ndarray
-        (N,) int64 frames, those of all beside it in `low` and `high`.
-    alone : ndarray
-        (N,) bool: whether it is no more than a starting position.
-    part, row : ndarray
-        (N,) int64: its last symbol.
-    cost : ndarray
-        (N,) int64: what is missing to a fit of 1, in thousandths; -1: that is not known.
-    node : ndarray
-        (N,) int64.
-    memory : Matches
-        The rest.
-    """
-
-    entry: IntArray
-    root: IntArray
+    entry: IntArray  # by which entry of the program it began
+    root: IntArray  # at which event of that entry's state
     capture: IntArray
-    start: IntArray
+    start: IntArray  # frames of the line
     until: IntArray
-    low: IntArray
+    low: IntArray  # frames of the line and all beside it
     high: IntArray
-    alone: BoolArray
-    part: IntArray
+    alone: BoolArray  # it is no more than a starting position
+    part: IntArray  # of its last symbol
     row: IntArray
-    cost: IntArray
+    cost: IntArray  # what is missing to a fit of 1, in thousandths; -1: not known
     node: IntArray
-    memory: Matches
+    memory: Matches  # the rest
 
     def at(self, chosen: AnyArray) -> Ends:
         """Return some of them."""
-        columns = {name: getattr(self, name)[chosen] for name in _ENDS}
-        return replace(self, **columns, memory=self.memory.at(chosen))
-
-
-_ENDS = (
-    "entry",
-    "root",
-    "capture",
-    "start",
-    "until",
-    "low",
-    "high",
-    "alone",
-    "part",
-    "row",
-    "cost",
-    "node",
-)
+        columns = {it.name: getattr(self, it.name)[chosen] for it in fields(self)[:-1]}
+        return Ends(**columns, memory=self.memory.at(chosen))
 
 
 def ends_of(
@@ -227,17 +185,8 @@ def ends_of(
 ) -> Ends:
     """Return ends as one table.
 
-    Parameters
-    ----------
-    context : Context
-        Where.
-    program : Program
-        Of the line.
-    firsts : list of ndarray
-        By entry, at which events ways began.
-    ends : list of tuple of int and Matches
-        States, and the ways that end there; of state -1 only their values are known, as from
-        `value_of`: instead of events.
+    `firsts` are by entry the events at which matches began; `ends` are states with the matches that
+    end there, of state -1 with values as from `value_of` instead of events.
     """
     memory = together([rows for _, rows in ends])
     many = [len(rows) for _, rows in ends]
@@ -250,10 +199,10 @@ def ends_of(
         cost[state < 0] = cost_of(settled)
     for number in set(state[state >= 0].tolist()):
         own = np.flatnonzero(state == number)
-        told = program.states[number]
-        events = context.batch.events(told).at(memory.columns[EVENT][own])
+        ended = program.states[number]
+        events = context.batch.events(ended).at(memory.columns[EVENT][own])
         until = np.where(events.starting, events.until, events.end)
-        part = np.full(len(own), context.clauses.code(told.members[-1]))
+        part = np.full(len(own), context.clauses.code(ended.members[-1]))
         columns[:, own] = until, events.end, part, events.last[-1]
         alone[own] = events.starting
     until, end, part, row = columns
@@ -268,27 +217,17 @@ def ends_of(
 
 
 def captures_of(context: Context, program: Program, firsts: list[IntArray]) -> IntArray:
-    """Return the captures of ways that began by some entries at some events."""
+    """Return the captures of matches that began by some entries at some events."""
     states = (program.states[entry.state] for entry in program.entries)
     events = (context.batch.events(state) for state in states)
     return np.concatenate([it.capture[first] for it, first in zip(events, firsts, strict=True)])
 
 
 class Walk:
-    """Walks a program in a batch.
+    """Walks a line of a program.
 
-    Parameters
-    ----------
-    context : Context
-        Where, and what is asked.
-    program : Program
-        Any.
-    timed : bool
-        Whether the frames of its steps have to be in a rhythm.
-    tracked : bool
-        Whether it matters which way goes on in which.
-    enough : str, optional
-        Which of its ends will do, as in `best`.
+    `timed`: the lengths of its steps have to be in a rhythm; `tracked`: it matters which match goes
+    on in which; `enough`: which of its ends is enough, as in `BestEnds`.
     """
 
     def __init__(
@@ -332,19 +271,19 @@ class Walk:
         ]
 
     def found(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
-        """Return all ways in which the line can match.
+        """Return the ends of all matches of the line.
 
         Parameters
         ----------
         begun : list of ndarray, optional
             By entry, at which events of its state, (N,) bool; None: wherever it can.
         within : ndarray, optional
-            (captures,) int64: in how many frames after its beginning each way must have ended.
+            (captures,) int64: in how many frames after its beginning each match must have ended.
 
         Raises
         ------
         TooMuch
-            Where there are too many.
+            If there are more than the budget allows.
         """
         self._followed, self._within = 0, within
         self._cut_off = [np.empty(0, np.int64)]
@@ -369,11 +308,11 @@ class Walk:
         if not self._best_ends or not all(
             self._best_ends.settled[it.state] for it in program.entries
         ):
-            found.cost[:] = -1  # of ways that settle later their first steps are not counted
+            found.cost[:] = -1  # the first steps of matches that settle later are not counted
         return found
 
     def _begun(self, begun: list[BoolArray]) -> Iterator[Matches]:
-        """Yield the ways that begin by each entry."""
+        """Yield the matches that begin by each entry."""
         before = 0
         self._firsts: list[IntArray] = []
         for entry, fits in zip(self._program.entries, begun, strict=True):
@@ -393,22 +332,22 @@ class Walk:
             yield self._matched(beginning(columns), state, chosen, self._due.at(None, state))
 
     def _matched(self, rows: Matches, state: int, events: IntArray, due: Settled) -> Matches:
-        """Return ways with the events that they match next, those that are possible."""
-        context, told = self._context, self._program.states[state]
+        """Return matches with the events that they take next, as far as they can take them."""
+        context, own_state = self._context, self._program.states[state]
         rows.columns[EVENT] = events
-        if state in context.contested.get(self._program, ()):
-            claims = context.claims(self._program, told, events)
+        if state in context.rewrites.contested.get(self._program, ()):
+            claims = context.claims(self._program, own_state, events)
             fits = np.flatnonzero(rows.claims.apart(claims))
             rows, claims = rows.at(fits), claims.at(fits)
             rows.claims = rows.claims.with_those(claims)
             events = events[fits]
-        own = self._batch.events(told).at(events)
-        seen = context.clauses.noted(self._batch, told, events, rows.columns[self._seen :])
+        own = self._batch.events(own_state).at(events)
+        seen = context.clauses.noted(self._batch, own_state, events, rows.columns[self._seen :])
         rows.columns[self._seen :] = seen
         if self._timed:
             rows, own = self._kept_in_time(rows, own.end - own.start), own
         if due.conditions:
-            capture = self._batch.events(told).capture[rows.columns[EVENT]]
+            capture = self._batch.events(own_state).capture[rows.columns[EVENT]]
             rows = rows.at(context.met(due.conditions, capture, rows.columns[self._seen :]))
         for column in due.columns:
             noted = rows.columns[self._seen + column]
@@ -416,7 +355,7 @@ class Walk:
         return rows
 
     def _kept_in_time(self, rows: Matches, frames: IntArray) -> Matches:
-        """Return the ways that a rhythm may still be kept by, with how long a step has lasted."""
+        """Return the matches that may still keep the rhythm, with the length of their last step."""
         beats = rows.columns[self._beats : self._seen]
         place = (beats >= 0).sum(axis=0)
         fits = np.flatnonzero(place < len(beats))
@@ -426,14 +365,14 @@ class Walk:
         return rows.at(np.flatnonzero(self._context.clauses.may_be_in_rhythm(beats)))
 
     def _at_once(self, state: int, at: dict[int, list[Matches]]) -> Iterator[tuple[int, Matches]]:
-        """Yield the ways that stand at a state that does not lead to itself."""
+        """Yield the matches that stand at a state that does not lead to itself."""
         if at[state]:
             yield state, self._settled(state, at.pop(state))
 
     def _in_time(
         self, states: list[int], at: dict[int, list[Matches]]
     ) -> Iterator[tuple[int, Matches]]:
-        """Yield the ways that stand at states that lead to each other, in order of time."""
+        """Yield the matches that stand at states that lead to each other, in order of time."""
         ranks = ranks_of(self._batch, self._program, states)
         waves: dict[int, dict[int, list[Matches]]] = {}
         now = -1
@@ -450,7 +389,7 @@ class Walk:
             yield from ((it, self._settled(it, tables)) for it, tables in waves.pop(now).items())
 
     def _settled(self, state: int, tables: list[Matches]) -> Matches:
-        """Return ways, those as one that stand at the same event and remember the same."""
+        """Return matches, one of those that stand at the same event and remember the same."""
         rows = self._standing(state, tables)
         alike, which = rows.alike()
         if self._tracked:
@@ -458,9 +397,9 @@ class Walk:
         return alike
 
     def _standing(self, state: int, tables: list[Matches]) -> Matches:
-        """Return the ways that stand at a state, but for those of captures that are refused."""
+        """Return the matches that stand at a state, without those in refused captures."""
         self._followed += sum(map(len, tables))
-        if self._followed > budget.rows(WAY):
+        if self._followed > budget.rows(MATCH):
             raise budget.TooMuch
         rows = together(tables)
         events = self._batch.events(self._program.states[state])
@@ -472,17 +411,17 @@ class Walk:
     def _leave(
         self, state: int, rows: Matches, at: dict[int, list[Matches]]
     ) -> list[tuple[int, Matches]]:
-        """Let ways go on from a state, and return those that end there."""
+        """Let matches go on from a state, and return those that end there."""
         left: dict[tuple[object, ...], Matches] = {}
         ending = rows
         if self._best_ends and self._best_ends.free[state]:
             ending, rows = self._settled_best(state, rows)
 
-        def leaving(way: Exit, rows: Matches) -> Matches:
-            key = (way.closes, way.to_end, id(rows))
+        def leaving(leave: Exit, rows: Matches) -> Matches:
+            key = (leave.closes, leave.to_end, id(rows))
             if key not in left:
-                fits = may_leave(self._batch, self._program, way)[rows.columns[EVENT]]
-                left[key] = self._closed(rows.at(np.flatnonzero(fits)), state, way.closes)
+                fits = may_leave(self._batch, self._program, leave)[rows.columns[EVENT]]
+                left[key] = self._closed(rows.at(np.flatnonzero(fits)), state, leave.closes)
             return left[key]
 
         for edge in self._program.edges[state]:
@@ -490,24 +429,24 @@ class Walk:
                 at[edge.entry.state].append(gone)
                 self._context.tick()
         ends = []
-        told = self._program.states[state]
-        passing = self._batch.events(told).passing
-        for way in self._program.exits[state]:
-            ended = leaving(way, ending)
-            if told.manner != "via":
+        own = self._program.states[state]
+        passing = self._batch.events(own).passing
+        for leave in self._program.exits[state]:
+            ended = leaving(leave, ending)
+            if own.manner != "via":
                 ended = ended.at(np.flatnonzero(~passing[ended.columns[EVENT]]))
             late = self._due.late(state)
             if late:
-                capture = self._batch.events(told).capture[ended.columns[EVENT]]
+                capture = self._batch.events(own).capture[ended.columns[EVENT]]
                 fits = self._context.met(late, capture, ended.columns[self._seen :])
                 ended = ended.at(fits)
             ends.append((state, ended))
         return ends
 
     def _settled_best(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
-        """Let ways end as they best do, and return those that still end here, or go on.
+        """Settle matches by their best ends; return those that still end here, and go on.
 
-        These are starting positions alone, and what leads to something that others could want.
+        The former are starting positions alone, the latter lead to contested events.
         """
         assert self._best_ends
         event = rows.columns[EVENT]
@@ -519,7 +458,7 @@ class Walk:
         return rows.at(np.flatnonzero(ending)), rows.at(np.flatnonzero(on))
 
     def _with_best_ends(self) -> Matches:
-        """Return the ways that are settled with what stands beside them, and ends for events."""
+        """Return the settled matches with what stands beside them, and values for events."""
         rows, program = together(self._settling), self._program
         root, end = rows.columns[ROOT], end_of(rows.columns[EVENT])
         if (root[1:] <= root[:-1]).any():
@@ -538,7 +477,7 @@ class Walk:
         return rows
 
     def _closed(self, rows: Matches, state: int, closes: tuple[Group, ...]) -> Matches:
-        """Return ways with some groups closed, inner ones first."""
+        """Return matches with some groups closed, inner ones first."""
         events = self._batch.events(self._program.states[state])
         depth = self._depths[state]
         for group in closes:
@@ -569,9 +508,10 @@ class Walk:
         own: int,
         frames: tuple[IntArray, IntArray, IntArray, BoolArray],
     ) -> Matches:
-        """Return ways with what stands beside a group that closes in some frames.
+        """Return matches with what stands beside a group that closes in some frames.
 
-        These are capture, how far others are compared, the end, and whether it merely starts.
+        These are the capture, the frame up to which other lines are compared, the end, and whether
+        it is a starting position alone.
         """
         capture, until, end, alone = frames
         start, low = rows.columns[own + START], rows.columns[own + LOW]
@@ -589,7 +529,7 @@ class Walk:
         return rows
 
     def _over(self, edge: Edge, rows: Matches) -> Iterator[Matches]:
-        """Yield the ways that go on over an edge, some at a time."""
+        """Yield the matches that go on over an edge, some at a time."""
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
         fits = self._alive[state].copy()
@@ -603,7 +543,7 @@ class Walk:
                 yield self._gone(edge, rows.at(sources[here]), targets[here])
 
     def _gone(self, edge: Edge, gone: Matches, targets: IntArray) -> Matches:
-        """Return ways with the events that an edge leads to."""
+        """Return matches with the events that an edge leads to."""
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
         start, end = events.start[targets], events.end[targets]
@@ -619,7 +559,7 @@ class Walk:
         return self._matched(gone, state, targets, self._due.at(edge.exit.state, state))
 
     def _led(self, edge: Edge, rows: Matches) -> Iterator[tuple[IntArray, IntArray]]:
-        """Yield pairs of a way and an event to which an edge leads from it, if that is in time."""
+        """Yield pairs of a match and an event to which an edge leads from it in time."""
         state = self._program.states[edge.entry.state]
         events, event = self._batch.events(state), rows.columns[EVENT]
         if id(edge) not in self._reaches:
@@ -648,13 +588,13 @@ class Walk:
             yield sources[fits], places[fits]
 
     def is_cut_off(self, nodes: IntArray) -> BoolArray:
-        """Return which nodes may go on beyond the frames in which ways were looked for."""
+        """Return which nodes may go on beyond the horizon."""
         return self.nodes.leading_to(np.concatenate(self._cut_off))[nodes]
 
     def _latest(self, edge: Edge, rows: Matches) -> tuple[IntArray, IntArray]:
-        """Return when what follows ways has to be over, and until when ways are looked for.
+        """Return by when what follows matches has to end, and the horizon of the search.
 
-        Both with the capture, as one number.
+        Both are (N,) and hold the capture and the frame as one number.
         """
         before = self._batch.events(self._program.states[edge.exit.state])
         capture = before.capture[rows.columns[EVENT]]

@@ -27,7 +27,7 @@ def patience(seconds: float):
 
 
 def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):
-    most = {arrays.PAIR: 6, walk.WAY: 3}
+    most = {arrays.PAIR: 6, walk.MATCH: 3}
     monkeypatch.setattr(budget, "rows", lambda size: most.get(size, 9))
     refused = 0
     for seed in range(100):

@@ -130,7 +130,7 @@ def test_what_is_too_much_for_one_capture_is_tried_in_parts(monkeypatch) -> None
         walked.append(begun)
         return once(self, begun, within)
 
-    monkeypatch.setattr(budget, "rows", lambda size: 12 if size == walk.WAY else 1 << 20)
+    monkeypatch.setattr(budget, "rows", lambda size: 12 if size == walk.MATCH else 1 << 20)
     monkeypatch.setattr(walk.Walk, "found", found)
     query, many = parse("a: r_arm any ... b: any where a.level < b.level"), []
     for seed in range(10):

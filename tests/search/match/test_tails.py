@@ -12,9 +12,10 @@ from lanindex.search.automaton import plan
 from lanindex.search.language import parse
 from lanindex.search.match import budget, leading, walk
 from lanindex.search.match.arrays import FAR
-from lanindex.search.match.join import paired, standing, unforgiven
+from lanindex.search.match.join import paired, unforgiven
 from lanindex.search.match.matches import Claims, filled, one_each
 from lanindex.search.match.relations import Margins, Spans
+from lanindex.search.match.rewrites import Rewrites
 
 PATTERNS = [
     # the end that comes first, and the one that comes last
@@ -76,7 +77,7 @@ def test_ways_are_no_more_than_a_few_times_the_rows(pattern: str, monkeypatch) -
     recordings = random_library(Random(7), captures=1, most=400)
     rows = sum(len(track.symbols) for track in recordings[0][1].values())
     assert rows > 500
-    monkeypatch.setattr(budget, "rows", lambda size: 2 * rows if size == walk.WAY else 1 << 25)
+    monkeypatch.setattr(budget, "rows", lambda size: 2 * rows if size == walk.MATCH else 1 << 25)
     calls, best_of_all = [], leading._best_of_all
     monkeypatch.setattr(
         leading, "_best_of_all", lambda *given: calls.append(given) or best_of_all(*given)
@@ -98,7 +99,7 @@ def test_lines_of_one_part_are_abreast_only_where_they_can_be() -> None:
     }
     for pattern, parts in wanted.items():
         (program,) = plan(parse(pattern))
-        found = standing(program, program.whole.companions[-1])
+        found = Rewrites(program).programs(program.whole.companions[-1])
         assert {line.states[0].members[0] for line in found} == parts, pattern
 
 
