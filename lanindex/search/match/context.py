@@ -118,10 +118,6 @@ class Hulls:
         )
 
 
-Alive = Callable[[Program], list[BoolArray]]
-"""Gives by state of a line at which events it may stand."""
-
-
 class Closing(Protocol):
     """What finds the lines beside another."""
 
@@ -204,7 +200,7 @@ class Context:
     ) -> None:
         self.batch, self.rewrites, self.clauses, self.tick = batch, rewrites, clauses, tick
         self.program = rewrites.program
-        self.evaluator, self._source = Evaluator(clauses, batch, source), source
+        self.evaluator = Evaluator(clauses, batch, source)
         self.joins = Joins()
         self.refused = np.zeros(len(batch), bool)
         self._tried = np.zeros(len(batch), np.int64)
@@ -215,10 +211,6 @@ class Context:
         self._widths: list[int] = []
         self._begins = [0]
         self._due: dict[Program, Due] = {}
-
-    def inside(self, batch: Batch) -> Context:
-        """Return the same in another batch."""
-        return Context(batch, self.rewrites, self.clauses, self._source, self.tick)
 
     def tried(self, capture: IntArray) -> BoolArray | None:
         """Count matches by their captures; return which are not refused, None: all of them."""

@@ -26,7 +26,7 @@ from lanindex.search.match.conditions import Clauses
 from lanindex.search.match.context import Context
 from lanindex.search.match.hit_table import HitTable, best, joined, own_rows
 from lanindex.search.match.hits import Found, Told, labelled
-from lanindex.search.match.leading import answers_of, may_match
+from lanindex.search.match.leading import hits_of, may_match
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.rewrites import Rewrites
 from lanindex.search.match.trace import Place, Tracer
@@ -307,9 +307,9 @@ class Finder:
         source = Source(self._recordings, here, batch, self._programs)
         tick = self._tick(int(here[0]), watch)
         rich = np.zeros(len(batch), bool)
-        for number, program in enumerate(self._programs):
-            context = Context(batch, self._rewrites[number], self._clauses, source, tick)
-            found += answers_of(context, number, program, self._parts)
+        for number, rewrites in enumerate(self._rewrites):
+            context = Context(batch, rewrites, self._clauses, source, tick)
+            found += hits_of(context, number, self._parts)
             rich |= context.refused
         for place in here[rich].tolist():
             self._refused[place] = self._too_many(place)

@@ -24,7 +24,7 @@ from lanindex.search.match.context import Context, Due, Joins
 from lanindex.search.match.hit_table import firsts
 from lanindex.search.match.hits import Matched, Told, took
 from lanindex.search.match.join import Joiner
-from lanindex.search.match.leading import asked_for
+from lanindex.search.match.leading import complete
 from lanindex.search.match.matches import EVENT, Matches, Nodes
 from lanindex.search.match.mirror_runs import Mirrored, MirrorRuns, repeats
 from lanindex.search.match.relations import RELATIONS
@@ -253,7 +253,7 @@ class _Line(Walk):
         low, high : ndarray
             (H,) int64: the frames of each hit.
         """
-        chosen = asked_for(self._context, self._program, self, self.ends, self._context.joiner)
+        chosen = complete(self._context, self, self.ends, self._context.joiner)
         ends = self.ends.at(chosen)
         owner = np.full(len(chosen), -1)
         for entry, own in enumerate(owners):

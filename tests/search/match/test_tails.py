@@ -78,9 +78,9 @@ def test_ways_are_no_more_than_a_few_times_the_rows(pattern: str, monkeypatch) -
     rows = sum(len(track.symbols) for track in recordings[0][1].values())
     assert rows > 500
     monkeypatch.setattr(budget, "rows", lambda size: 2 * rows if size == walk.MATCH else 1 << 25)
-    calls, best_of_all = [], leading._best_of_all
+    calls, best_of_all = [], leading._best_ends
     monkeypatch.setattr(
-        leading, "_best_of_all", lambda *given: calls.append(given) or best_of_all(*given)
+        leading, "_best_ends", lambda *given: calls.append(given) or best_of_all(*given)
     )
     find_fast(parse(pattern), recordings)
     assert 0 < len(calls) <= len(plan(parse(pattern)))  # of too many ways, half is tried at a time
