@@ -1,6 +1,6 @@
-"""Lines side by side, joined with all that they have to remember, and lines that must not happen.
+"""Joins lines with the lines beside them, with all that either has to remember.
 
-Matches of what must not happen do not count where they share a symbol with the hit.
+Matches of lines that must not happen do not count where they share a symbol with the hit.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ from lanindex.search.match.walk import Walk
 def paired(
     relation: str, lines: Spans, others: Spans, margins: Margins
 ) -> tuple[IntArray, IntArray]:
-    """Return all pairs of a line and another one that stands beside it, by place."""
+    """Return all pairs of a line and another one in a relation to it, by place."""
     ordered = relations.Others(others)
     line, place = relations.pairs(relation, lines, ordered, margins)
     return line, ordered.order[place]
 
 
-def unforgiven(
+def unexcused(
     relation: str,
     lines: Spans,
-    forgiving: Claims,
+    excusing: Claims,
     matches: Spans,
     claims: Claims,
     margins: Margins,
 ) -> BoolArray:
-    """Tell beside which lines there is a match that takes nothing of what the line forgives.
+    """Tell beside which lines there is a match that shares no symbol with the line, (N,) bool.
 
-    There is if more stand beside it than those that do take something of that, which are few.
+    There is if more matches stand beside it than those that share a symbol, which are few.
 
     Parameters
     ----------
@@ -55,31 +55,31 @@ def unforgiven(
         ``without`` or ``never``.
     lines : Spans
         (N,) the frames of hits.
-    forgiving : Claims
+    excusing : Claims
         (N,) by line, in no order.
     matches : Spans
-        (M,) of what must not happen.
+        (M,) of lines that must not happen.
     claims : Claims
-        (M,) what each of those takes.
+        (M,) of those.
     margins : Margins
         How near matches must lie.
     """
-    line, match = _touching(forgiving, claims)
+    line, match = _touching(excusing, claims)
     limit = relations.limits(relation, lines, margins)
     start, until = matches.start[match], matches.until[match]
     fits = lines.capture[line] == matches.capture[match]
     fits &= (start <= limit.begin_last[line]) & (until >= limit.end_first[line])
-    forgiven = np.bincount(line[fits], minlength=len(lines))
+    excused = np.bincount(line[fits], minlength=len(lines))
     base, behind = lines.capture * FAR, matches.capture * FAR
     starts, ends = np.sort(behind + matches.start), np.sort(behind + matches.until)
     many = np.searchsorted(starts, base + limit.begin_last, "right")
     many -= np.searchsorted(ends, base + limit.end_first)
-    found: BoolArray = many > forgiven
+    found: BoolArray = many > excused
     return found
 
 
 def _touching(one: Claims, other: Claims) -> tuple[IntArray, IntArray]:
-    """Return all pairs of a line and another that take something in common, each once."""
+    """Return all pairs of a line and another that share a claim, each once."""
     first, last, line = _ranges(one)
     begin, end, match = _ranges(other)
     order = np.argsort(begin, kind="stable")
@@ -92,13 +92,13 @@ def _touching(one: Claims, other: Claims) -> tuple[IntArray, IntArray]:
 
 
 def _ranges(claims: Claims) -> tuple[IntArray, IntArray, IntArray]:
-    """Return all ranges that lines have taken, and whose they are."""
+    """Return the ranges of all claims, and whose they are."""
     column, line = np.nonzero(claims.first < FAR)
     return claims.first[column, line], claims.last[column, line], line
 
 
 def by_line(pairs: IntArray, lines: int) -> IntArray:
-    """Return what each line is paired with as columns, filled up with `FAR`."""
+    """Return what each line is paired with as columns, (most, lines), filled up with `FAR`."""
     pairs = pairs[:, np.lexsort(pairs[::-1])]
     counts = np.bincount(pairs[0], minlength=lines)
     most = int(counts.max(initial=0))
@@ -111,24 +111,14 @@ def by_line(pairs: IntArray, lines: int) -> IntArray:
 
 
 class Standing(NamedTuple):
-    """Where lines stand: one each of those that are compared alike.
+    """The different places where lines stand, as far as others are compared with them."""
 
-    Attributes
-    ----------
-    here : Spans
-        Those.
-    place : ndarray
-        (N,) int64: by way, which of them; -1: none.
-    margins : Margins
-        How near others must lie.
-    """
-
-    here: Spans
-    place: IntArray
-    margins: Margins
+    here: Spans  # of each place
+    place: IntArray  # (N,) int64: by match, which of them; -1: none
+    margins: Margins  # how near others must lie
 
     def at(self, some: IntArray) -> Standing:
-        """Return where some ways stand."""
+        """Return where some matches stand."""
         if len(some) == len(self.place):
             return self
         used, place = np.unique(self.place[some], return_inverse=True)
@@ -137,15 +127,7 @@ class Standing(NamedTuple):
 
 
 class Joiner:
-    """Finds what stands beside lines.
-
-    Parameters
-    ----------
-    context : Context
-        Where, and what is asked.
-    program : Program
-        The leading line.
-    """
+    """Finds the lines beside others."""
 
     def __init__(self, context: Context) -> None:
         self._context, self._batch = context, context.batch
@@ -155,18 +137,10 @@ class Joiner:
         self._matches = matches.nothing(0)
 
     def close(self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
-        """Return the ways in which a group can close.
+        """Return the hulls with which a group can close.
 
-        Parameters
-        ----------
-        group : Group
-            Any.
-        lines : Spans
-            Of its own line, as far as it has come.
-        hulls : Hulls
-            One for each of those.
-        whole : bool
-            Whether it is all of a leading line.
+        `lines` are its own line as far as it has come, with one of `hulls` each; `whole`: the group
+        is all of a leading line.
         """
         needed = [it for it in group.companions if it.relation not in NEGATIONS]
         for companion in needed if len(needed) > 1 else ():
@@ -186,19 +160,19 @@ class Joiner:
                 hulls = self._without(companion, lines, hulls, whole=whole)
         return hulls
 
-    def still_unmet(self, unmet: IntArray, had: Claims) -> IntArray:
-        """Return what is still unmet of what ways have to take, (M, N)."""
+    def still_unmet(self, unmet: IntArray, claims: Claims) -> IntArray:
+        """Return the forbidden matches that claims do not excuse yet, (M, N)."""
         if not unmet.size:
             return unmet[:0]
-        left, (column, way) = unmet.copy(), np.nonzero(unmet < FAR)
-        forgiven = self._context.excusing(had).at(way)
-        paid = ~self._matches.at(unmet[column, way]).apart(forgiven)
-        left[column[paid], way[paid]] = FAR
+        left, (column, match) = unmet.copy(), np.nonzero(unmet < FAR)
+        excusing = self._context.excusing(claims).at(match)
+        excused = ~self._matches.at(unmet[column, match]).apart(excusing)
+        left[column[excused], match[excused]] = FAR
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
 
     def others(self, program: Program, companion: Companion) -> Others:
-        """Return the ways of a line that stands beside another, as far as they matter."""
+        """Return the matches of a line that stands beside another, as far as they matter."""
         end = enough_beside(program, companion)
         if (program, end) not in self._found:
             found = self._from_outside(program, self._walk(program, end))
@@ -211,10 +185,10 @@ class Joiner:
         return Walk(self._context, program, tracked=program.open_ended, enough=enough)
 
     def _beside(self, program: Program, companion: Companion) -> Others:
-        """Return the ways of a line that may stand beside another.
+        """Return the matches of a line that may stand beside another.
 
-        Of one that runs on as long as it can the longest will do, if those that are shorter stand
-        only where it does, too.
+        Of one that runs on as long as it can the longest are enough, if they stand wherever the
+        shorter ones do.
         """
         others = self.others(program, companion)
         if others.nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
@@ -224,22 +198,19 @@ class Joiner:
         return others
 
     def _from_outside(self, program: Program, walk: Walk) -> Others:
-        """Return ways of a line as others see them."""
+        """Return the matches of a line as others see them."""
         found = walk.found()
         lines = Spans(
             *(found.capture, found.start, found.until, found.low, found.high, found.alone)
         )
         memory, clauses = found.memory, self._context.clauses
         unmet = self.still_unmet(memory.unmet, memory.claims)
-        had = (
-            memory.claims
-            if program in self._context.rewrites.outside
-            else matches.nothing(len(memory))
-        )
+        matter = program in self._context.rewrites.outside
+        claims = memory.claims if matter else matches.nothing(len(memory))
         seen = memory.columns[len(memory.columns) - len(clauses.columns) :]
         nodes = walk.nodes if program.open_ended else None
         ends = self._context.joins.ended(walk, len(memory))
-        others = Others(lines, had, unmet, seen, found.node, ends, nodes)
+        others = Others(lines, claims, unmet, seen, found.node, ends, nodes)
         conditions = [it for it in clauses.conditions if it not in clauses.of_all]
         return others.at(self._context.met_where_known(conditions, found.capture, seen))
 
@@ -253,7 +224,7 @@ class Joiner:
         return Margins(none, none - 1, self._context.slack)
 
     def _with(self, companion: Companion, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
-        """Return the ways to which a line comes that must be there."""
+        """Return hulls with a line that must be there."""
         relation = companion.relation
         wanted = np.zeros(len(lines), bool)
         wanted[hulls.line] = True
@@ -262,7 +233,7 @@ class Joiner:
             own = np.flatnonzero(wanted & (lines.alone == alone))
             if not len(own) or (alone and relation in ("after", "before")):
                 continue
-            # ways differ, where they stand hardly does
+            # many matches stand at few places
             compared = RELATIONS[relation].compares
             keys = [getattr(lines, it)[own] for it in ("capture", *compared)]
             once, alike = distinct(keys, len(own))
@@ -287,7 +258,7 @@ class Joiner:
         return self._reduced(_all_hulls(pieces))
 
     def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:
-        """Return the ways that have a line beside them at all, whatever it takes."""
+        """Return the hulls that have a line beside them at all, whatever it claims."""
         found = np.zeros(len(lines), bool)
         for program in self._context.rewrites.programs(companion):
             others = self._beside(program, companion).lines
@@ -303,35 +274,35 @@ class Joiner:
     def _with_each(
         self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
     ) -> Hulls:
-        """Return ways with each of the others that can stand beside them."""
+        """Return hulls with each of the others that can stand beside them."""
         place, other = paired(relation, line.here, others.lines, line.margins)
-        way, place = relations.matched(line.place, place)
+        match, place = relations.matched(line.place, place)
         other = other[place]
-        fits = hulls.claims.at(way).apart(others.claims.at(other))
-        way, other = way[fits], other[fits]
-        seen = np.maximum(hulls.seen[:, way], others.seen[:, other])
+        fits = hulls.claims.at(match).apart(others.claims.at(other))
+        match, other = match[fits], other[fits]
+        seen = np.maximum(hulls.seen[:, match], others.seen[:, other])
         if whole or not others.nodes:
             clauses = self._context.clauses
             conditions = [it for it in clauses.conditions if it not in clauses.of_all]
             capture = others.lines.capture[other]
             kept = self._context.met_where_known(conditions, capture, seen)
-            way, other, seen = way[kept], other[kept], seen[:, kept]
+            match, other, seen = match[kept], other[kept], seen[:, kept]
         if others.nodes:
-            kept = np.flatnonzero(~others.nodes.behind(way, others.node[other]))
-            way, other, seen = way[kept], other[kept], seen[:, kept]
-        low, high = hulls.low[way], hulls.high[way]
+            kept = np.flatnonzero(~others.nodes.behind(match, others.node[other]))
+            match, other, seen = match[kept], other[kept], seen[:, kept]
+        low, high = hulls.low[match], hulls.high[match]
         if RELATIONS[relation].adds_frames:
             low = np.minimum(low, others.lines.low[other])
             high = np.maximum(high, others.lines.high[other])
-        had = hulls.claims.at(way).with_those(others.claims.at(other))
-        unmet = sets_together(hulls.unmet[:, way], others.unmet[:, other])
-        link = self._context.joins.add(hulls.link[way], others.end[other])
-        return Hulls(hulls.line[way], low, high, had, unmet, seen, link)
+        claims = hulls.claims.at(match).with_those(others.claims.at(other))
+        unmet = sets_together(hulls.unmet[:, match], others.unmet[:, other])
+        link = self._context.joins.add(hulls.link[match], others.end[other])
+        return Hulls(hulls.line[match], low, high, claims, unmet, seen, link)
 
     def _with_free(
         self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
     ) -> Hulls:
-        """Return ways with others that remember nothing: once for each place where lines stand."""
+        """Return hulls with others that remember nothing: a join of places, not of matches."""
         of_frames = self._context.clauses.of_frames
         if not others.nodes and not RELATIONS[relation].adds_frames:
             held = relations.holds(
@@ -352,14 +323,14 @@ class Joiner:
             low, high = others.lines.low[other], others.lines.high[other]
             if not of_frames:
                 place, low, high = smallest(place, low, high)
-        way, which = relations.matched(line.place, place)
-        joined = hulls.at(way)
+        match, which = relations.matched(line.place, place)
+        joined = hulls.at(match)
         joined.low = np.minimum(joined.low, low[which])
         joined.high = np.maximum(joined.high, high[which])
         return joined
 
     def _reduced(self, hulls: Hulls) -> Hulls:
-        """Return ways without those that others are better than: no larger, and alike else."""
+        """Return hulls without those that hold a smaller one which remembers the same."""
         keys = [hulls.line, *hulls.claims.first, *hulls.claims.last, *hulls.unmet, *hulls.seen]
         if self._context.clauses.of_frames:
             chosen, _ = distinct([*keys, hulls.low, hulls.high], len(hulls.line))
@@ -372,9 +343,9 @@ class Joiner:
         return hulls.at(np.sort(order[kept]))
 
     def _without(self, companion: Companion, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
-        """Return the ways in which nothing happens that must not, with what they owe for that.
+        """Return the hulls without forbidden matches, but for those that may still be excused.
 
-        All of a leading line owes nothing: no more is used that could still forgive a match.
+        These are noted as unmet; of all of a leading line none are: it claims nothing more.
         """
         others, base = self._forbidden(companion)
         capture, alone = lines.capture[hulls.line], lines.alone[hulls.line]
@@ -382,8 +353,8 @@ class Joiner:
         here = Spans(capture, low, high, low, high, alone)
         margins, free = self._margins(companion), others.claims.none
         disturbed = np.zeros(len(here), bool)
-        forgiven = self._context.excusing(hulls.claims)
-        owing: list[IntArray] = []
+        excusing = self._context.excusing(hulls.claims)
+        unmet: list[IntArray] = []
         for still in (False, True):
             own = np.flatnonzero(alone == still)
             fits = np.ones(len(others), bool) if still else ~others.lines.alone
@@ -394,21 +365,23 @@ class Joiner:
                 disturbed[own] |= relations.holds(
                     "without", here.at(own), relations.Others(some), margins
                 )
-            unmet = np.flatnonzero(fits & ~free)
-            matches = others.lines.at(unmet)
+            claiming = np.flatnonzero(fits & ~free)
+            matches = others.lines.at(claiming)
             if whole and not still:
-                told = here.at(own), forgiven.at(own), matches, others.claims.at(unmet), margins
-                disturbed[own] |= unforgiven(companion.relation, *told)
+                claims = others.claims.at(claiming)
+                disturbed[own] |= unexcused(
+                    companion.relation, here.at(own), excusing.at(own), matches, claims, margins
+                )
                 continue
             hull, other = paired(companion.relation, here.at(own), matches, margins)
-            hull, other = own[hull], unmet[other]
-            apart = forgiven.at(hull).apart(others.claims.at(other))
+            hull, other = own[hull], claiming[other]
+            apart = excusing.at(hull).apart(others.claims.at(other))
             if whole:
                 disturbed[hull[apart]] = True
             else:
-                owing.append(np.stack((hull[apart], other[apart] + base)))
-        if owing:
-            pairs = np.concatenate(owing, axis=1)
+                unmet.append(np.stack((hull[apart], other[apart] + base)))
+        if unmet:
+            pairs = np.concatenate(unmet, axis=1)
             hulls.unmet = sets_together(hulls.unmet, by_line(pairs, len(here)))
         return hulls.at(np.flatnonzero(~disturbed))
 
@@ -428,7 +401,7 @@ class Joiner:
 
 
 def _pieces(relation: str, line: Standing, others: Others) -> Iterator[IntArray]:
-    """Yield ways, so many at once that the pairs of them and others keep within the budget."""
+    """Yield matches, so many at once that their pairs with others keep within the budget."""
     few = len(line.place) * len(others) <= MOST_AT_ONCE
     if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
         yield np.arange(len(line.place))
@@ -438,13 +411,13 @@ def _pieces(relation: str, line: Standing, others: Others) -> Iterator[IntArray]
 
 
 def _all_hulls(tables: list[Hulls]) -> Hulls:
-    """Return the ways of several tables, in order of their lines."""
+    """Return several tables as one, in order of their lines."""
     line, low, high = (
         np.concatenate([getattr(it, name) for it in tables]) for name in ("line", "low", "high")
     )
-    had = matches.beside_each_other([it.claims for it in tables])
+    claims = matches.beside_each_other([it.claims for it in tables])
     unmet = filled([it.unmet for it in tables])
     seen = np.concatenate([it.seen for it in tables], axis=1)
     link = np.concatenate([it.link for it in tables])
-    hulls = Hulls(line, low, high, had, unmet, seen, link)
+    hulls = Hulls(line, low, high, claims, unmet, seen, link)
     return hulls.at(np.argsort(hulls.line, kind="stable"))

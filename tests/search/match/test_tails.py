@@ -12,7 +12,7 @@ from lanindex.search.automaton import plan
 from lanindex.search.language import parse
 from lanindex.search.match import budget, leading, walk
 from lanindex.search.match.arrays import FAR
-from lanindex.search.match.join import paired, unforgiven
+from lanindex.search.match.join import paired, unexcused
 from lanindex.search.match.matches import Claims, filled, one_each
 from lanindex.search.match.relations import Margins, Spans
 from lanindex.search.match.rewrites import Rewrites
@@ -112,7 +112,7 @@ def test_matches_are_counted_as_if_they_were_paired(seed: int) -> None:
         line, match = paired(relation, lines, matches, margins)
         wanted = np.zeros(len(lines), bool)
         wanted[line[forgiving.at(line).apart(had.at(match))]] = True
-        found = unforgiven(relation, lines, forgiving, matches, had, margins)
+        found = unexcused(relation, lines, forgiving, matches, had, margins)
         assert found.tolist() == wanted.tolist()
 
 
