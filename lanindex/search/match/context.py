@@ -29,7 +29,7 @@ MOST_TRIED = 1 << 22
 
 
 @dataclass(slots=True, eq=False)
-class Others:
+class CompanionMatches:
     """The matches of a line, of one side, that stands beside another."""
 
     lines: Spans
@@ -44,18 +44,18 @@ class Others:
         """Return how many there are."""
         return len(self.node)
 
-    def at(self, chosen: AnyArray) -> Others:
+    def at(self, chosen: AnyArray) -> CompanionMatches:
         """Return some of them."""
         memory = self.claims.at(chosen), self.unmet[:, chosen], self.seen[:, chosen]
         ends = self.node[chosen], self.end[chosen]
-        return Others(self.lines.at(chosen), *memory, *ends, self.nodes)
+        return CompanionMatches(self.lines.at(chosen), *memory, *ends, self.nodes)
 
     @property
     def free(self) -> bool:
         """Whether they remember nothing."""
         return not (self.claims or self.unmet.size) and int(self.seen.max(initial=-1)) < 0
 
-    def longest(self) -> Others:
+    def longest(self) -> CompanionMatches:
         """Return those that do not go on in another one."""
         if not self.nodes:
             return self
@@ -72,9 +72,9 @@ class Others:
         return [*frames, lines.alone.astype(np.int64), *rest]
 
 
-def gathered(tables: list[Others]) -> Others:
+def gathered(tables: list[CompanionMatches]) -> CompanionMatches:
     """Return the matches of all sides, without which goes on in which."""
-    return Others(
+    return CompanionMatches(
         relations.gathered([it.lines for it in tables]),
         matches.beside_each_other([it.claims for it in tables]),
         filled([it.unmet for it in tables]),
@@ -124,7 +124,7 @@ class Closing(Protocol):
     def close(self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return the hulls with which a group can close."""
 
-    def others(self, program: Program, companion: Companion) -> Others:
+    def others(self, program: Program, companion: Companion) -> CompanionMatches:
         """Return the matches of a line that stands beside another."""
 
 

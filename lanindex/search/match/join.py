@@ -21,7 +21,7 @@ from lanindex.search.match.arrays import (
     spread,
     starts_of,
 )
-from lanindex.search.match.context import Context, Hulls, Others, gathered
+from lanindex.search.match.context import CompanionMatches, Context, Hulls, gathered
 from lanindex.search.match.matches import Claims, distinct, filled, sets_together
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
 from lanindex.search.match.rewrites import enough_beside
@@ -32,7 +32,7 @@ def paired(
     relation: str, lines: Spans, others: Spans, margins: Margins
 ) -> tuple[IntArray, IntArray]:
     """Return all pairs of a line and another one in a relation to it, by place."""
-    ordered = relations.Others(others)
+    ordered = relations.SpanIndex(others)
     line, place = relations.pairs(relation, lines, ordered, margins)
     return line, ordered.order[place]
 
@@ -131,9 +131,9 @@ class Joiner:
 
     def __init__(self, context: Context) -> None:
         self._context, self._batch = context, context.batch
-        self._found: dict[tuple[Program, str | None], Others] = {}
-        self._last: dict[Program, Others] = {}
-        self._alone: dict[tuple[Program, ...], tuple[Others, int]] = {}
+        self._found: dict[tuple[Program, str | None], CompanionMatches] = {}
+        self._last: dict[Program, CompanionMatches] = {}
+        self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
         self._matches = matches.nothing(0)
 
     def close(self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
@@ -171,7 +171,7 @@ class Joiner:
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
 
-    def others(self, program: Program, companion: Companion) -> Others:
+    def others(self, program: Program, companion: Companion) -> CompanionMatches:
         """Return the matches of a line that stands beside another, as far as they matter."""
         end = enough_beside(program, companion)
         if (program, end) not in self._found:
@@ -184,7 +184,7 @@ class Joiner:
     def _walk(self, program: Program, enough: str | None) -> Walk:
         return Walk(self._context, program, tracked=program.open_ended, enough=enough)
 
-    def _beside(self, program: Program, companion: Companion) -> Others:
+    def _beside(self, program: Program, companion: Companion) -> CompanionMatches:
         """Return the matches of a line that may stand beside another.
 
         Of one that runs on as long as it can the longest are enough, if they stand wherever the
@@ -197,7 +197,7 @@ class Joiner:
             return self._last[program]
         return others
 
-    def _from_outside(self, program: Program, walk: Walk) -> Others:
+    def _from_outside(self, program: Program, walk: Walk) -> CompanionMatches:
         """Return the matches of a line as others see them."""
         found = walk.found()
         lines = Spans(
@@ -210,7 +210,7 @@ class Joiner:
         seen = memory.columns[len(memory.columns) - len(clauses.columns) :]
         nodes = walk.nodes if program.open_ended else None
         ends = self._context.joins.ended(walk, len(memory))
-        others = Others(lines, claims, unmet, seen, found.node, ends, nodes)
+        others = CompanionMatches(lines, claims, unmet, seen, found.node, ends, nodes)
         conditions = [it for it in clauses.conditions if it not in clauses.of_all]
         return others.at(self._context.met_where_known(conditions, found.capture, seen))
 
@@ -267,12 +267,12 @@ class Joiner:
                 some = others if alone else others.at(~others.alone)
                 margins = self._margins(companion)
                 found[own] |= relations.holds(
-                    companion.relation, lines.at(own), relations.Others(some), margins
+                    companion.relation, lines.at(own), relations.SpanIndex(some), margins
                 )
         return hulls.at(np.flatnonzero(found[hulls.line]))
 
     def _with_each(
-        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
+        self, relation: str, line: Standing, hulls: Hulls, others: CompanionMatches, *, whole: bool
     ) -> Hulls:
         """Return hulls with each of the others that can stand beside them."""
         place, other = paired(relation, line.here, others.lines, line.margins)
@@ -300,18 +300,18 @@ class Joiner:
         return Hulls(hulls.line[match], low, high, claims, unmet, seen, link)
 
     def _with_free(
-        self, relation: str, line: Standing, hulls: Hulls, others: Others, *, whole: bool
+        self, relation: str, line: Standing, hulls: Hulls, others: CompanionMatches, *, whole: bool
     ) -> Hulls:
         """Return hulls with others that remember nothing: a join of places, not of matches."""
         of_frames = self._context.clauses.of_frames
         if not others.nodes and not RELATIONS[relation].adds_frames:
             held = relations.holds(
-                relation, line.here, relations.Others(others.lines), line.margins
+                relation, line.here, relations.SpanIndex(others.lines), line.margins
             )
             return hulls.at(np.flatnonzero(np.append(held, False)[line.place]))
         if not others.nodes and not of_frames:
             place, low, high = relations.hulls(
-                relation, line.here, relations.Others(others.lines), line.margins
+                relation, line.here, relations.SpanIndex(others.lines), line.margins
             )
         else:
             place, other = paired(relation, line.here, others.lines, line.margins)
@@ -363,7 +363,7 @@ class Joiner:
                 disturbed[own] |= np.isin(capture[own], some.capture)
             else:
                 disturbed[own] |= relations.holds(
-                    "without", here.at(own), relations.Others(some), margins
+                    "without", here.at(own), relations.SpanIndex(some), margins
                 )
             claiming = np.flatnonzero(fits & ~free)
             matches = others.lines.at(claiming)
@@ -385,7 +385,7 @@ class Joiner:
             hulls.unmet = sets_together(hulls.unmet, by_line(pairs, len(here)))
         return hulls.at(np.flatnonzero(~disturbed))
 
-    def _forbidden(self, companion: Companion) -> tuple[Others, int]:
+    def _forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
         programs = self._context.rewrites.programs(companion)
         if programs not in self._alone:
@@ -400,13 +400,13 @@ class Joiner:
         return self._alone[programs]
 
 
-def _pieces(relation: str, line: Standing, others: Others) -> Iterator[IntArray]:
+def _pieces(relation: str, line: Standing, others: CompanionMatches) -> Iterator[IntArray]:
     """Yield matches, so many at once that their pairs with others keep within the budget."""
     few = len(line.place) * len(others) <= MOST_AT_ONCE
     if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
         yield np.arange(len(line.place))
         return
-    many = relations.many(relation, line.here, relations.Others(others.lines), line.margins)
+    many = relations.many(relation, line.here, relations.SpanIndex(others.lines), line.margins)
     yield from in_pieces(np.append(many, 0)[line.place])
 
 

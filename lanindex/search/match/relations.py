@@ -87,22 +87,14 @@ RELATIONS = {
 
 @dataclass(slots=True, eq=False)
 class Spans:
-    """Lines that were found: their frames, and the frames of all beside them too.
-
-    Attributes
-    ----------
-    capture, start, until, low, high : ndarray
-        (N,) int64.
-    alone : ndarray
-        (N,) bool: whether it is no more than a starting position.
-    """
+    """Lines that were found: their frames, and those of all beside them; (N,) int64 each."""
 
     capture: IntArray
     start: IntArray
     until: IntArray
     low: IntArray
     high: IntArray
-    alone: BoolArray
+    alone: BoolArray  # it is no more than a starting position
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -129,32 +121,17 @@ def gathered(tables: list[Spans]) -> Spans:
     return Spans(capture, start, until, low, high, alone)
 
 
-class Others:
-    """Lines that others stand beside, in order of capture, start and end.
-
-    Parameters
-    ----------
-    lines : Spans
-        In any order.
-
-    Attributes
-    ----------
-    lines : Spans
-        In order.
-    order : ndarray
-        (N,) int64: where each of them stood.
-    starts : ndarray
-        (N,) int64, growing: capture and start as one number.
-    """
+class SpanIndex:
+    """Lines in order of capture, start and end, to be found by their frames."""
 
     def __init__(self, lines: Spans) -> None:
         starts = lines.capture * FAR + lines.start
-        self.order = np.arange(len(lines))
+        self.order = np.arange(len(lines))  # where each of them stood
         same = starts[1:] == starts[:-1]
         if not ((starts[1:] > starts[:-1]) | same & (lines.until[1:] >= lines.until[:-1])).all():
             self.order = np.lexsort((lines.until, starts))
             lines, starts = lines.at(self.order), starts[self.order]
-        self.lines, self.starts = lines, starts
+        self.lines, self.starts = lines, starts  # capture and start as one number, growing
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -185,19 +162,11 @@ class Others:
 
 @dataclass(slots=True, eq=False)
 class Margins:
-    """How far apart lines may lie, by capture.
+    """How far apart lines may lie, by capture; (captures,) int64 frames each."""
 
-    Attributes
-    ----------
-    least, most : ndarray
-        (captures,) int64 frames that may lie between two lines.
-    slack : ndarray
-        (captures,) int64 frames by which edges may differ that should agree.
-    """
-
-    least: IntArray
+    least: IntArray  # between two lines
     most: IntArray
-    slack: IntArray
+    slack: IntArray  # by which edges may differ that should agree
 
 
 class Limits(NamedTuple):
@@ -240,7 +209,7 @@ def limits(relation: str, lines: Spans, margins: Margins) -> Limits:
     )
 
 
-def holds(relation: str, lines: Spans, others: Others, margins: Margins) -> BoolArray:
+def holds(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> BoolArray:
     """Tell which lines have another one that stands in a relation to them.
 
     Of those that lie exactly with them only the beginnings are compared; of those that overlap
@@ -263,7 +232,7 @@ def _some(keys: IntArray, first: IntArray, last: IntArray) -> BoolArray:
     return some
 
 
-def many(relation: str, lines: Spans, others: Others, margins: Margins) -> IntArray:
+def many(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> IntArray:
     """Return how many others `pairs` looks at for each line, (N,) int64."""
     base, limit = lines.capture * FAR, limits(relation, lines, margins)
     if relation in ("after", "ending with"):
@@ -278,7 +247,7 @@ def many(relation: str, lines: Spans, others: Others, margins: Margins) -> IntAr
 
 
 def pairs(
-    relation: str, lines: Spans, others: Others, margins: Margins
+    relation: str, lines: Spans, others: SpanIndex, margins: Margins
 ) -> tuple[IntArray, IntArray]:
     """Return all pairs of a line and another one that stands beside it."""
     base, limit = lines.capture * FAR, limits(relation, lines, margins)
@@ -298,14 +267,14 @@ def pairs(
 
 
 def hulls(
-    relation: str, lines: Spans, others: Others, margins: Margins
+    relation: str, lines: Spans, others: SpanIndex, margins: Margins
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Return the hulls of each line and another one beside it, but for those that hold another.
 
     Returns
     -------
     tuple of ndarray
-        Which line, growing, and low and high.
+        (M,) each: which line, growing, and low and high.
     """
     if relation == "with":
         return _sharing_hulls(lines, others, limits(relation, lines, margins))
@@ -315,7 +284,7 @@ def hulls(
 
 
 def _sharing_hulls(
-    lines: Spans, others: Others, limit: Limits
+    lines: Spans, others: SpanIndex, limit: Limits
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Return the same as `hulls` of lines that share a frame with others, or lie near enough.
 
@@ -343,7 +312,7 @@ def _sharing_hulls(
     return line[order], low[order], high[order]
 
 
-def _sharing(lines: Spans, others: Others, limit: Limits) -> tuple[IntArray, IntArray]:
+def _sharing(lines: Spans, others: SpanIndex, limit: Limits) -> tuple[IntArray, IntArray]:
     """Return pairs that share a frame, or lie near enough.
 
     Of others that begin together and have nothing beside them only the first that ends late enough.

@@ -5,7 +5,7 @@ import pytest
 
 from lanindex.search.match import hit_table, relations
 from lanindex.search.match.arrays import best_of_each, in_order
-from lanindex.search.match.relations import Margins, Others, Spans
+from lanindex.search.match.relations import Margins, SpanIndex, Spans
 
 
 def lines(random, many: int, captures: int = 3) -> Spans:
@@ -16,7 +16,7 @@ def lines(random, many: int, captures: int = 3) -> Spans:
     )
 
 
-def innermost(relation: str, one: Spans, other: Others, margins: Margins):
+def innermost(relation: str, one: Spans, other: SpanIndex, margins: Margins):
     """Yield, pair by pair, the hulls of each line and another that hold no other such hull."""
     line, beside_it = relations.pairs(relation, one, other, margins)
     low = np.minimum(one.low[line], other.lines.low[beside_it])
@@ -31,7 +31,7 @@ def innermost(relation: str, one: Spans, other: Others, margins: Margins):
 @pytest.mark.parametrize("seed", range(40))
 def test_the_best_hulls_of_lines_that_share_frames(seed):
     random = np.random.default_rng(seed)
-    one, other = lines(random, 25), Others(lines(random, int(random.integers(1, 30))))
+    one, other = lines(random, 25), SpanIndex(lines(random, int(random.integers(1, 30))))
     none = np.zeros(3, np.int64)
     margins = Margins(none, none + int(random.integers(-1, 4)), none)
     found = relations.hulls("with", one, other, margins)
@@ -57,7 +57,7 @@ def test_lines_that_share_half_of_another(seed):
     random = np.random.default_rng(seed)
     one, beside = lines(random, 25), lines(random, int(random.integers(1, 30)))
     beside.alone = random.integers(0, 4, len(beside)) == 0
-    other = Others(beside)
+    other = SpanIndex(beside)
     none = np.zeros(3, np.int64)
     margins = Margins(none, none - 1, none)
     wanted = {
@@ -83,7 +83,7 @@ def test_lines_that_share_half_of_another(seed):
 def test_lines_hold_another_one_where_there_is_a_pair(relation):
     random = np.random.default_rng(len(relation))
     for _ in range(20):
-        one, other = lines(random, 20), Others(lines(random, int(random.integers(1, 12))))
+        one, other = lines(random, 20), SpanIndex(lines(random, int(random.integers(1, 12))))
         none = np.zeros(3, np.int64)
         margins = Margins(none + random.integers(0, 3), none + random.integers(0, 9), none + 1)
         paired = set(relations.pairs(relation, one, other, margins)[0].tolist())
