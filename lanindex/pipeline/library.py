@@ -216,8 +216,9 @@ class Library(Asking, Exploring, Exporting):
         within: str | None = None,
         where: Where | None = None,
         strict: bool = False,
+        plan: bool = False,
     ) -> str:
-        """Say how a pattern is understood.
+        """Say how a pattern is understood, or how it is searched.
 
         Parameters
         ----------
@@ -229,11 +230,14 @@ class Library(Asking, Exploring, Exporting):
             Only captures that fit these globs by label, format, path or a column of their own.
         strict : bool
             Whether the timing of pasted LND counts.
+        plan : bool
+            Whether to return the plan: states, edges, joins, and what the search leaves out.
 
         Returns
         -------
         str
             In plain English; the symbols that each step alone would match; the order of work.
+            Or the plan.
 
         Raises
         ------
@@ -247,9 +251,11 @@ class Library(Asking, Exploring, Exporting):
         ...     print(library.explain("torso forward high -> hold 1s+").splitlines()[0])
         The torso moves forward, high (or begins there), then stays where it is, for at least 1 s.
         """
-        from lanindex.search.explain import explanation
+        from lanindex.search.explain import explanation, planned
 
         query, numbers = self._asked(pattern, within, where, strict)
+        if plan:
+            return planned(query)
         return explanation(query, self.tracks(numbers, query.parts))
 
     def _asked(

@@ -244,6 +244,15 @@ class TestSearch:
         assert done.returncode == 0
         assert "right" in done.stdout
 
+    def test_explain_plan(self, filled) -> None:
+        for words in (("r_arm high", "--explain", "plan"), ("--explain", "plan", "r_arm high")):
+            done = filled("search", *words)
+            assert done.returncode == 0
+            assert done.stdout.splitlines()[1].split() == "state 1 r_arm high begins, ends".split()
+
+    def test_a_pattern_without_quotes(self, run) -> None:
+        refused(run("search", "r_arm", "high"), '"high" behind the pattern', "Quote the pattern.")
+
     def test_no_library(self, run) -> None:
         refused(run("search", "r_arm high"), "lanindex.db", "lanindex ingest")
 

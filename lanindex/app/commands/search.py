@@ -26,6 +26,7 @@ def run(
             autocompletion=options.offered("patterns"),
         ),
     ] = None,
+    shown: Annotated[str | None, typer.Argument(hidden=True)] = None,
     like: Annotated[
         str | None,
         typer.Option("--like", metavar="CLIP[:FROM-TO]", help="What is like a capture or file."),
@@ -54,7 +55,11 @@ def run(
     ),
     strict: options.Strict = False,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Say how the pattern is understood.")
+        bool,
+        typer.Option(
+            "--explain",
+            help="Say how the pattern is understood; --explain plan: how it is searched.",
+        ),
     ] = False,
     why: Annotated[
         str | None,
@@ -107,6 +112,10 @@ def run(
     out = Output(json, quiet, verbose, color)
     one_of("--sort", sort, ("fit", "time"))
     one_of("--overlaps", overlaps, ("none", "all"))
+    if explain and pattern == "plan" and shown is not None:
+        pattern, shown = shown, pattern
+    if shown is not None and not (explain and shown == "plan"):
+        raise UsageError(f'"{shown}" behind the pattern', remedy="Quote the pattern.")
     telling = Telling(count, sort == "fit", limit, context, preview, force)
     others = {"--like": like, "--explain": explain, "--why": why, "--json": json}
     telling.check({**others, "--into": into})
@@ -131,7 +140,9 @@ def run(
         if why is not None:
             raise typer.Exit(not _trace(out, library.why(pattern, options.which(why), **how)))
         if explain:
-            return _explain(out, library.explain(pattern, strict=strict, **among))
+            return _explain(
+                out, library.explain(pattern, strict=strict, plan=shown is not None, **among)
+            )
         best = limit if sort == "fit" and fuzzy is not None and not count else None
         patience: dict[str, Any] = {"timeout": timeout, "memory": memory}
         found = library.search(pattern, fuzzy=fuzzy, best=best, **patience, **how, **among)

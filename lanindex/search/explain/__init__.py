@@ -5,6 +5,7 @@ For people only: no other room needs it.
 
 from lanindex.search.explain.advice import Advice, advise
 from lanindex.search.explain.english import explanation, order, sentence, step_counts
+from lanindex.search.explain.planned import planned
 from lanindex.search.explain.why import Trace, obstacle, trace
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "explanation",
     "obstacle",
     "order",
+    "planned",
     "sentence",
     "step_counts",
     "trace",

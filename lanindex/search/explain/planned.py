@@ -1,0 +1,142 @@
+"""The plan of a query as text: its states and edges, and what the search leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lanindex.search.automaton import NEGATIONS, Companion, Edge, Program, State, plan
+from lanindex.search.language.query import Query
+from lanindex.search.language.words import WORD_KINDS
+from lanindex.search.match.conditions import Clauses
+from lanindex.search.match.leading import SOON
+from lanindex.search.match.mirror_runs import repeats
+from lanindex.search.match.prefilter import unavoidable
+from lanindex.search.match.relations import FIRST, LAST, RELATIONS
+from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside, free_states
+
+_ENDS = {
+    FIRST: "the first end from each beginning is enough",
+    LAST: "the last end from each beginning is enough",
+    ONLY: "runs on: the longest match from each beginning is enough",
+    None: "all ends from each beginning are tried",
+}
+
+
+def planned(query: Query) -> str:
+    """Return the lines of a query, each side and alternative on its own, and how they are searched.
+
+    Examples
+    --------
+    >>> from lanindex.search.explain.planned import planned
+    >>> from lanindex.search.language import parse
+    >>> print(planned(parse("r_arm low -> high during l_arm mid")))
+    line 1
+      state 1    r_arm low     begins
+      state 2    r_arm high    ends
+      edge       1 -> 2
+      prefilter  captures with r_arm low, r_arm high, l_arm mid
+      ends       the first end from each beginning is enough
+      best end   looked up from states 1, 2
+      during     semi-join with line 2; the last end from each beginning is enough
+    line 2
+      state 1    l_arm mid    begins, ends
+    """
+    clauses, lines = Clauses(query), dict[Program, Rewrites]()
+    for program in plan(query):
+        _add(program, Rewrites(program), lines)
+    numbers = {line: number for number, line in enumerate(lines, 1)}
+    found = []
+    for line, number in numbers.items():
+        found.append(f"line {number}")
+        rows = dict.fromkeys(_line(line, lines[line], clauses, numbers))
+        found += [f"  {row.ljust(9)}  {text}" for row, text in rows]
+    return "\n".join(found)
+
+
+def _add(line: Program, rewrites: Rewrites, lines: dict[Program, Rewrites]) -> None:
+    """Add a line and those that can stand beside it, with what may be left out."""
+    lines.setdefault(line, rewrites)
+    for companion in _beside(line):
+        for inner in rewrites.programs(companion):
+            _add(inner, rewrites, lines)
+
+
+def _beside(line: Program) -> list[Companion]:
+    return [it for group in (line.whole, *line.brackets) for it in group.companions]
+
+
+def _line(
+    line: Program, rewrites: Rewrites, clauses: Clauses, numbers: dict[Program, int]
+) -> Iterator[tuple[str, str]]:
+    """Yield what is said of a line: a word and a text each."""
+    yield from _states(line)
+    yield from _edges(line)
+    if line is rewrites.program and repeats(clauses, line):
+        yield "runs", "of symbols that mirror each other are counted"
+    elif line is rewrites.program:
+        yield from _leading(line, clauses)
+    for companion in _beside(line):
+        standing = [numbers[it] for it in rewrites.programs(companion)]
+        yield companion.relation, _join(companion, standing)
+    contested = sorted(state + 1 for state in rewrites.contested.get(line, ()))
+    if contested:
+        yield "claims", f"another line could want the symbols of {_numbered('state', contested)}"
+
+
+def _states(program: Program) -> Iterator[tuple[str, str]]:
+    begins = {entry.state for entry in program.entries}
+    texts = [_state(state) for state in program.states]
+    for state, text in zip(program.states, texts, strict=True):
+        roles = ["begins"] * (state.number in begins) + ["ends"] * bool(program.exits[state.number])
+        text = f"{text.ljust(max(map(len, texts)))}    {', '.join(roles)}".rstrip()
+        yield f"state {state.number + 1}", text
+
+
+def _state(state: State) -> str:
+    words = []
+    for kind, codes in state.fits[0].items():
+        names = [name for name, code in WORD_KINDS[kind].codes.items() if code in codes]
+        words.append("/".join(names))
+    manner = "" if state.manner == "move" else state.manner
+    length = str(state.length or "")
+    return " ".join(filter(None, ("+".join(state.members), manner, *words, length)))
+
+
+def _edges(program: Program) -> Iterator[tuple[str, str]]:
+    for edge in (edge for edges in program.edges for edge in edges):
+        yield "edge", f"{edge.exit.state + 1} {_arrow(edge)} {edge.entry.state + 1}"
+
+
+def _arrow(edge: Edge) -> str:
+    return str(edge.arrow) + ("" if edge.same else " (of another part)")
+
+
+def _leading(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
+    wanted = [_state(state) for state in unavoidable(program)]
+    for companion in program.whole.companions:
+        if companion.relation not in NEGATIONS and len(companion.programs) == 1:
+            wanted += [_state(state) for state in unavoidable(companion.programs[0])]
+    if wanted:
+        yield "prefilter", f"captures with {', '.join(dict.fromkeys(wanted))}"
+    end = enough(program)
+    yield "ends", _ENDS[end]
+    free = [place + 1 for place, is_free in enumerate(free_states(program)) if is_free]
+    if end and free and not clauses:
+        yield "best end", f"looked up from {_numbered('state', free)}"
+    one_by_one = bool(clauses) or not (end and free[:1] == [1])
+    edges = [edge for edges in program.edges for edge in edges]
+    if one_by_one and any(it.arrow.later or it.entry.state <= it.exit.state for it in edges):
+        yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"
+
+
+def _join(companion: Companion, standing: list[int]) -> str:
+    if not standing:
+        return "cannot be there: a part makes one movement at a time"
+    relation = RELATIONS[companion.relation]
+    kinds = {True: "anti-join", False: "join" if relation.adds_frames else "semi-join"}
+    end = _ENDS[enough_beside(companion.programs[0], companion)]
+    return f"{kinds[companion.relation in NEGATIONS]} with {_numbered('line', standing)}; {end}"
+
+
+def _numbered(what: str, numbers: list[int]) -> str:
+    return f"{what}{'s'[: len(numbers) != 1]} {', '.join(map(str, numbers))}"
