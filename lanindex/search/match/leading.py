@@ -65,7 +65,9 @@ def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArr
     try:
         for within in widening(context.batch, left, SOON if walk.wanders else None):
             found = walk.found(left, within)
+            context.tick()
             chosen = complete(context, walk, found, joiner)
+            context.tick()
             keys = (found.entry[chosen], found.root[chosen])
             ranks = (found.high[chosen], -found.low[chosen])
             found = found.at(chosen[best_of_each(keys, ranks)])

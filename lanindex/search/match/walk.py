@@ -198,6 +198,7 @@ def ends_of(
     if not program.whole.companions:
         cost[state < 0] = cost_of(settled)
     for number in set(state[state >= 0].tolist()):
+        context.tick()
         own = np.flatnonzero(state == number)
         ended = program.states[number]
         events = context.batch.events(ended).at(memory.columns[EVENT][own])
@@ -381,6 +382,7 @@ class Walk:
                 for rows in at[state]:
                     for rank, some in by_rank(ranks[state][rows.columns[EVENT]], rows):
                         assert rank > now, "an arrow that leads back"
+                        self._context.tick()
                         waves.setdefault(rank, {}).setdefault(state, []).append(some)
                 at[state] = []
             if not waves:
