@@ -248,7 +248,7 @@ class TestSearch:
         for words in (("r_arm high", "--explain", "plan"), ("--explain", "plan", "r_arm high")):
             done = filled("search", *words)
             assert done.returncode == 0
-            assert done.stdout.splitlines()[1].split() == "state 1 r_arm high begins, ends".split()
+            assert done.stdout.splitlines()[1] == "  state 0    r_arm high    begins, ends"
 
     def test_a_pattern_without_quotes(self, run) -> None:
         refused(run("search", "r_arm", "high"), '"high" behind the pattern', "Quote the pattern.")

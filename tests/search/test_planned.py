@@ -13,17 +13,17 @@ def rows(pattern: str) -> list[str]:
 def test_states_edges_and_what_is_left_out_are_shown() -> None:
     assert rows("r_arm low -> high with l_arm mid without head") == [
         "line 1",
-        "state 1 r_arm low begins",
-        "state 2 r_arm high ends",
-        "edge 1 -> 2",
+        "state 0 r_arm low begins",
+        "state 1 r_arm high ends",
+        "edge 0 -> 1",
         "prefilter captures with r_arm low, r_arm high, l_arm mid",
         "ends all ends from each beginning are tried",
         "with join with line 2; all ends from each beginning are tried",
         "without anti-join with line 3; the last end from each beginning is enough",
         "line 2",
-        "state 1 l_arm mid begins, ends",
+        "state 0 l_arm mid begins, ends",
         "line 3",
-        "state 1 head begins, ends",
+        "state 0 head begins, ends",
     ]
 
 
@@ -31,12 +31,12 @@ def test_states_edges_and_what_is_left_out_are_shown() -> None:
     ("pattern", "row"),
     [
         ("r_arm high -> any x2+", "ends runs on: the longest match from each beginning is enough"),
-        ("r_arm high -> low", "best end looked up from states 1, 2"),
+        ("r_arm high -> low", "best end looked up from states 0, 1"),
         ("r_arm high during l_arm", "during semi-join with line 2; the last end from each"),
         ("r_arm high with r_arm any", "with cannot be there: a part makes one movement at a time"),
-        ("r_arm high ... low with r_arm", "claims another line could want the symbols of states 1"),
+        ("r_arm high ... low with r_arm", "claims another line could want the symbols of states 0"),
         ("(r_arm high with l_arm) x2+", "horizon 4 s, then 4 times as far, until all of the"),
-        ("r_arm at high 2s+", "state 1 r_arm at high 2s+ begins, ends"),
+        ("r_arm at high 2s+", "state 0 r_arm at high 2s+ begins, ends"),
         (
             "a: r_arm any x3+ with b: l_arm any x3+ where a mirrors b",
             "runs of symbols that mirror each other are counted",

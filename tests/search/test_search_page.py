@@ -10,6 +10,7 @@ from query_cases import recordings_of
 
 import lanindex.search
 from lanindex.search.automaton import plan
+from lanindex.search.explain import planned
 from lanindex.search.language import parse
 from lanindex.search.match.backward import NONE, Backwards, end_of
 from lanindex.search.match.batch import Batch
@@ -38,6 +39,7 @@ def numbers(begun: str, word: str) -> list[int]:
 def test_the_arrays_of_the_example(recordings):
     query = parse("r_arm low -> high with l_arm mid")
     assert f"    {query}\n" in PAGE
+    assert "".join(f"    {line}\n" for line in planned(query).splitlines()) in PAGE
     (program,) = plan(query)
     batch = Batch(*columns_in(recordings, query.parts), np.arange(1), Fraction(1, 10))
     (beside,) = program.whole.companions[0].programs

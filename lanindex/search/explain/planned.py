@@ -31,15 +31,15 @@ def planned(query: Query) -> str:
     >>> from lanindex.search.language import parse
     >>> print(planned(parse("r_arm low -> high during l_arm mid")))
     line 1
-      state 1    r_arm low     begins
-      state 2    r_arm high    ends
-      edge       1 -> 2
+      state 0    r_arm low     begins
+      state 1    r_arm high    ends
+      edge       0 -> 1
       prefilter  captures with r_arm low, r_arm high, l_arm mid
       ends       the first end from each beginning is enough
-      best end   looked up from states 1, 2
+      best end   looked up from states 0, 1
       during     semi-join with line 2; the last end from each beginning is enough
     line 2
-      state 1    l_arm mid    begins, ends
+      state 0    l_arm mid    begins, ends
     """
     clauses, lines = Clauses(query), dict[Program, Rewrites]()
     for program in plan(query):
@@ -78,7 +78,7 @@ def _line(
     for companion in _beside(line):
         standing = [numbers[it] for it in rewrites.programs(companion)]
         yield companion.relation, _join(companion, standing)
-    contested = sorted(state + 1 for state in rewrites.contested.get(line, ()))
+    contested = sorted(state for state in rewrites.contested.get(line, ()))
     if contested:
         yield "claims", f"another line could want the symbols of {_numbered('state', contested)}"
 
@@ -89,7 +89,7 @@ def _states(program: Program) -> Iterator[tuple[str, str]]:
     for state, text in zip(program.states, texts, strict=True):
         roles = ["begins"] * (state.number in begins) + ["ends"] * bool(program.exits[state.number])
         text = f"{text.ljust(max(map(len, texts)))}    {', '.join(roles)}".rstrip()
-        yield f"state {state.number + 1}", text
+        yield f"state {state.number}", text
 
 
 def _state(state: State) -> str:
@@ -104,7 +104,7 @@ def _state(state: State) -> str:
 
 def _edges(program: Program) -> Iterator[tuple[str, str]]:
     for edge in (edge for edges in program.edges for edge in edges):
-        yield "edge", f"{edge.exit.state + 1} {_arrow(edge)} {edge.entry.state + 1}"
+        yield "edge", f"{edge.exit.state} {_arrow(edge)} {edge.entry.state}"
 
 
 def _arrow(edge: Edge) -> str:
@@ -120,10 +120,10 @@ def _leading(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
         yield "prefilter", f"captures with {', '.join(dict.fromkeys(wanted))}"
     end = enough(program)
     yield "ends", _ENDS[end]
-    free = [place + 1 for place, is_free in enumerate(free_states(program)) if is_free]
+    free = [place for place, is_free in enumerate(free_states(program)) if is_free]
     if end and free and not clauses:
         yield "best end", f"looked up from {_numbered('state', free)}"
-    one_by_one = bool(clauses) or not (end and free[:1] == [1])
+    one_by_one = bool(clauses) or not (end and free[:1] == [0])
     edges = [edge for edges in program.edges for edge in edges]
     if one_by_one and any(it.arrow.later or it.entry.state <= it.exit.state for it in edges):
         yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"
