@@ -181,9 +181,9 @@ def _different(told: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _key(state: State) -> tuple[object, ...]:
-    """Return what a state's events depend on: repeats are written out, and ask for the same."""
+    """Return what the events of a state depend on; copies of a repeated step share it."""
     fits = tuple(frozenset(said.items()) for said in state.fits)
-    return state.members, state.manner, fits, state.names_passing, state.length
+    return state.members, state.manner, fits, state.names_passing, state.length, state.near
 
 
 def _nothing(part: str, captures: int) -> Columns:

@@ -100,8 +100,15 @@ def test_what_ways_remember_is_found_as_plainly(pattern: str) -> None:
     assert hits or "clip.nothing" in pattern
 
 
-def test_lines_take_one_symbol_each_also_near_a_border() -> None:
-    query = replace(parse("r_arm right with[1s] r_arm left"), near=NEAR)
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "r_arm right with[1s] r_arm left",
+        "l_arm any with r_arm high without r_arm high",  # what must not happen is never near
+    ],
+)
+def test_lines_take_one_symbol_each_also_near_a_border(pattern: str) -> None:
+    query = replace(parse(pattern), near=NEAR)
     found = 0
     for seed in range(200):
         recordings = random_library(Random(seed))
