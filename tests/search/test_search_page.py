@@ -15,7 +15,7 @@ from lanindex.search.language import parse
 from lanindex.search.match.backward import NONE, Backwards, end_of
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.finder import columns_in, find_in
-from lanindex.search.match.follow import Transitions, way_of
+from lanindex.search.match.follow import Transitions
 
 PAGE = Path(lanindex.search.__file__).with_name("README.md").read_text(encoding="utf-8")
 TRACKS = (
@@ -52,8 +52,8 @@ def test_the_arrays_of_the_example(recordings):
         assert numbers(begun, "row") == events.first[0].tolist()
         assert numbers(begun, "start") == events.start.tolist()
         assert numbers(begun, "end") == events.end.tolist()
-    way = way_of(program.states, program.edges[0][0])
-    transitions = Transitions(batch, way, batch.events(program.states[0]))
+    before = batch.events(program.states[0])
+    transitions = Transitions(batch, program, program.edges[0][0], before)
     table = PAGE[PAGE.index("event of state 0 ") :]
     assert re.search(r"low +([\d ]+)\n", table)[1].split() == list(map(str, transitions.low))
     assert re.search(r"high +([\d ]+)\n", table)[1].split() == list(map(str, transitions.high))

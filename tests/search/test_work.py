@@ -34,7 +34,7 @@ WAVE = "r_arm: place low 0 0, " + ", ".join(
     ],
 )
 def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
-    monkeypatch.setattr(budget, "rows", lambda size: 50_000 if size == walk.WAY else 1 << 20)
+    monkeypatch.setattr(budget, "rows", lambda size: 50_000 if size == walk.MATCH else 1 << 20)
     assert found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern)
 
 

@@ -1,13 +1,13 @@
 """Ranges of many lengths at once: spread out, counted, and the smallest value in each.
 
-The engine hardly ever loops: from each of a million events an arrow leads to a range of others,
-and what is asked of all the ranges is asked in a few operations on arrays.
+The engine hardly ever loops: whatever is asked of a million ranges is asked in a few operations on
+arrays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,20 +15,63 @@ from numpy.typing import NDArray
 from lanindex.search.match import budget
 
 IntArray = NDArray[np.int64]
-"""IntArray numbers: rows, frames, places in a table."""
-
 BoolArray = NDArray[np.bool_]
-
 AnyArray = NDArray[Any]
 
-FAR = 1 << 40
-"""More than any frame or row; times a number of captures it still fits 64 bits."""
+FAR = 1 << 40  # more than any frame or row; times a number of captures it still fits 64 bits
+MOST_AT_ONCE = 1 << 18  # pairs made between two ticks of a search
+PAIR = 128  # bytes of a pair that is spread out, with all that is made of it
 
-MOST_AT_ONCE = 1 << 18
-"""Pairs that are looked at before a search is told that it goes on."""
 
-PAIR = 128
-"""Bytes of a pair that is spread out, with all that is made of it."""
+class Table:
+    """Columns of equal length: the fields of a dataclass with slots.
+
+    A field is an array whose last axis are the rows, a tuple of such arrays, or another table.
+    """
+
+    __slots__: tuple[str, ...] = ()
+
+    def at(self, chosen: AnyArray) -> Self:
+        """Return some rows."""
+        return type(self)(*(_at(getattr(self, name), chosen) for name in self.__slots__))
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def _at(column: Any, chosen: AnyArray) -> Any:
+    if isinstance(column, np.ndarray):
+        return column[chosen] if column.ndim == 1 else column[:, chosen]
+    if isinstance(column, tuple):
+        return tuple(it[chosen] for it in column)
+    return column.at(chosen)
+
+
+def together(tables: Sequence[AnyTable]) -> AnyTable:
+    """Return the rows of several tables as one, one after the other."""
+    first, *others = tables
+    names = first.__slots__ if others else ()
+    columns = ([getattr(it, name) for it in tables] for name in names)
+    return type(first)(*map(_together, columns)) if others else first
+
+
+def _together(columns: Sequence[Any]) -> Any:
+    if isinstance(columns[0], Table):
+        return together(columns)
+    return np.concatenate(columns) if columns[0].ndim == 1 else filled(columns)
+
+
+def filled(tables: Sequence[IntArray]) -> IntArray:
+    """Return tables of different heights side by side, filled up with `FAR`: (M, N)."""
+    most = max(map(len, tables))
+    if all(len(it) == most for it in tables):
+        return np.concatenate(tables, axis=1)
+    found = np.full((most, sum(it.shape[1] for it in tables)), FAR)
+    begin = 0
+    for it in tables:
+        found[: len(it), begin : begin + it.shape[1]] = it
+        begin += it.shape[1]
+    return found
 
 
 def spread(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
@@ -54,10 +97,12 @@ def in_pieces(counts: IntArray) -> Iterator[IntArray]:
     yield from np.split(np.arange(len(counts)), np.flatnonzero(starts_of(pieces))[1:])
 
 
-def starts_of(numbers: AnyArray) -> BoolArray:
-    """Return which elements differ from the one before; the first does."""
-    starts = np.ones(len(numbers), bool)
-    starts[1:] = numbers[1:] != numbers[:-1]
+def starts_of(*columns: AnyArray) -> BoolArray:
+    """Return which rows differ from the one before in any of some columns; the first does."""
+    starts = np.zeros(len(columns[0]), bool)
+    starts[:1] = True
+    for column in columns:
+        starts[1:] |= column[1:] != column[:-1]
     return starts
 
 
@@ -70,12 +115,7 @@ def once(numbers: IntArray) -> IntArray:
 def smallest_from_here(values: IntArray, groups: IntArray) -> IntArray:
     """Return for each place the smallest value from there to the end of its group.
 
-    Parameters
-    ----------
-    values : ndarray
-        (N,) int64, 0 or more, below 2**43.
-    groups : ndarray
-        (N,) int64, from 0, growing, fewer than 2**19.
+    Values are from 0 to 2**43; groups grow from 0 and are fewer than 2**19.
     """
     # Going backwards each group lies below the one behind it, so that the minimum begins anew.
     lifted = values + (groups << 43)
@@ -107,27 +147,26 @@ def smallest_in(values: IntArray, low: IntArray, high: IntArray, nothing: int) -
 def best_of_each(keys: tuple[AnyArray, ...], ranks: tuple[AnyArray, ...]) -> IntArray:
     """Return the places of the rows that rank first among those with the same keys.
 
-    Parameters
-    ----------
-    keys : tuple of ndarray
-        (N,) each: what rows have in common; the first counts most in the order of the answer.
-    ranks : tuple of ndarray
-        (N,) each: smaller is better; the first counts most. Of equal rows the first one wins.
+    They come in order of the keys, the first of which counts most; so does the first rank. The
+    smallest rank is best; of equal rows the first one is.
     """
     order = in_order((*keys, *ranks))
-    new = np.zeros(len(order), bool)
-    for key in keys:
-        new |= starts_of(key[order])
-    return order[new]
+    return order[starts_of(*(key[order] for key in keys))]
+
+
+def grouped(columns: tuple[AnyArray, ...]) -> tuple[IntArray, IntArray]:
+    """Return the places of different rows, in order, and for each row which of those it is."""
+    order = in_order(columns)
+    new = starts_of(*(column[order] for column in columns))
+    which = np.empty(len(order), np.int64)
+    which[order] = np.cumsum(new) - 1
+    return order[new], which
 
 
 def in_order(columns: tuple[AnyArray, ...]) -> IntArray:
-    """Return the places of rows in order of some columns; the first counts most, ties stay.
+    """Return the places of rows in order of some columns of whole numbers, (N,) each.
 
-    Parameters
-    ----------
-    columns : tuple of ndarray
-        (N,) whole numbers each.
+    The first column counts most; of equal rows the first one comes first.
     """
     if not len(columns[0]):
         return np.empty(0, np.int64)

@@ -10,12 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-LEAST = 64 << 20
-"""Bytes that a search gets in any case."""
-
-_UNKNOWN = 1 << 30
-"""Bytes where the system does not tell what is free."""
-
+LEAST = 64 << 20  # bytes that a search gets in any case
+_UNKNOWN = 1 << 30  # bytes where the system does not say what is free
 _memory: ContextVar[int] = ContextVar("memory", default=_UNKNOWN)
 
 
@@ -25,13 +21,7 @@ class TooMuch(Exception):
 
 @contextmanager
 def limited_to(memory: int | None) -> Iterator[None]:
-    """Fix the budget of a search.
-
-    Parameters
-    ----------
-    memory : int or None
-        Bytes; None: a quarter of what is free.
-    """
+    """Fix the budget of a search in bytes; None is a quarter of what is free."""
     token = _memory.set(max(LEAST, _free() // 4 if memory is None else memory))
     try:
         yield

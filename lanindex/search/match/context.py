@@ -12,17 +12,16 @@ import numpy as np
 
 from lanindex.search.automaton import Companion, Group, Program, State, followers, reached
 from lanindex.search.language.clauses import Condition
-from lanindex.search.match import matches, relations
-from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
+from lanindex.search.match import relations
+from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray, filled, together
 from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Clauses, Evaluator, Source, Told
-from lanindex.search.match.follow import NONE
-from lanindex.search.match.hit_table import roots
-from lanindex.search.match.matches import Claims, Nodes, filled, nothing, one_each
+from lanindex.search.match.follow import NONE, roots
+from lanindex.search.match.matches import Claims, Nodes, nothing, one_each
 from lanindex.search.match.relations import Spans
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
-from lanindex.search.match.rows import Rows
+from lanindex.search.match.scan import Rows
 
 MOST_TRIED = 1 << 22
 """Partial matches and joins that are tried in one capture before it is refused."""
@@ -76,7 +75,7 @@ def gathered(tables: list[CompanionMatches]) -> CompanionMatches:
     """Return the matches of all sides, without which goes on in which."""
     return CompanionMatches(
         relations.gathered([it.lines for it in tables]),
-        matches.beside_each_other([it.claims for it in tables]),
+        together([it.claims for it in tables]),
         filled([it.unmet for it in tables]),
         np.concatenate([it.seen for it in tables], axis=1),
         np.concatenate([it.node for it in tables]),

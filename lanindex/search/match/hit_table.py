@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lanindex.search.automaton import Entry, Program, State
+from lanindex.search.automaton import State
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each, in_order, starts_of
-from lanindex.search.match.batch import Batch
-from lanindex.search.match.follow import begins
 from lanindex.search.match.scan import Events
 
 
@@ -107,16 +105,6 @@ def firsts(state: State, parts: list[tuple[str, ...]]) -> tuple[int, list[int]]:
     if key not in parts:
         parts.append(key)
     return parts.index(key), order
-
-
-def roots(batch: Batch, program: Program, entry: Entry) -> BoolArray:
-    """Tell at which events of its state a line may begin."""
-    state = program.states[entry.state]
-    events = batch.events(state)
-    fits = ~events.passing if state.manner != "via" else np.ones(len(events), bool)
-    for arrow in entry.from_start:
-        fits &= begins(batch, state, events, arrow)
-    return fits
 
 
 def table(

@@ -17,12 +17,14 @@ from lanindex.search.match.arrays import (
     MOST_AT_ONCE,
     BoolArray,
     IntArray,
+    filled,
     in_pieces,
     spread,
     starts_of,
+    together,
 )
 from lanindex.search.match.context import CompanionMatches, Context, Hulls, gathered
-from lanindex.search.match.matches import Claims, distinct, filled, sets_together
+from lanindex.search.match.matches import Claims, distinct, sets_together
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
 from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.match.walk import Walk
@@ -396,7 +398,7 @@ class Joiner:
             keys += [*others.claims.first, *others.claims.last]
             others = others.at(distinct(keys, len(others))[0])
             self._alone[programs] = others, len(self._matches)
-            self._matches = matches.beside_each_other([self._matches, others.claims])
+            self._matches = together([self._matches, others.claims])
         return self._alone[programs]
 
 
@@ -415,7 +417,7 @@ def _all_hulls(tables: list[Hulls]) -> Hulls:
     line, low, high = (
         np.concatenate([getattr(it, name) for it in tables]) for name in ("line", "low", "high")
     )
-    claims = matches.beside_each_other([it.claims for it in tables])
+    claims = together([it.claims for it in tables])
     unmet = filled([it.unmet for it in tables])
     seen = np.concatenate([it.seen for it in tables], axis=1)
     link = np.concatenate([it.link for it in tables])

@@ -20,7 +20,8 @@ from lanindex.search.match.batch import Batch
 from lanindex.search.match.budget import TooMuch
 from lanindex.search.match.conditions import Told
 from lanindex.search.match.context import Context, alive_in
-from lanindex.search.match.hit_table import HitTable, roots, table
+from lanindex.search.match.follow import roots
+from lanindex.search.match.hit_table import HitTable, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import MirrorRuns, repeats
 from lanindex.search.match.rewrites import enough

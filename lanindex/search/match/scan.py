@@ -1,4 +1,7 @@
-"""What may match a state of a program, anywhere in a batch of captures, as columns.
+"""Scan: the rows of one part, and of these the events that may match a state of a program.
+
+Rows are *shown* if the score shows them, else *passing*; nothing crosses a gap, so rows on both
+sides of one are of different *stretches*.
 
 A movement spans its row and is achieved in its last frame; a stay (``at``) lasts from there until
 the part leaves; a rest (``hold``) from the row's end to the next one's start. Of two parts at once
@@ -8,64 +11,217 @@ each pair that shares a frame is one event.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from lanindex.alphabet import MOST_AMOUNT
+from lanindex.alphabet import MOST_AMOUNT, is_limb
 from lanindex.model.arrays import frozen
-from lanindex.model.columns import CELL, THOUSANDTHS
-from lanindex.model.measures import GRADES
+from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns, parted, ranges
+from lanindex.model.measures import GRADES, graded, measures_of
 from lanindex.search import nearly
 from lanindex.search.automaton import State
-from lanindex.search.language.words import AMOUNTS
-from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray, spread
-from lanindex.search.match.rows import Rows
+from lanindex.search.language.words import AMOUNTS, WORD_KINDS
+from lanindex.search.match.arrays import (
+    FAR,
+    AnyArray,
+    BoolArray,
+    IntArray,
+    Table,
+    spread,
+    starts_of,
+)
+
+
+class Rows:
+    """The rows of one part in some captures, which are counted from 0.
+
+    `places` (N,) int64 are those captures in the roster, growing, and `frames` (N,) their lengths.
+    Rows are many and little is asked of most of them, so their columns are as narrow as they can.
+    """
+
+    def __init__(self, columns: Columns, places: IntArray, frames: IntArray) -> None:
+        self.frames, self._columns = frames, columns
+        self._grades: dict[str, AnyArray] = {}
+        firsts, behind = columns.bounds[places], columns.bounds[places + 1]
+        self._here: AnyArray | slice
+        if len(places) and places[-1] - places[0] < len(places):
+            self.bounds = np.append(firsts, behind[-1]) - firsts[0]  # (N + 1,) rows by capture
+            self._here = slice(int(firsts[0]), int(behind[-1]))
+        else:
+            self.bounds, here = ranges(firsts, behind)
+            self._here = here.astype(np.int32)
+        # (S,) int32 each but for the cell, uint8 as in `Columns`
+        self.capture = np.repeat(np.arange(len(places), dtype=np.int32), np.diff(self.bounds))
+        self.cell = columns.cell[self._here]
+        self.start: AnyArray = columns.start[self._here]
+        self.stop: AnyArray = columns.stop[self._here]
+        self.passing: BoolArray = (self.cell & PASSING) > 0
+        self.starting: BoolArray = (self.cell & STARTING) > 0
+        begins = self.starting.copy()
+        begins[self.bounds[:-1][self.bounds[:-1] < self.bounds[1:]]] = True
+        if not is_limb(columns.part) and len(columns.gaps):
+            begins |= parted(places[self.capture], self.start, columns.gaps)
+        self.stretch = np.cumsum(begins, dtype=np.int32) - 1  # (S,) counted over all captures
+        self.stretch_rows = np.append(np.flatnonzero(begins), len(self.cell))  # (stretches + 1,)
+        self.stretch_begin, self.stretch_end = self._known(columns.gaps, places)
+
+    def __len__(self) -> int:
+        return len(self.cell)
+
+    def _known(self, gaps: AnyArray, places: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the first frame of each stretch and the one behind its last, (stretches,)."""
+        rows = self.stretch_rows[:-1]
+        capture, start = self.capture[rows], self.start[rows].astype(np.int64)
+        begin, end = np.zeros_like(start), self.frames[capture]
+        if not len(rows) or not len(gaps):
+            return begin, end
+        gaps = gaps[slice(*np.searchsorted(gaps[:, 0], places[[0, -1]] + (0, 1)))].astype(np.int64)
+        own = places[capture]
+        begin = np.where(np.isin(own, gaps[:, 0]), start, begin)
+        gaps = gaps[gaps[:, 1] < gaps[:, 2]]  # a part that was never seen has one without frames
+        place = np.searchsorted(gaps[:, 0] * FAR + gaps[:, 1], own * FAR + start, "right") - 1
+        known, first, last = np.append(gaps, [[-1, 0, 0]], axis=0)[place].T
+        inside = (known == own) & (start <= last)
+        return np.where(inside, first, begin), np.where(inside, last, end)
+
+    @cached_property
+    def runner(self) -> AnyArray:
+        """The cell across the nearest border of each row, (S,) uint8."""
+        return self._columns.runner[self._here]
+
+    @cached_property
+    def amount(self) -> AnyArray:
+        """The amount of each row, (S,) int16; -1: it has none."""
+        held = self._columns.amount
+        return np.full(len(self), -1, np.int16) if held is None else held[self._here]
+
+    def measure(self, name: str) -> AnyArray:
+        """Return a measure of each row, (S,) as columns have it; 0: not known."""
+        held: AnyArray | None = getattr(self._columns, name)
+        if held is None:
+            if len(self) and name in measures_of(self._columns.part):
+                raise ValueError(f"the {name} of {self._columns.part} was not read")
+            return np.zeros(len(self), np.uint16)
+        return held[self._here]
+
+    def grade(self, kind: str) -> AnyArray:
+        """Return the grade of each row's speed or size, (S,) int8; -1: it is not known."""
+        if kind not in self._grades:
+            values = self.measure(GRADES[kind])
+            self._grades[kind] = graded(self._columns.part, kind, values)
+        return self._grades[kind]
+
+    @cached_property
+    def cost(self) -> AnyArray:
+        """What is missing to a margin of 1, in thousandths, (S,) int16."""
+        return THOUSANDTHS - self._columns.margin[self._here].astype(np.int16)
+
+    @cached_property
+    def shown(self) -> AnyArray:
+        """Which rows are shown, int32."""
+        return np.flatnonzero(~self.passing).astype(np.int32)
+
+    @cached_property
+    def rank(self) -> AnyArray:
+        """How many shown rows come before each, (S + 1,) int32."""
+        rank = np.zeros(len(self) + 1, np.int32)
+        np.cumsum(~self.passing, out=rank[1:])
+        return rank
+
+    def until(self, rows: IntArray) -> IntArray:
+        """Return until when each of some shown rows is the last."""
+        behind, stretch = self.rank[rows + 1], self.stretch[rows]
+        after = self.row_of(behind + 1) - 1
+        follows = (behind < len(self.shown)) & (self.stretch[after] == stretch)
+        return np.where(follows, self.start[after], self.stretch_end[stretch])
+
+    @cached_property
+    def change(self) -> AnyArray:
+        """How each row's level compares with the one before it, (S,) int8 codes."""
+        codes = WORD_KINDS["change"].codes
+        level = ((self.cell >> 4) & 3).astype(np.int8) - 1
+        change = np.where(level >= 0, np.int8(codes["neither"]), np.int8(-1))
+        before, after = level[self.shown[:-1]], level[self.shown[1:]]
+        changed = (np.diff(self.stretch[self.shown]) == 0) & (before != after)
+        changed &= np.minimum(before, after) >= 0
+        codes_there = np.where(before < after, codes["rising"], codes["sinking"]).astype(np.int8)
+        change[self.shown[1:][changed]] = codes_there[changed]
+        return change
+
+    @cached_property
+    def arrival(self) -> AnyArray:
+        """The frame in which each row is achieved, (S,) int32."""
+        arrival: AnyArray = np.where(self.starting, self.start, self.stop - 1)
+        return arrival
+
+    @cached_property
+    def left_at_once(self) -> BoolArray:
+        """Which rows are starting positions that alone are no stay, (S,) bool."""
+        left, rows = np.zeros(len(self), bool), np.flatnonzero(self.starting)
+        left[rows] = self.until(rows) <= self.start[rows]
+        return left
+
+    def row_of(self, rank: IntArray) -> IntArray:
+        """Return the first row before which at least so many rows are shown."""
+        row: IntArray = self._behind[np.clip(rank, 0, len(self._behind) - 1)].astype(np.int64)
+        return row
+
+    @cached_property
+    def _behind(self) -> AnyArray:
+        """The first row, those behind each shown one, and that behind the last, int32."""
+        return np.concatenate(([0], self.shown + 1, [len(self)]), dtype=np.int32)
+
+    def beginnings(self, manner: str) -> tuple[IntArray, IntArray]:
+        """Return the shown rows that begin something, and when: a movement, stay or rest."""
+        rows, frames = self.shown, self.start
+        if manner == "at":
+            frames = self.arrival
+        elif manner == "hold":
+            rows, frames = rows[self.stop[rows] < self.until(rows)], self.stop
+        else:
+            rows = rows[~self.starting[rows]]
+        return rows.astype(np.int64), frames[rows].astype(np.int64)
+
+    @cached_property
+    def _stretch_keys(self) -> IntArray:
+        """Capture and first frame of each stretch as one number, growing."""
+        capture = self.capture[self.stretch_rows[:-1]].astype(np.int64)
+        keys: IntArray = capture * FAR + self.stretch_begin
+        return keys
+
+    def stretch_at(self, capture: IntArray, frame: IntArray) -> IntArray:
+        """Return the stretch of a capture that a frame lies in, -1: in none."""
+        keys = self._stretch_keys
+        if not len(keys):
+            return np.full(len(frame), -1)
+        place = np.searchsorted(keys, capture * FAR + frame, "right") - 1
+        found = np.searchsorted(keys, keys[np.maximum(place, 0)])
+        same = self.capture[self.stretch_rows[found]] == capture
+        return np.where((place >= 0) & same & (frame < self.stretch_end[found]), found, -1)
 
 
 @dataclass(slots=True, eq=False)
-class Events:
-    """Movements, stays or rests, in order of their rows.
+class Events(Table):
+    """Movements, stays or rests, in order of their rows."""
 
-    Attributes
-    ----------
-    capture : ndarray
-        (N,) int64.
-    first, last : tuple of ndarray
-        (N,) each, one a member: their rows; only a stay has several.
-    start, end, until : ndarray
-        (N,) frames, half-open, and the end for sharing frames.
-    cost : ndarray
-        (N,) what is missing to a fit of 1, in thousandths.
-    passing, starting : ndarray
-        (N,) bool: whether one of them is on the way only, or a starting position.
-    """
-
-    capture: IntArray
-    first: tuple[IntArray, ...]
-    last: tuple[IntArray, ...]
-    start: IntArray
+    capture: IntArray  # (N,)
+    first: tuple[IntArray, ...]  # (N,) a member: its first row
+    last: tuple[IntArray, ...]  # (N,) a member: its last row, another one of stays only
+    start: IntArray  # (N,) frames, half-open
     end: IntArray
-    until: IntArray
-    cost: IntArray
-    passing: BoolArray
-    starting: BoolArray
+    until: IntArray  # (N,) the end for sharing frames
+    cost: IntArray  # (N,) what is missing to a fit of 1, in thousandths
+    passing: BoolArray  # (N,) whether a member is passing
+    starting: BoolArray  # (N,) whether a member is a starting position
 
     def __len__(self) -> int:
-        """Return how many there are."""
         return len(self.capture)
 
-    def at(self, chosen: AnyArray) -> Events:
-        """Return some of them."""
-        return Events(
-            self.capture[chosen],
-            tuple(rows[chosen] for rows in self.first),
-            tuple(rows[chosen] for rows in self.last),
-            *(getattr(self, name)[chosen] for name in _FRAMES),
-        )
-
-
-_FRAMES = ("start", "end", "until", "cost", "passing", "starting")
+    @property
+    def ordered(self) -> bool:
+        """Whether the rows of both members grow, so that a range of rows is a range of events."""
+        return len(self.first) == 1 or bool((np.diff(self.first[1]) >= 0).all())
 
 
 def cells_of(state: State, member: int) -> BoolArray:
@@ -77,33 +233,33 @@ def cells_of(state: State, member: int) -> BoolArray:
 def _cells(fits: frozenset[tuple[str, frozenset[int]]]) -> BoolArray:
     cells = np.arange(256)
     table = np.ones(256, bool)
-    said = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
+    fields = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
     for kind, codes in fits:
-        if kind in said:
-            table &= np.isin(said[kind], sorted(codes))
+        if kind in fields:
+            table &= np.isin(fields[kind], sorted(codes))
     return frozen(table)
 
 
-def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]:
-    """Return which rows are what a state says of a member, and what is missing to a fit of 1.
+def _fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]:
+    """Return which rows are what a state asks of a member, and what is missing to a fit of 1.
 
     One may also be so by the cell across its nearest border, if that is near enough.
     """
-    table = cells_of(state, member)
+    table, asked = cells_of(state, member), state.fits[member]
     fits, cost = table[rows.cell], rows.cost
     if state.near:
         margin = THOUSANDTHS - cost.astype(np.int64)
         across = ~fits & table[rows.runner] & (margin < state.near)
         cost = np.where(across, nearly.across(margin, state.near), nearly.own(margin, state.near))
         fits |= across
-    if "change" in state.fits[member]:
-        fits &= np.isin(rows.change, sorted(state.fits[member]["change"]))
+    if "change" in asked:
+        fits &= np.isin(rows.change, sorted(asked["change"]))
     for kind in AMOUNTS:
-        if kind in state.fits[member]:
-            fits &= _amounts(state.fits[member][kind])[rows.amount]
+        if kind in asked:
+            fits &= _amounts(asked[kind])[rows.amount]
     for kind in GRADES:
-        if kind in state.fits[member]:
-            fits &= np.isin(rows.grade(kind), sorted(state.fits[member][kind]))
+        if kind in asked:
+            fits &= np.isin(rows.grade(kind), sorted(asked[kind]))
     return fits, cost
 
 
@@ -117,16 +273,13 @@ def _amounts(codes: frozenset[int]) -> BoolArray:
 
 def events_of(rows: Rows, state: State, member: int) -> Events:
     """Return what a member of a state may match."""
-    fits, cost = fitting(rows, state, member)
+    fits, cost = _fitting(rows, state, member)
     if state.manner == "at":
         return _stays(rows, fits, cost)
     if state.manner == "hold":
-        return _rests(rows, fits, cost)
-    return _movements(rows, fits if state.names_passing else fits & ~rows.passing, cost)
-
-
-def _movements(rows: Rows, fits: BoolArray, cost: IntArray) -> Events:
-    row = np.flatnonzero(fits)
+        row = rows.shown[fits[rows.shown]].astype(np.int64)
+        return _waiting(rows, row, row, rows.stop[row], cost[row])
+    row = np.flatnonzero(fits if state.names_passing else fits & ~rows.passing)
     start, end = rows.start[row].astype(np.int64), rows.stop[row].astype(np.int64)
     starting = rows.starting[row]
     until, waiting = end.copy(), np.flatnonzero(starting)
@@ -136,38 +289,28 @@ def _movements(rows: Rows, fits: BoolArray, cost: IntArray) -> Events:
 
 
 def _stays(rows: Rows, fits: BoolArray, cost: IntArray) -> Events:
-    first, last, start, end, cost = staying(rows, fits, cost)
-    nothing = np.zeros(len(first), bool)
-    capture = rows.capture[first].astype(np.int64)
-    return Events(capture, (first,), (last,), start, end, end, cost, nothing, nothing)
-
-
-def staying(rows: Rows, fits: BoolArray, costs: IntArray) -> IntArray:
-    """Return first and last row, start, end and cost of the stays where rows fit, (5, N)."""
-    shown = np.flatnonzero(fits[rows.shown])  # places among the shown rows
-    row = rows.shown[shown]
+    """Return the stays where rows fit: of shown rows in a row in one stretch."""
+    shown = np.flatnonzero(fits[rows.shown])
+    row = rows.shown[shown].astype(np.int64)
+    begins = np.flatnonzero(starts_of(shown - np.arange(len(shown)), rows.stretch[row]))
     if not len(row):
-        return np.empty((5, 0), np.int64)
-    begins = np.ones(len(row), bool)
-    begins[1:] = (np.diff(shown) > 1) | (np.diff(rows.stretch[row]) > 0)
-    places = np.flatnonzero(begins)
-    first, last = row[places], row[np.append(places[1:], len(row)) - 1]
-    cost = np.maximum.reduceat(costs[row], places)
-    found = np.stack((first, last, rows.arrival[first], rows.until(last), cost))
-    return found[:, found[2] < found[3]]
+        return _waiting(rows, row, row, row, row)
+    first, last = row[begins], row[np.append(begins[1:], len(row)) - 1]
+    worst = np.maximum.reduceat(cost[row], begins)
+    return _waiting(rows, first, last, rows.arrival[first], worst)
 
 
-def _rests(rows: Rows, fits: BoolArray, cost: IntArray) -> Events:
-    row = rows.shown[fits[rows.shown]].astype(np.int64)
-    end = rows.until(row)
-    waits = rows.stop[row] < end
-    row, end = row[waits], end[waits]
-    nothing = np.zeros(len(row), bool)
-    capture, start, cost = (it[row].astype(np.int64) for it in (rows.capture, rows.stop, cost))
-    return Events(capture, (row,), (row,), start, end, end, cost, nothing, nothing)
+def _waiting(
+    rows: Rows, first: IntArray, last: IntArray, start: AnyArray, cost: AnyArray
+) -> Events:
+    """Return the stays or rests of some rows that last until the part leaves, if any time."""
+    end, no = rows.until(last), np.zeros(len(first), bool)
+    capture, start, cost = (it.astype(np.int64) for it in (rows.capture[first], start, cost))
+    found = Events(capture, (first,), (last,), start, end, end, cost, no, no)
+    return found.at(start < end)
 
 
-def overlapping(one: Events, other: Events) -> tuple[IntArray, IntArray]:
+def _overlapping(one: Events, other: Events) -> tuple[IntArray, IntArray]:
     """Return all pairs of events of a capture that share a frame, in order."""
     ones, others = (it.capture * FAR + it.start for it in (one, other))
     by_one, by_other = (np.argsort(keys, kind="stable") for keys in (ones, others))
@@ -190,7 +333,7 @@ def paired(manner: str, one: Events, other: Events) -> Events:
 
     Two movements span both; two stays or rests last while both do.
     """
-    left, right = overlapping(one, other)
+    left, right = _overlapping(one, other)
     one, other = one.at(left), other.at(right)
     together = manner in ("at", "hold")
     start = (np.maximum if together else np.minimum)(one.start, other.start)
@@ -206,8 +349,3 @@ def paired(manner: str, one: Events, other: Events) -> Events:
         one.passing | other.passing,
         one.starting | other.starting,
     )
-
-
-def ordered(events: Events) -> bool:
-    """Tell whether both members of pairs go on in the same order, so that ranges are ranges."""
-    return len(events.first) == 1 or bool((np.diff(events.first[1]) >= 0).all())

@@ -25,14 +25,14 @@ from lanindex.search.match.arrays import (
     smallest_from_here,
     spread,
     starts_of,
+    together,
 )
 from lanindex.search.match.backward import cost_of, end_of, may_leave
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.best import BestEnds
 from lanindex.search.match.conditions import MET
 from lanindex.search.match.context import Context, Hulls, Settled
-from lanindex.search.match.follow import Transitions, begins, way_of
-from lanindex.search.match.hit_table import roots
+from lanindex.search.match.follow import Transitions, begins, roots
 from lanindex.search.match.matches import (
     BEYOND,
     EVENT,
@@ -47,7 +47,6 @@ from lanindex.search.match.matches import (
     carry_out,
     in_sets,
     telling,
-    together,
 )
 from lanindex.search.match.relations import LAST, RELATIONS, Spans
 from lanindex.search.match.rewrites import MANNERS, ONLY
@@ -566,7 +565,7 @@ class Walk:
         events, event = self._batch.events(state), rows.columns[EVENT]
         if id(edge) not in self._reaches:
             before = self._batch.events(self._program.states[edge.exit.state])
-            reach = Transitions(self._batch, way_of(self._program.states, edge), before)
+            reach = Transitions(self._batch, self._program, edge, before)
             ends = events.capture * FAR + events.end
             self._reaches[id(edge)] = reach, ends if (np.diff(ends) >= 0).all() else None
         reach, in_order = self._reaches[id(edge)]

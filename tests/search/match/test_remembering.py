@@ -13,9 +13,9 @@ from random_library import random_library
 
 from lanindex.search.language import parse
 from lanindex.search.match import budget, matches, walk
-from lanindex.search.match.arrays import FAR
+from lanindex.search.match.arrays import FAR, together
 from lanindex.search.match.budget import TooMuch
-from lanindex.search.match.matches import Claims, Nodes, beside_each_other, one_each
+from lanindex.search.match.matches import Claims, Nodes, one_each
 from lanindex.search.nearly import NEAR
 
 PATTERNS = [
@@ -153,7 +153,7 @@ def test_claims_are_sets() -> None:
     sets = [
         [{random.randrange(6) for _ in range(random.randrange(6))} for _ in "ab"] for _ in "x" * 50
     ]
-    one, two = (beside_each_other([_claims(pair[side]) for pair in sets]) for side in range(2))
+    one, two = (together([_claims(pair[side]) for pair in sets]) for side in range(2))
     both = one.with_those(two)
     assert one.apart(two).tolist() == [not a & b for a, b in sets]
     assert [_numbers(both.at(np.array([place]))) for place in range(50)] == [a | b for a, b in sets]

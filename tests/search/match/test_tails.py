@@ -11,9 +11,9 @@ from random_library import random_library
 from lanindex.search.automaton import plan
 from lanindex.search.language import parse
 from lanindex.search.match import budget, leading, walk
-from lanindex.search.match.arrays import FAR
+from lanindex.search.match.arrays import FAR, filled
 from lanindex.search.match.join import paired, unexcused
-from lanindex.search.match.matches import Claims, filled, one_each
+from lanindex.search.match.matches import Claims, one_each
 from lanindex.search.match.relations import Margins, Spans
 from lanindex.search.match.rewrites import Rewrites
 
