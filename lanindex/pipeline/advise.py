@@ -12,7 +12,7 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Track
 from lanindex.pipeline.how import How
 from lanindex.search.explain.advice import SECONDS, Advice, Budget, Found, LeftOut, advise
-from lanindex.search.fields import measures_in
+from lanindex.search.fields import extras_in
 from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
 
@@ -70,7 +70,7 @@ def _counted(
     budget: Budget,
 ) -> Found:
     """Return how many hits there are, and in how many captures; give up what takes too long."""
-    roster, columns = library.columns(query.parts, numbers, more=measures_in(query))
+    roster, columns = library.columns(query.parts, numbers, more=extras_in(query))
 
     def watch(done: int, captures: int) -> None:
         if budget.late():

@@ -14,7 +14,7 @@ from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError
 from lanindex.library.store import Store
 from lanindex.model import Hit
 from lanindex.pipeline.how import How
-from lanindex.search.fields import measures_in
+from lanindex.search.fields import extras_in, measures_in
 from lanindex.search.language.query import Query
 from lanindex.search.match.finder import NARROWER, Recording, Watch
 
@@ -70,7 +70,7 @@ def search(
         Where the pattern says what has no edits, and some are allowed.
     """
     measures = measures_in(query)
-    roster, columns = library.columns(query.parts, numbers, more=measures)
+    roster, columns = library.columns(query.parts, numbers, more=extras_in(query))
     if len(roster) and (absent := _absent(columns)):
         library.tell(
             f"no capture that was searched has symbols of {', '.join(absent)}{_why(absent)}"

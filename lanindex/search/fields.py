@@ -57,6 +57,12 @@ def measures_in(query: Query) -> frozenset[str]:
     return frozenset(said | asked.intersection(MEASURES))
 
 
+def extras_in(query: Query) -> frozenset[str]:
+    """Return the columns that a search reads besides those that every search does."""
+    swings = {it.field for it in references_in(query.where) if it.field == "swings"}
+    return measures_in(query) | swings
+
+
 def told_by_span(reference: Reference) -> bool:
     """Tell whether capture and frames of a hit are all that a field needs."""
     return reference.name == CLIP or (reference.name == MATCH and reference.field in _TIMES)

@@ -59,19 +59,19 @@ def test_a_search_without_enough_memory_names_the_capture(rich: Path, face: str)
 def test_fewer_captures_are_tried_before_a_search_gives_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    searched = Finder._in_block
+    searched = Finder._in_batch
 
-    def cramped(self, block, *rest):
-        if len(block) > 1:
+    def cramped(self, places):
+        if len(places) > 1:
             raise MemoryError
-        return searched(self, block, *rest)
+        return searched(self, places)
 
     with open_library(tmp_path / "l.db", create=True) as library:
         for number in range(7):
             score = sample_score(number, ("r_arm", "l_arm"))
             library.add(f"{number}.lnd", score, format="lnd", sha256="0")
         wanted = [str(hit) for hit in library.search(PATTERN)]
-        monkeypatch.setattr(Finder, "_in_block", cramped)
+        monkeypatch.setattr(Finder, "_in_batch", cramped)
         assert [str(hit) for hit in library.search(PATTERN)] == wanted != []
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor, lcm
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -219,14 +219,8 @@ _CODES = {
 _NO_FRAMES = Span(0, 0)
 
 
-class Source(Protocol):
-    """What columns do not tell."""
-
-    def captures(self, places: Sequence[int]) -> list[Capture]:
-        """Return captures by their places in a batch."""
-
-    def swings(self, part: str) -> IntArray:
-        """Return how often each row of a part swings, (S,)."""
+Captures = Callable[[Sequence[int]], list[Capture]]
+"""Gives captures by their places in a batch."""
 
 
 @dataclass(slots=True, eq=False)
@@ -274,12 +268,12 @@ class Evaluator:
         What they are.
     batch : Batch
         Where.
-    source : Source
-        What columns do not tell.
+    captures : callable
+        Gives captures by their places in the batch.
     """
 
-    def __init__(self, clauses: Clauses, batch: Batch, source: Source) -> None:
-        self._clauses, self._batch, self._source = clauses, batch, source
+    def __init__(self, clauses: Clauses, batch: Batch, captures: Captures) -> None:
+        self._clauses, self._batch, self._captures = clauses, batch, captures
         self._values: dict[tuple[str, str], IntArray] = {}
 
     def holds(self, condition: Condition, told: Told) -> BoolArray:
@@ -307,7 +301,7 @@ class Evaluator:
                     found[here] = self._compared(condition, told.at(here), clock, None)
             return found
         places, which = np.unique(told.capture, return_inverse=True)
-        captures = self._source.captures(places.tolist())
+        captures = self._captures(places.tolist())
         for number, (place, capture) in enumerate(zip(places.tolist(), captures, strict=True)):
             here = np.flatnonzero(which == number)
             found[here] = self._compared(condition, told.at(here), clocks[own[place]], capture)
@@ -403,7 +397,7 @@ class Evaluator:
             rows = self._batch.rows(part)
             cell = rows.cell.astype(np.int64)
             if field == "swings":
-                told = THOUSANDTHS * self._source.swings(part)
+                told = THOUSANDTHS * rows.measure(field).astype(np.int64)
             elif field in MEASURES:
                 told = rows.measure(field).astype(np.int64) - 1
                 told[told >= 0] *= THOUSANDTHS // FIELDS[field].scale

@@ -16,7 +16,7 @@ from lanindex.search.match import relations
 from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray, filled, together
 from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.conditions import Clauses, Evaluator, Source, Told
+from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Told
 from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, Nodes, nothing, one_each
 from lanindex.search.match.relations import Spans
@@ -194,12 +194,12 @@ class Context:
         batch: Batch,
         rewrites: Rewrites,
         clauses: Clauses,
-        source: Source,
+        captures: Captures,
         tick: Callable[[], None],
     ) -> None:
         self.batch, self.rewrites, self.clauses, self.tick = batch, rewrites, clauses, tick
         self.program = rewrites.program
-        self.evaluator = Evaluator(clauses, batch, source)
+        self.evaluator = Evaluator(clauses, batch, captures)
         self.joins = Joins()
         self.refused = np.zeros(len(batch), bool)
         self._tried = np.zeros(len(batch), np.int64)

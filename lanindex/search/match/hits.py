@@ -1,10 +1,10 @@
-"""Hits as columns; each is made an object when it is asked for."""
+"""Hits: where a pattern begins and how it ends best, as columns; objects of those asked for."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol, Self, overload
 
@@ -14,9 +14,105 @@ from numpy.typing import NDArray
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.search.automaton import State
-from lanindex.search.match.arrays import AnyArray, IntArray, starts_of
+from lanindex.search.match.arrays import (
+    FAR,
+    AnyArray,
+    BoolArray,
+    IntArray,
+    Table,
+    best_of_each,
+    in_order,
+    starts_of,
+)
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.hit_table import HitTable
+from lanindex.search.match.scan import Events
+
+TOGETHER = 256  # captures fetched at once where all hits are made objects
+
+Parts = list[tuple[str, ...]]
+"""The parts that first symbols are of; those of an entry are added once it has hits."""
+
+
+@dataclass(slots=True, eq=False)
+class HitTable(Table):
+    """Beginnings of a pattern, each with its best end."""
+
+    capture: IntArray  # (H,)
+    low: IntArray  # (H,) frames
+    high: IntArray
+    cost: (
+        IntArray  # (H,) what is missing to a fit of 1, in thousandths; ~least if only that is known
+    )
+    parts: IntArray  # (H,) of the first symbols: a place in `Parts`
+    rows: IntArray  # (2, H) of the first symbols; -1: there is one only
+
+    def __len__(self) -> int:
+        return len(self.capture)
+
+
+_NONE = np.empty(0, np.int64)
+NO_HITS = HitTable(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((2, 0), np.int64))
+
+
+def table(
+    state: State, parts: Parts, events: Events, ends: tuple[IntArray, IntArray, IntArray]
+) -> HitTable:
+    """Return hits that begin at some events of a state, with low, high and cost of each."""
+    order = sorted(range(len(state.members)), key=state.members.__getitem__)
+    own = tuple(state.members[it] for it in order)
+    if own not in parts:
+        parts.append(own)
+    rows = np.full((2, len(events)), -1)
+    for place, member in enumerate(order):
+        rows[place] = events.first[member]
+    return HitTable(events.capture, *ends, np.full(len(events), parts.index(own)), rows)
+
+
+def moved(hits: HitTable, parts: Parts, by: Callable[[str], IntArray]) -> HitTable:
+    """Return hits with rows counted from elsewhere; `by` gives that by capture for a part."""
+    rows = hits.rows.copy()
+    for place, members in enumerate(parts):
+        own = np.flatnonzero(hits.parts == place)
+        for member, part in enumerate(members if len(own) else ()):
+            rows[member, own] += by(part)[hits.capture[own]]
+    return replace(hits, rows=rows)
+
+
+def best(hits: HitTable) -> HitTable:
+    """Return the best hit from each beginning, in order of capture, start, end and fit.
+
+    The best one ends first; of these it begins last, and of those it fits best.
+    """
+    keys = (hits.parts, *hits.rows)
+    first = best_of_each(keys, ())
+    if len(first) < len(hits):
+        chosen = best_of_each(keys, (hits.high, -hits.low, hits.cost))
+        hits = hits.at(chosen[np.argsort(first)])
+    return hits.at(in_order((hits.capture, hits.low, hits.high, hits.cost)))
+
+
+def nearest(capture: IntArray, low: IntArray, high: IntArray) -> BoolArray:
+    """Return which hits start last of those of a capture that end together, (H,) bool."""
+    last: BoolArray = np.zeros(len(low), bool)
+    last[best_of_each((capture, high), (-low,))] = True
+    return last
+
+
+def from_left(capture: IntArray, low: IntArray, high: IntArray) -> BoolArray:
+    """Return which hits begin at or after the end of the one that stayed before them.
+
+    All are (H,), in order of capture, start, end.
+    """
+    kept: BoolArray = np.zeros(len(low), bool)
+    after = np.searchsorted(capture * FAR + low, capture * FAR + high)
+    here = np.flatnonzero(starts_of(capture))
+    while len(here):
+        kept[here] = True
+        behind = after[here]
+        inside = behind < len(low)
+        behind, here = behind[inside], here[inside]
+        here = behind[capture[behind] == capture[here]]
+    return kept
 
 
 class Matched(NamedTuple):
@@ -28,11 +124,15 @@ class Matched(NamedTuple):
     end: int
 
 
-class Told(NamedTuple):
-    """A hit: what is missing to a fit of 1, and what each line took, the leading one first."""
+class Trace(NamedTuple):
+    """What a hit is made of: its cost, and what each line took, the leading one first."""
 
     cost: int
     lines: list[list[Matched]]
+
+
+BestTrace = tuple[tuple[int, int], Callable[[], Iterable[list[Matched]]]]
+"""Cost and negative number of steps of the best match, and what gives the lines of its trace."""
 
 
 def took(batch: Batch, state: State, event: int) -> Matched:
@@ -52,34 +152,25 @@ def took(batch: Batch, state: State, event: int) -> Matched:
 def labelled(
     taken: Iterable[Matched], symbols: Mapping[tuple[str, int], Symbol]
 ) -> dict[str, tuple[Symbol, ...]]:
-    """Return, by label, what matched under it; one stayed at or rested in lasts as long as that."""
+    """Return, by label, what matched under it; a stay or rest lends its symbols its frames."""
     labels: dict[str, tuple[Symbol, ...]] = {}
     for it in taken:
-        if not it.state.labels:
-            continue
-        found = [symbols[row] for row in it.rows]
+        found = tuple(symbols[row] for row in it.rows)
         if it.state.manner in ("at", "hold"):
-            found = [replace(symbol, start=it.start, stop=it.end) for symbol in found]
+            found = tuple(replace(symbol, start=it.start, stop=it.end) for symbol in found)
         for label in it.state.labels:
             labels[label] = (*labels.get(label, ()), *found)
     return labels
 
 
-TOGETHER = 256
-"""How many captures are fetched at once where all hits are made objects."""
+class _Holder(Protocol):
+    def fetch(self, places: Sequence[int]) -> None: ...
+    def captures(self, places: Sequence[int]) -> list[Capture]: ...
+    def numbers(self, places: IntArray) -> IntArray: ...
 
 
-class Holder(Protocol):
-    """What holds the captures of hits."""
-
-    def fetch(self, places: Sequence[int]) -> None:
-        """Fetch captures, by their places in the roster, of which hits will be made objects."""
-
-    def captures(self, places: Sequence[int]) -> list[Capture]:
-        """Return captures by their places in the roster."""
-
-    def numbers(self, places: IntArray) -> IntArray:
-        """Return the numbers of captures by their places in the roster."""
+class _Maker(_Holder, Protocol):
+    def hits(self, hits: HitTable) -> list[Hit]: ...
 
 
 class Placed(Sequence[Hit]):
@@ -87,15 +178,15 @@ class Placed(Sequence[Hit]):
 
     Parameters
     ----------
-    holder : Holder
-        Of their captures.
+    holder : object
+        Fetches captures, and gives them and their numbers, by places in the roster.
     place : ndarray
         (H,) int64: which capture of the roster.
     low, high : ndarray
         (H,) int64: frames of the source, half-open.
     """
 
-    def __init__(self, holder: Holder, place: IntArray, low: IntArray, high: IntArray) -> None:
+    def __init__(self, holder: _Holder, place: IntArray, low: IntArray, high: IntArray) -> None:
         self._holder, self.place, self.low, self.high = holder, place, low, high
 
     @abstractmethod
@@ -111,7 +202,6 @@ class Placed(Sequence[Hit]):
         """Return how clear each hit is, (H,) from 0 to 1."""
 
     def __len__(self) -> int:
-        """Return how many there are."""
         return len(self.place)
 
     @overload
@@ -189,66 +279,52 @@ class Placed(Sequence[Hit]):
         return ordered[firsts], np.diff(firsts, append=len(ordered))
 
 
-class Maker(Holder, Protocol):
-    """What makes hits of answers."""
-
-    def hits(self, answers: HitTable) -> list[Hit]:
-        """Return the answers of a table as objects."""
-
-
 class Found(Placed):
     """The hits of a search as columns; each is made an object when it is asked for.
 
     Parameters
     ----------
-    maker : Maker
+    maker : Finder
         Makes them.
-    answers : HitTable
-        All answers in order of capture, start, end, and fit where it is known.
+    table : HitTable
+        All hits in order of capture, start, end, and fit where it is known.
     chosen : ndarray
-        (H,) int64: which of them are the hits. Of those with the same frames it tells the first,
-        second … clearest.
+        (H,) int64: which of them are these hits. Of those with the same frames they are the first,
+        second … in order of fit.
     """
 
-    def __init__(self, maker: Maker, answers: HitTable, chosen: IntArray) -> None:
-        frames = (column[chosen] for column in (answers.capture, answers.low, answers.high))
-        super().__init__(maker, *frames)
-        self._maker, self._answers, self._chosen = maker, answers, chosen
+    def __init__(self, maker: _Maker, table: HitTable, chosen: IntArray) -> None:
+        super().__init__(maker, table.capture[chosen], table.low[chosen], table.high[chosen])
+        self._maker, self._table, self._chosen = maker, table, chosen
 
     @cached_property
     def _alike(self) -> IntArray:
-        """Where answers with the same frames begin, and how many there are."""
-        answers = self._answers
-        new = starts_of(answers.capture) | starts_of(answers.low) | starts_of(answers.high)
-        return np.append(np.flatnonzero(new), len(answers))
+        """Where hits with the same frames begin in the table, and how many there are."""
+        new = starts_of(self._table.capture, self._table.low, self._table.high)
+        return np.append(np.flatnonzero(new), len(self._table))
 
     def _some(self, chosen: AnyArray | slice) -> Found:
-        return Found(self._maker, self._answers, self._chosen[chosen])
+        return Found(self._maker, self._table, self._chosen[chosen])
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
-        places = self._chosen[list(indices)].tolist()
-        alike = {place: self._those_alike(place) for place in places}
-        # only the fit tells which of those with the same frames is the clearest
+        places = self._chosen[list(indices)]
+        groups = np.searchsorted(self._alike, places, "right")
+        # only the fit says which of those with the same frames comes first
         unclear = {
             (first, last)
-            for first, last in alike.values()
-            if last - first > 1 and (self._answers.cost[first:last] < 0).any()
+            for first, last in zip(self._alike[groups - 1], self._alike[groups], strict=True)
+            if last - first > 1 and (self._table.cost[first:last] < 0).any()
         }
-        wanted = sorted({*places, *(it for ends in unclear for it in range(*ends))})
-        made = dict(zip(wanted, self._maker.hits(self._answers.at(np.array(wanted))), strict=True))
+        wanted = sorted({*places.tolist(), *(it for ends in unclear for it in range(*ends))})
+        made = dict(zip(wanted, self._maker.hits(self._table.at(np.array(wanted))), strict=True))
         for first, last in unclear:
             hits = sorted((made[it] for it in range(first, last)), key=lambda hit: -hit.fit)
             made.update(zip(range(first, last), hits, strict=True))
-        return [made[place] for place in places]
-
-    def _those_alike(self, place: int) -> tuple[int, int]:
-        """Return from where to where answers have the frames of one of them."""
-        group = int(np.searchsorted(self._alike, place, "right"))
-        return int(self._alike[group - 1]), int(self._alike[group])
+        return [made[place] for place in places.tolist()]
 
     def clear(self) -> NDArray[np.float64]:
-        """Return how clear each hit is; those of which it is not known are made for it."""
-        cost = self._answers.cost[self._chosen]
+        """Return the fit of each hit, (H,) from 0 to 1; hits are made where it is not known."""
+        cost = self._table.cost[self._chosen]
         fits = THOUSANDTHS - cost
         unknown = np.flatnonzero(cost < 0)
         fits[unknown] = [round(hit.fit * THOUSANDTHS) for hit in self._some(unknown)]
@@ -268,7 +344,7 @@ class Found(Placed):
         return self._some(np.append(clearest, np.flatnonzero(rest)))
 
     def clearest(self, most: int) -> IntArray:
-        """Return the places of so many hits, the clearest first, of these that which stands first.
+        """Return the places of so many hits, the clearest first, ties as they stand.
 
         Those that might be are made, the likely ones first.
         """
@@ -290,7 +366,7 @@ class Found(Placed):
 
     def _least_missing(self) -> IntArray:
         """Return what is missing at least to a fit of 1, of the clearest with the same frames."""
-        cost = self._answers.cost
+        cost = self._table.cost
         least = np.where(cost < 0, ~cost, cost)
         if len(least):
             least = np.minimum.reduceat(least, self._alike[:-1])

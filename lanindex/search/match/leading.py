@@ -12,16 +12,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.search.automaton import NEGATIONS, Program
+from lanindex.search.automaton import Program
 from lanindex.search.language.times import Length, Time
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
-from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.budget import TooMuch
 from lanindex.search.match.conditions import Told
-from lanindex.search.match.context import Context, alive_in
-from lanindex.search.match.follow import roots
-from lanindex.search.match.hit_table import HitTable, table
+from lanindex.search.match.context import Context
+from lanindex.search.match.hits import HitTable, Parts, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import MirrorRuns, repeats
 from lanindex.search.match.rewrites import enough
@@ -31,33 +29,20 @@ SOON = 4
 """Seconds of the first horizon; each next one is so many times as far."""
 
 
-def hits_of(context: Context, number: int, parts: list[tuple[str, ...]]) -> list[HitTable]:
-    """Return the best match from each beginning of a program, whose number it is.
+def hits_of(context: Context, parts: Parts) -> list[HitTable]:
+    """Return the best match from each beginning of a program.
 
-    `parts` are those of `Finder`. Raises `TooMuch` if one capture needs more than the budget.
+    Raises `TooMuch` if one capture needs more than the budget.
     """
     lines = repeats(context.clauses, context.program)
     if lines:
-        return MirrorRuns(context.batch, lines).answers(number, parts, context.tick)
+        return [MirrorRuns(context.batch, lines).hits(parts, context.tick)]
     program = context.program
     joiner = context.joiner = Joiner(context)
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
     ends = _best_ends(context, walk, joiner, walk.roots())
-    return [hits for found in ends for hits in _as_hits(context, number, parts, found)]
-
-
-def may_match(batch: Batch, program: Program) -> BoolArray:
-    """Tell in which captures a program can match, whatever it remembers, (captures,) bool."""
-    alive = alive_in(batch, program, Backwards(batch, program).values)
-    found = np.zeros(len(batch), bool)
-    for entry in program.entries:
-        fits = roots(batch, program, entry) & alive[entry.state]
-        found[batch.events(program.states[entry.state]).capture[fits]] = True
-    for companion in program.whole.companions:
-        if companion.relation not in NEGATIONS:
-            found &= np.any([may_match(batch, inner) for inner in companion.programs], axis=0)
-    return found
+    return [hits for found in ends for hits in _as_hits(context, parts, found)]
 
 
 def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArray]) -> list[Ends]:
@@ -163,13 +148,11 @@ def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntAr
     return chosen
 
 
-def _as_hits(
-    context: Context, number: int, parts: list[tuple[str, ...]], found: Ends
-) -> Iterator[HitTable]:
+def _as_hits(context: Context, parts: Parts, found: Ends) -> Iterator[HitTable]:
     """Yield ends as hits, a table for each entry."""
     for place, entry in enumerate(context.program.entries):
         own = np.flatnonzero(found.entry == place)
         state = context.program.states[entry.state]
         events = context.batch.events(state).at(found.root[own])
         cost = np.where(found.cost[own] >= 0, found.cost[own], ~events.cost)
-        yield table(number, state, parts, events, (found.low[own], found.high[own], cost))
+        yield table(state, parts, events, (found.low[own], found.high[own], cost))

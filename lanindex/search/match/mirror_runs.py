@@ -1,13 +1,14 @@
-"""Two repeats without end that mirror each other: how far on they do from each pair of symbols.
+"""Two repeats without end that mirror each other: how far they go on from each pair of symbols.
 
-Of each symbol of the one line and each of the other it is counted how many pairs follow, one after
-the other, that mirror each other. The longest of those that share a frame is what the lines run on
-to; nothing shorter need be tried, and no way of either line be noted.
+For each symbol of the one line and each of the other, the pairs of symbols that follow and mirror
+each other are counted. The longest run of those that share a frame is the match of both lines, so
+that nothing shorter need be tried and no partial match of either be kept.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,8 +21,7 @@ from lanindex.search.language.query import NEXT
 from lanindex.search.match.arrays import BoolArray, IntArray, best_of_each
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import MIRRORED_CELLS, Clauses
-from lanindex.search.match.hit_table import HitTable, table
-from lanindex.search.match.hits import Matched, took
+from lanindex.search.match.hits import BestTrace, HitTable, Matched, Parts, table, took
 from lanindex.search.match.scan import Events
 
 
@@ -75,14 +75,9 @@ def _is_repeat(line: Program) -> bool:
 
 
 class MirrorRuns:
-    """Finds where repeats mirror each other.
+    """Finds where two repeats mirror each other.
 
-    Parameters
-    ----------
-    batch : Batch
-        Where.
-    lines : Repeats
-        As `repeats` gives them.
+    Runs are (3, N): the first event of the one line, that of the other, how many pairs they are.
     """
 
     def __init__(self, batch: Batch, lines: Repeats) -> None:
@@ -97,10 +92,8 @@ class MirrorRuns:
             _goes_on(batch, *it) for it in ((part, self._own), (beside, self._other))
         )
 
-    def answers(
-        self, number: int, parts: list[tuple[str, ...]], tick: Callable[[], None]
-    ) -> list[HitTable]:
-        """Return the answers of the program, whose number it is; `parts` as in `Finder`."""
+    def hits(self, parts: Parts, tick: Callable[[], None]) -> HitTable:
+        """Return the best match from each event of the line."""
         own, other = self._own, self._other
         behind = np.searchsorted(own.capture, np.arange(len(self._batch)), "right")
         many = np.bincount(own.capture, minlength=len(self._batch))
@@ -113,27 +106,23 @@ class MirrorRuns:
             follows = run[here + 1] * (self._on[event] & self._on_beside[here])
             length = (1 + follows) * (self._image[event] == self._shown[here])
             run[here] = length
-            found.append(self._longest(event, here, length))
+            runs = np.stack((event, here, length))
+            runs = runs[:, self._side_by_side(runs)]
+            low, high = self._frames(runs)
+            best = best_of_each((runs[0],), (-runs[2], high, -low))
+            found.append(np.stack((runs[0], low, high))[:, best])
         event, low, high = np.concatenate(found, axis=1)
         order = np.argsort(event)
         frames = low[order], high[order], np.full(len(event), -1)
-        return [table(number, self._lines.own, parts, own.at(event[order]), frames)]
+        return table(self._lines.own, parts, own.at(event[order]), frames)
 
-    def _longest(self, event: IntArray, beside: IntArray, length: IntArray) -> IntArray:
-        """Return of each event the best pair of runs there is: event, low, high, (3, N)."""
-        some = self._side_by_side(event, beside, length)
-        event, beside, length = event[some], beside[some], length[some]
-        low, high = self._frames(event, beside, length)
-        best = best_of_each((event,), (-length, high, -low))
-        return np.stack((event[best], low[best], high[best]))
-
-    def _side_by_side(self, event: IntArray, beside: IntArray, length: IntArray) -> IntArray:
+    def _side_by_side(self, runs: IntArray) -> IntArray:
         """Return the places of the pairs of runs that share a frame, and are long enough.
 
         A starting position alone is no movement.
         """
-        some = np.flatnonzero(length >= self._lines.least)
-        event, beside, length = event[some], beside[some], length[some]
+        some = np.flatnonzero(runs[2] >= self._lines.least)
+        event, beside, length = runs[:, some]
         own, other, last = self._own, self._other, length - 1
         fits = own.start[event] < other.end[beside + last]
         fits &= other.start[beside] < own.end[event + last]
@@ -141,64 +130,50 @@ class MirrorRuns:
         chosen: IntArray = some[fits]
         return chosen
 
-    def _frames(
-        self, event: IntArray, beside: IntArray, length: IntArray
-    ) -> tuple[IntArray, IntArray]:
+    def _frames(self, runs: IntArray) -> tuple[IntArray, IntArray]:
         """Return low and high of pairs of runs."""
-        own, other, last = self._own, self._other, length - 1
+        own, other, (event, beside, length) = self._own, self._other, runs
         low = np.minimum(own.start[event], other.start[beside])
-        return low, np.maximum(own.end[event + last], other.end[beside + last])
+        return low, np.maximum(own.end[event + length - 1], other.end[beside + length - 1])
 
-    def walk(
-        self, places: Sequence[tuple[int, tuple[str, ...], tuple[int, ...], tuple[int, int]]]
-    ) -> Iterator[tuple[int, tuple[tuple[int, int], Mirrored, int]]]:
-        """Yield of hits in one capture which they are, and their best way; as a line does."""
-        for number, (_, parts, rows, span) in enumerate(places):
-            found = self._runs(parts, rows, span)
-            if found and len(found.cost):
-                place = int(found.cost.argmin())
-                yield number, ((int(found.cost[place]), -found.length), found, place)
+    def traced(self, hits: HitTable, parts: Parts) -> Iterator[tuple[int, BestTrace]]:
+        """Yield the places of hits in one capture, each with the clearest match of its frames."""
+        places = zip(hits.parts.tolist(), hits.rows[0].tolist(), strict=True)
+        for number, (place, row) in enumerate(places):
+            event = int(np.searchsorted(self._own.first[0], row))
+            there = row in self._own.first[0][event : event + 1]
+            if there and parts[place] == self._lines.own.members:
+                best = self._clearest(event, int(hits.low[number]), int(hits.high[number]))
+                if best:
+                    cost, beside, length = best
+                    yield number, ((cost, -length), partial(self._taken, event, beside, length))
 
-    def _runs(
-        self, parts: tuple[str, ...], rows: tuple[int, ...], span: tuple[int, int]
-    ) -> Mirrored | None:
-        """Return the runs of one capture that begin with some symbol and have some frames."""
-        own, other = self._own, self._other
-        event = int(np.searchsorted(own.first[0], rows[0]))
-        if parts != self._lines.own.members or own.first[0][event : event + 1] != rows[:1]:
-            return None
-        here, length = np.flatnonzero(other.start >= span[0]), 0
-        cost, found = np.zeros(len(here), np.int64), (here[:0], here[:0], 0)
-        while event + length < len(own) and own.end[event + length] <= span[1]:
+    def _clearest(self, event: int, low: int, high: int) -> tuple[int, int, int] | None:
+        """Return cost, other event and length of the best runs from an event in some frames."""
+        own, other, found, length = self._own, self._other, None, 0
+        here = np.flatnonzero(other.start >= low)
+        cost = np.zeros(len(here), np.int64)
+        while event + length < len(own) and own.end[event + length] <= high:
             on = self._shown[here + length] == self._image[event + length]
             here, cost = here[on], np.maximum(cost, own.cost[event + length])[on]
             cost, length = np.maximum(cost, other.cost[here + length]), length + 1
-            runs = np.full(len(here), event), here, np.full(len(here), length)
-            some = self._side_by_side(*runs)
-            low, high = self._frames(*(it[some] for it in runs))
-            some = some[(low == span[0]) & (high == span[1])]
+            runs = np.stack((np.full(len(here), event), here, np.full(len(here), length)))
+            some = self._side_by_side(runs)
+            begin, end = self._frames(runs[:, some])
+            some = some[(begin == low) & (end == high)]
             if len(some):
-                found = here[some], cost[some], length
+                best = some[cost[some].argmin()]
+                found = int(cost[best]), int(here[best]), length
             on = self._on_beside[here + length - 1] & self._on[event + length - 1]
             here, cost = here[on], cost[on]
-        return Mirrored(self._batch, self._lines, event, *found)
+        return found
 
-
-class Mirrored(NamedTuple):
-    """Runs of one symbol that have the frames of a hit, and what is missing to their fits."""
-
-    batch: Batch
-    lines_of: Repeats
-    event: int
-    beside: IntArray
-    cost: IntArray
-    length: int
-
-    def lines(self, place: int) -> Iterator[list[Matched]]:
-        """Yield what the line took, then what the one beside it took."""
-        own, other, _ = self.lines_of
-        for state, first in (own, self.event), (other, int(self.beside[place])):
-            yield [took(self.batch, state, first + it) for it in range(self.length)]
+    def _taken(self, event: int, beside: int, length: int) -> list[list[Matched]]:
+        """Return what the line took, then what the one beside it took."""
+        return [
+            [took(self._batch, state, first + it) for it in range(length)]
+            for state, first in ((self._lines.own, event), (self._lines.other, beside))
+        ]
 
 
 def _cells(batch: Batch, part: str, events: Events) -> IntArray:
@@ -207,7 +182,7 @@ def _cells(batch: Batch, part: str, events: Events) -> IntArray:
 
 
 def _goes_on(batch: Batch, part: str, events: Events) -> BoolArray:
-    """Tell of which events the one behind is what follows."""
+    """Tell after which events the next one is what follows."""
     rows, row = batch.rows(part), events.first[0]
     found = np.zeros(len(row), bool)
     found[:-1] = (np.diff(rows.rank[row]) == 1) & (np.diff(rows.stretch[row]) == 0)

@@ -17,8 +17,17 @@ import numpy as np
 
 from lanindex.alphabet import MOST_AMOUNT, is_limb
 from lanindex.model.arrays import frozen
-from lanindex.model.columns import CELL, PASSING, STARTING, THOUSANDTHS, Columns, parted, ranges
-from lanindex.model.measures import GRADES, graded, measures_of
+from lanindex.model.columns import (
+    CELL,
+    PASSING,
+    STARTING,
+    THOUSANDTHS,
+    Columns,
+    extras_of,
+    parted,
+    ranges,
+)
+from lanindex.model.measures import GRADES, graded
 from lanindex.search import nearly
 from lanindex.search.automaton import State
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
@@ -97,10 +106,10 @@ class Rows:
         return np.full(len(self), -1, np.int16) if held is None else held[self._here]
 
     def measure(self, name: str) -> AnyArray:
-        """Return a measure of each row, (S,) as columns have it; 0: not known."""
+        """Return swings or a measure of each row, (S,) as columns have it; 0: not known."""
         held: AnyArray | None = getattr(self._columns, name)
         if held is None:
-            if len(self) and name in measures_of(self._columns.part):
+            if len(self) and name in extras_of(self._columns.part):
                 raise ValueError(f"the {name} of {self._columns.part} was not read")
             return np.zeros(len(self), np.uint16)
         return held[self._here]
@@ -240,7 +249,7 @@ def _cells(fits: frozenset[tuple[str, frozenset[int]]]) -> BoolArray:
     return frozen(table)
 
 
-def _fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]:
+def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]:
     """Return which rows are what a state asks of a member, and what is missing to a fit of 1.
 
     One may also be so by the cell across its nearest border, if that is near enough.
@@ -273,7 +282,7 @@ def _amounts(codes: frozenset[int]) -> BoolArray:
 
 def events_of(rows: Rows, state: State, member: int) -> Events:
     """Return what a member of a state may match."""
-    fits, cost = _fitting(rows, state, member)
+    fits, cost = fitting(rows, state, member)
     if state.manner == "at":
         return _stays(rows, fits, cost)
     if state.manner == "hold":

@@ -1,113 +1,71 @@
-"""Which symbols hits are made of, line by line: their ways are walked again, and followed back.
+"""Trace: the symbols that hits are made of, line by line.
 
-A search tells where hits are. For those that are shown their captures alone are walked once more,
-from the first symbols of these hits: now each way notes how clear it is, and where it comes from.
-Of the ways that have the frames of a hit the clearest is told, of those the one of most steps.
+A search finds where hits are. For those that are looked at the same walk runs once more over their
+captures, from their first symbols: now each partial match notes its cost and how many steps it is,
+and keeps a link to the one it came from. Of the matches with the frames of a hit the one that fits
+best is followed back, of those the one of most steps.
 """
 
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 
 from lanindex.search.automaton import Program, State
 from lanindex.search.language.query import Query
-from lanindex.search.match.arrays import FAR, BoolArray, IntArray, starts_of
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.backward import Ahead, cost_of, end_of
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.conditions import Clauses, Source
+from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context, Due, Joins
-from lanindex.search.match.hit_table import firsts
-from lanindex.search.match.hits import Matched, Told, took
+from lanindex.search.match.hits import BestTrace, HitTable, Matched, Parts, Trace, table, took
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import complete
-from lanindex.search.match.matches import EVENT, Matches, Nodes
-from lanindex.search.match.mirror_runs import Mirrored, MirrorRuns, repeats
+from lanindex.search.match.matches import EVENT, Matches, Nodes, distinct
+from lanindex.search.match.mirror_runs import MirrorRuns, repeats
 from lanindex.search.match.relations import RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough
 from lanindex.search.match.walk import Ends, Walk
 
 COST, STEPS = range(-2, 0)
-"""What is noted besides of each way, in its last columns: what is missing to a fit of 1, and of how
-many steps it is."""
+"""The last columns of each partial match: what is missing to a fit of 1, and its steps."""
 
 
-class Place(NamedTuple):
-    """Where a hit is: what tells it from all others.
+def traced(
+    hits: HitTable,
+    parts: Parts,
+    query: Query,
+    rewrites: Iterable[Rewrites],
+    batch: Batch,
+    captures: Captures,
+    tick: Callable[[], None],
+) -> list[Trace | None]:
+    """Return what hits in a batch of their captures alone are made of, None: it is not there.
 
-    Attributes
-    ----------
-    capture : int
-        In the batch.
-    parts : tuple of str
-        Of its first symbols.
-    rows : tuple of int
-        Of these, rows in the batch.
-    span : tuple of int
-        Its frames.
+    That is one capture, where a program is two repeats that mirror each other. The rows of hits are
+    counted in the batch. Raises `TooMuch` if there are too many partial matches.
     """
-
-    capture: int
-    parts: tuple[str, ...]
-    rows: tuple[int, ...]
-    span: tuple[int, int]
-
-
-class Tracer:
-    """Tells the hits of a query in some captures.
-
-    Parameters
-    ----------
-    query : Query
-        What was found.
-    programs : tuple of Program
-        Of the query.
-    batch : Batch
-        Of these captures alone: of one, where a program is two repeats that mirror each other.
-    source : Source
-        What columns do not tell.
-    tick : callable
-        Is called now and then, and may raise.
-    """
-
-    def __init__(
-        self,
-        query: Query,
-        programs: tuple[Program, ...],
-        batch: Batch,
-        source: Source,
-        tick: Callable[[], None],
-    ) -> None:
-        clauses = Clauses(query)
-        repeated = [(program, repeats(clauses, program)) for program in programs]
-        self._settings = [
-            MirrorRuns(batch, lines) if lines else _Setting(batch, query, source, tick, program)
-            for program, lines in repeated
-        ]
-
-    def told(self, places: Sequence[Place]) -> list[Told | None]:
-        """Return the hits that are in some places, None: there is none.
-
-        Raises
-        ------
-        TooMuch
-            Where there are too many ways.
-        """
-        best: list[_Best | None] = [None] * len(places)
-        for context in self._settings:
-            for number, found in context.walk(places):
-                before = best[number]
-                if before is None or found[0] < before[0]:
-                    best[number] = found
-        return [it and Told(it[0][0], list(it[1].lines(it[2]))) for it in best]
+    clauses = Clauses(query)
+    best: list[BestTrace | None] = [None] * len(hits)
+    for one in rewrites:
+        lines = repeats(clauses, one.program)
+        if lines:
+            found = MirrorRuns(batch, lines).traced(hits, parts)
+        else:
+            found = _Context(batch, one, query, captures, tick, hits).traced(hits, parts)
+        for number, trace in found:
+            before = best[number]
+            if before is None or trace[0] < before[0]:
+                best[number] = trace
+    return [it and Trace(it[0][0], list(it[1]())) for it in best]
 
 
-class _Noting(Clauses):
-    """The clauses of a query, and what is noted besides."""
+class _Clauses(Clauses):
+    """The clauses of a query, with cost and steps noted besides."""
 
     def __init__(self, query: Query) -> None:
         super().__init__(query)
@@ -121,76 +79,73 @@ class _Noting(Clauses):
         return found
 
 
-class _Setting(Context):
-    """What the lines of a program share in one capture."""
+class _Context(Context):
+    """What the lines of a program share while hits are traced."""
 
-    joiner: _Partners
+    joiner: _Joiner
     joins: _Joins
 
     def __init__(
         self,
         batch: Batch,
+        rewrites: Rewrites,
         query: Query,
-        source: Source,
+        captures: Captures,
         tick: Callable[[], None],
-        program: Program,
+        hits: HitTable,
     ) -> None:
-        super().__init__(batch, Rewrites(program), _Noting(query), source, tick)
-        self.joins = _Joins()
-        self._program, self._clauses_alone = program, Clauses(query)
-        self.lying_in = _lying_in(program)
-        self.span = np.empty(0, np.int64), np.empty(0, np.int64)
-        self.joiner = _Partners(self)
-        # where each beginning has one way, its value tells all but the symbols
-        only = ONLY if enough(program) == ONLY else None
-        self._line = _Line(self, program, timed=bool(self.clauses.rhythm), enough=only)
+        super().__init__(batch, rewrites, _Clauses(query), captures, tick)
+        self._clauses_alone = Clauses(query)
+        self.lying_in = _lying_in(self.program)
+        # (captures,) where hits lie, and how long they are
+        self.low, self.high = np.full(len(batch), FAR), np.zeros(len(batch), np.int64)
+        self._longest = self.high.copy()
+        np.minimum.at(self.low, hits.capture, hits.low)
+        np.maximum.at(self.high, hits.capture, hits.high)
+        np.maximum.at(self._longest, hits.capture, hits.high - hits.low)
+        self.joins, self.joiner = _Joins(), _Joiner(self)
 
     def tried(self, capture: IntArray) -> BoolArray | None:
-        """Refuse nothing: what was found can be told."""
+        """Refuse nothing: what was found can be traced."""
         return None
 
     def due(self, program: Program) -> Due:
-        """Return when the conditions on labels can be told: nothing of what is noted besides."""
+        """Return when conditions on labels are settled; cost and steps never are."""
         return Due(self._clauses_alone, program)
 
-    def walk(self, places: Sequence[Place]) -> Iterator[tuple[int, _Best]]:
-        """Yield of hits whose leading line this can be which they are, and their best way."""
-        captures = [it.capture for it in places]
-        lows, highs = np.array([it.span for it in places]).T
-        low, high = np.full(len(self.batch), FAR), np.zeros(len(self.batch), np.int64)
-        np.minimum.at(low, captures, lows)
-        np.maximum.at(high, captures, highs)
-        most = np.zeros(len(self.batch), np.int64)
-        np.maximum.at(most, captures, highs - lows)
-        self.span = low, high
-        self.joiner.forget(self.lying_in)
-        numbers = {(it.parts, it.rows): number for number, it in enumerate(places)}
-        owners, begun = [], self._line.roots()
-        for entry, fits in zip(self._program.entries, begun, strict=True):
-            state = self._program.states[entry.state]
-            known: list[tuple[str, ...]] = []
-            order = firsts(state, known)[1]
-            owner, chosen = np.full(len(fits), -1), np.flatnonzero(fits)
-            rows = np.stack([self.batch.events(state).first[it][chosen] for it in order], axis=1)
-            for event, own in zip(chosen.tolist(), map(tuple, rows.tolist()), strict=True):
-                owner[event] = numbers.get((known[0], own), -1)
+    def traced(self, hits: HitTable, parts: Parts) -> Iterator[tuple[int, BestTrace]]:
+        """Yield the places of hits that this program can lead, each with its best match."""
+        # where each beginning has one match, its value has all but the symbols
+        only = ONLY if enough(self.program) == ONLY else None
+        line = _Walk(self, self.program, timed=bool(self.clauses.rhythm), enough=only)
+        places = dict(zip(_beginnings(hits), range(len(hits)), strict=True))
+        owners, begun = [], line.roots()
+        for entry, fits in zip(self.program.entries, begun, strict=True):
+            state, chosen = self.program.states[entry.state], np.flatnonzero(fits)
+            events, none = self.batch.events(state).at(chosen), np.zeros(len(chosen), np.int64)
+            owner = np.full(len(fits), -1)
+            begins = table(state, parts, events, (none, none, none))
+            owner[chosen] = [places.get(it, -1) for it in _beginnings(begins)]
             fits &= owner >= 0
             owners.append(owner)
-        if not any(fits.any() for fits in begun):
-            return
-        self._line.found(begun, None if self._program.open_ended else most)
-        for end, number in self._line.best(owners, lows, highs):
-            yield number, (self._line.rank(end), self._line, end)
+        if any(fits.any() for fits in begun):
+            line.found(begun, None if self.program.open_ended else self._longest)
+            yield from line.best(owners, hits)
 
 
-class _Line(Walk):
-    """A line that is walked with notes of where each way comes from."""
+def _beginnings(hits: HitTable) -> Iterator[tuple[int, int, int]]:
+    """Yield what tells hits apart: parts and rows of the first symbols."""
+    return zip(hits.parts.tolist(), *hits.rows.tolist(), strict=True)
 
-    _context: _Setting
+
+class _Walk(Walk):
+    """A walk that notes where each partial match comes from."""
+
+    _context: _Context
 
     def __init__(
         self,
-        context: _Setting,
+        context: _Context,
         program: Program,
         *,
         timed: bool = False,
@@ -202,18 +157,17 @@ class _Line(Walk):
             self._best_ends = None
 
     def found(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
-        """Return all ways; of a line beside those that can lie in the hit, if they have to."""
+        """Return all matches; of a line that must lie in the hit those that can."""
         self.nodes, self._begins = Nodes(), list[int]()
         self._tables = list[tuple[int, Matches]]()
         context, beside = self._context, begun is None
-        if begun is None and self._program in context.lying_in:
-            low, high = context.span
+        if beside and self._program in context.lying_in:
+            low, high = context.low, context.high
             begun, within = self.roots(), np.maximum(high - low, 0)
             for entry, fits in zip(self._program.entries, begun, strict=True):
                 events = self._batch.events(self._program.states[entry.state])
-                fits &= (low[events.capture] <= events.start) & (
-                    events.start <= high[events.capture]
-                )
+                fits &= low[events.capture] <= events.start
+                fits &= events.start <= high[events.capture]
         self.ends = found = super().found(begun, within)
         if beside:
             columns = found.memory.columns.copy()
@@ -228,75 +182,58 @@ class _Line(Walk):
         return found
 
     def _settled(self, state: int, tables: list[Matches]) -> Matches:
-        """Return ways; of those that remember the same the clearest, and of most steps."""
+        """Return matches; of those that remember the same the one that fits best, of most steps."""
         rows = self._standing(state, tables)
-        cost, steps = rows.columns[COST].copy(), rows.columns[STEPS].copy()
-        rows.columns[COST] = rows.columns[STEPS] = 0
-        which = rows.alike()[1]
-        rows.columns[COST], rows.columns[STEPS] = cost, steps
-        order = np.lexsort((-steps, cost, which))
-        best = rows.at(order[starts_of(which[order])])
+        which = distinct([*rows.columns[:COST], *rows.rest()], len(rows))[1]
+        best = rows.at(best_of_each((which,), (rows.columns[COST], -rows.columns[STEPS])))
         self._begins.append(self.nodes.many)
         self._tables.append((state, best))
         parent = self.nodes.add(len(best), rows.parent, which)
         return replace(best, parent=parent, link=np.full(len(best), -1))
 
-    def best(
-        self, owners: list[IntArray], low: IntArray, high: IntArray
-    ) -> Iterator[tuple[int, int]]:
-        """Yield the best end of each hit, and which hit that is.
-
-        Parameters
-        ----------
-        owners : list of ndarray
-            By entry, of which hit each event of its state is the first symbol, -1: of none.
-        low, high : ndarray
-            (H,) int64: the frames of each hit.
-        """
+    def best(self, owners: list[IntArray], hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
+        """Yield the best end of each hit; `owners` are the hits, by entry, that events begin."""
         chosen = complete(self._context, self, self.ends, self._context.joiner)
         ends = self.ends.at(chosen)
         owner = np.full(len(chosen), -1)
         for entry, own in enumerate(owners):
             here = ends.entry == entry
             owner[here] = own[ends.root[here]]
-        fits = np.flatnonzero((owner >= 0) & (ends.low == low[owner]) & (ends.high == high[owner]))
-        columns = ends.memory.columns[:, fits]
-        order = np.lexsort((-columns[STEPS], columns[COST], owner[fits]))
-        first = order[starts_of(owner[fits][order])]
-        yield from zip(chosen[fits[first]].tolist(), owner[fits[first]].tolist(), strict=True)
-
-    def rank(self, end: int) -> tuple[int, int]:
-        """Return what decides between ends of the same frames: the cost, then the most steps."""
-        columns = self.ends.memory.columns
-        return int(columns[COST, end]), -int(columns[STEPS, end])
+        same = (ends.low == hits.low[owner]) & (ends.high == hits.high[owner])
+        fits = np.flatnonzero((owner >= 0) & same)
+        cost, less = ends.memory.columns[COST, fits], -ends.memory.columns[STEPS, fits]
+        for place in best_of_each((owner[fits],), (cost, less)).tolist():
+            rank = int(cost[place]), int(less[place])
+            lines = partial(self.lines, int(chosen[fits[place]]))
+            yield int(owner[fits[place]]), (rank, lines)
 
     def lines(self, end: int) -> Iterator[list[Matched]]:
-        """Yield what the line took on its way to an end, then what each one beside it took."""
-        way, joined = list[Matched](), [int(self.ends.memory.link[end])]
+        """Yield what the line took up to an end, then what each one beside it took."""
+        steps, joined = list[tuple[int, int]](), [int(self.ends.memory.link[end])]
         node = int(self.ends.node[end])
         if self.ends.row[end] < 0:
             state, event, _, _ = self._node(node)
-            steps = self._by_values(state, event)[::-1]
-            way += [took(self._batch, self._program.states[it], place) for it, place in steps[:-1]]
+            steps = self._by_values(state, event)[:0:-1]
         while node >= 0:
             state, event, node, link = self._node(node)
-            way.append(took(self._batch, self._program.states[state], event))
+            steps.append((state, event))
             joined.append(link)
-        yield way[::-1]
+        states = self._program.states
+        yield [took(self._batch, states[state], event) for state, event in reversed(steps)]
         for link in reversed(joined):
             for line, place in self._context.joins.listed(link):
                 yield from line.lines(place)
 
     def _by_values(self, state: int, event: int) -> list[tuple[int, int]]:
-        """Return the states and events of the clearest way from an event to where it best ends."""
+        """Return the states and events of the clearest match from an event to its best end."""
         value = self._context.backwards(self._program).values[state][event]
         end, cost = int(end_of(value)), int(cost_of(value))
-        way: list[tuple[int, int]] = []
+        steps: list[tuple[int, int]] = []
         following: tuple[int, int] | None = state, event
         while following:
-            way.append(following)
+            steps.append(following)
             following = self._following(*following, end, cost)
-        return way
+        return steps
 
     def _following(self, state: int, event: int, end: int, cost: int) -> tuple[int, int] | None:
         """Return the state and event that an event leads to, if it ends so and costs no more."""
@@ -314,66 +251,54 @@ class _Line(Walk):
 
     def _node(self, node: int) -> tuple[int, int, int, int]:
         """Return the state of a node, its event, the node that it comes from, and its link."""
-        table = bisect(self._begins, node) - 1
-        state, rows = self._tables[table]
-        place = node - self._begins[table]
-        return (
-            state,
-            int(rows.columns[EVENT, place]),
-            int(rows.parent[place]),
-            int(rows.link[place]),
-        )
+        number = bisect(self._begins, node) - 1
+        state, rows = self._tables[number]
+        place = node - self._begins[number]
+        event, parent, link = rows.columns[EVENT, place], rows.parent[place], rows.link[place]
+        return state, int(event), int(parent), int(link)
 
 
 class _Joins(Joins):
-    """Which ends of lines joined ways, one after the other."""
+    """Which ends of lines joined matches, one after the other."""
 
     def __init__(self) -> None:
-        self._lines: list[_Line] = []
+        self._lines: list[_Walk] = []
         self._begins = [0]
         self._added: list[tuple[IntArray, IntArray]] = []
         self._firsts = [0]
 
     def ended(self, line: Walk, many: int) -> IntArray:
         """Return numbers for the ends of a line."""
-        assert isinstance(line, _Line)
+        assert isinstance(line, _Walk)
         begin = self._begins[-1]
         self._lines.append(line)
         self._begins.append(begin + many)
         return np.arange(begin, begin + many)
 
     def add(self, link: IntArray, end: IntArray) -> IntArray:
-        """Return the links of ways that some ends join."""
+        """Return the links of matches that some ends join."""
         first = self._firsts[-1]
         self._added.append((link, end))
         self._firsts.append(first + len(end))
         return np.arange(first, first + len(end))
 
-    def listed(self, link: int) -> list[tuple[_Line, int]]:
-        """Return the ends that a link tells of, the first that joined first: lines and places."""
-        found: list[tuple[_Line, int]] = []
+    def listed(self, link: int) -> list[tuple[_Walk, int]]:
+        """Return the ends behind a link, the first that joined first: lines and places."""
+        found: list[tuple[_Walk, int]] = []
         while link >= 0:
-            table = bisect(self._firsts, link) - 1
-            link, end = (int(it[link - self._firsts[table]]) for it in self._added[table])
+            number = bisect(self._firsts, link) - 1
+            link, end = (int(it[link - self._firsts[number]]) for it in self._added[number])
             place = bisect(self._begins, end) - 1
             found.append((self._lines[place], end - self._begins[place]))
         return found[::-1]
 
 
-_Best = tuple[tuple[int, int], "_Line | Mirrored", int]
-"""What decides between ways to a hit, less being better; the line, and the place of the way."""
-
-
-class _Partners(Joiner):
-    """What stands beside lines: looked for in the hit alone, where it has to lie in that."""
-
-    def forget(self, programs: set[Program]) -> None:
-        """Forget the ways of some lines."""
-        self._found = {it: found for it, found in self._found.items() if it[0] not in programs}
+class _Joiner(Joiner):
+    """Joins the lines beside another with traces; those that lie in the hit within it alone."""
 
     def _walk(self, program: Program, enough: str | None) -> Walk:
-        assert isinstance(self._context, _Setting)
-        return _Line(self._context, program, enough=enough if enough == ONLY else None)
+        assert isinstance(self._context, _Context)
+        return _Walk(self._context, program, enough=enough if enough == ONLY else None)
 
 
 def _lying_in(program: Program) -> set[Program]:

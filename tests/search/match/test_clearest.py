@@ -10,9 +10,9 @@ from query_cases import recordings_of
 from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.search.language import parse
+from lanindex.search.match import finder
 from lanindex.search.match import hits as found_module
 from lanindex.search.match.finder import Finder
-from lanindex.search.match.trace import Tracer
 from lanindex.search.nearly import NEAR
 
 
@@ -58,8 +58,8 @@ def test_hits_of_many_captures_are_told_by_one_walk(monkeypatch):
     for number in range(200):
         (one,) = recordings_of(clip)
         recordings.append((replace(one.capture, id=number), one.tracks))
-    walks, told = [], Tracer.told
-    monkeypatch.setattr(Tracer, "told", lambda *args: walks.append(1) or told(*args))
+    walks, traced = [], finder.traced
+    monkeypatch.setattr(finder, "traced", lambda *args: walks.append(1) or traced(*args))
     hits = list(find_fast(parse("r_arm right mid -> left high"), recordings))
     assert [hit.capture.id for hit in hits] == list(range(200))
     assert len(walks) == 1

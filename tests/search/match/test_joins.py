@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from lanindex.search.match import hit_table, relations
+from lanindex.search.match import relations
 from lanindex.search.match.arrays import best_of_each, in_order
+from lanindex.search.match.hits import from_left
 from lanindex.search.match.relations import Margins, SpanIndex, Spans
 
 
@@ -100,7 +101,7 @@ def test_hits_from_left():
         for capture, low, high in zip(*(it.tolist() for it in hits), strict=True):
             kept.append((capture, low) >= end)
             end = (capture, high) if kept[-1] else end
-        assert hit_table.from_left(*hits).tolist() == kept
+        assert from_left(*hits).tolist() == kept
 
 
 def test_rows_in_order_of_several_columns():
