@@ -192,7 +192,7 @@ class Columns:
     speed: NDArray[np.uint16] | None = None
     size: NDArray[np.uint16] | None = None
     straightness: NDArray[np.uint16] | None = None
-    kept: dict[str, object] = field(default_factory=dict, init=False, repr=False)
+    kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

@@ -1,4 +1,4 @@
-"""Whether the conditions of a ``where`` hold of a hit.
+"""What the conditions of a ``where`` compare, and whether a capture meets one on it alone.
 
 Times are exact. What is missing (a label on a step that was left out, a column that a capture does
 not have, a direction that a symbol lacks) makes every condition on it false.
@@ -14,21 +14,21 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import (
-    DIRECTION_CODES,
-    DIRECTIONS,
-    KINDS,
-    LEVELS,
-    MIRRORED,
-    kind_of,
-    mirrored_part,
+from lanindex.alphabet import KINDS, LEVELS, kind_of
+from lanindex.model import Capture, Span
+from lanindex.search.fields import Value, value_of_span
+from lanindex.search.language.clauses import (
+    Comparison,
+    Condition,
+    Mirrors,
+    Reference,
+    Sum,
+    Term,
+    Text,
 )
-from lanindex.model import Hit, Symbol
-from lanindex.search.fields import Value, value_of
-from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term, Text
 from lanindex.search.language.times import Clock, Time
 
-_COMPARE: dict[str, Callable[[Any, Any], bool]] = {
+COMPARE: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt,
     "<=": operator.le,
     ">": operator.gt,
@@ -55,23 +55,20 @@ def names_in(conditions: Iterable[Condition]) -> frozenset[str]:
     return frozenset(names)
 
 
-def holds(condition: Condition, hit: Hit) -> bool:
-    """Tell whether a condition is true of a hit with its labels.
+def meets(capture: Capture, condition: Comparison) -> bool:
+    """Tell whether a capture is as a condition on it alone demands.
 
     Examples
     --------
     >>> import lanindex
-    >>> from lanindex.search.conditions import holds
+    >>> from lanindex.search.conditions import meets
     >>> from lanindex.search.language import parse
-    >>> (condition,) = parse("torso any where match.length >= 4s").where
+    >>> (condition,) = parse("torso any where clip.seconds < 3600").where
     >>> with lanindex.open_library("dance.db") as library:
-    ...     [holds(condition, hit) for hit in library.search("torso forward high -> hold 1s+")]
-    [True]
+    ...     meets(library.capture("compass.bvh"), condition)
+    True
     """
-    if isinstance(condition, Mirrors):
-        one, other = (hit.labels.get(name, ()) for name in (condition.first, condition.second))
-        return 0 < len(one) == len(other) and all(map(_mirrors, one, other))
-    left, right = _sum(condition.left, hit), _sum(condition.right, hit)
+    left, right = (_sum(side, capture) for side in (condition.left, condition.right))
     if left is None or right is None:
         return False
     if isinstance(left, Fraction) != isinstance(right, Fraction):
@@ -80,11 +77,12 @@ def holds(condition: Condition, hit: Hit) -> bool:
             return condition.compare == "!="
     if left in LEVELS and right in LEVELS:  # by height, not by letter
         left, right = (Fraction(LEVELS.index(str(side))) for side in (left, right))
-    return _COMPARE[condition.compare](left, right)
+    return bool(COMPARE[condition.compare](left, right))
 
 
-def _sum(said: Sum, hit: Hit) -> Value:
-    values = [_term(term, hit) for _, term in said.terms]
+def _sum(said: Sum, capture: Capture) -> Value:
+    clock = Clock(capture.rate, capture.meter.speed / 60)
+    values = [constant(term, clock, capture) for _, term in said.terms]
     if len(values) == 1:
         return values[0]
     total = Fraction(0)
@@ -95,13 +93,14 @@ def _sum(said: Sum, hit: Hit) -> Value:
     return total
 
 
-def _term(term: Term, hit: Hit) -> Value:
+def constant(term: Term, clock: Clock, capture: Capture | None) -> Value:
+    """Return what a term is that speaks of no label: a field of the capture, a time, a word."""
     match term:
         case Reference():
-            return value_of(term, hit)
+            assert capture
+            return value_of_span(term, capture, Span(0, 0))
         case Time():
-            rate = hit.capture.rate
-            return term.frames(Clock(rate, hit.capture.meter.speed / 60)) / rate
+            return term.frames(clock) / clock.rate
     return term.text if isinstance(term, Text) else term.value
 
 
@@ -111,14 +110,6 @@ def number_of(value: Value) -> Fraction | None:
         return None if value is None else Fraction(value)
     except (ValueError, ZeroDivisionError):
         return None
-
-
-def _mirrors(one: Symbol, other: Symbol) -> bool:
-    """Tell whether a symbol is the mirror image of another."""
-    direction = one.direction and DIRECTIONS[MIRRORED[DIRECTION_CODES[one.direction]]]
-    amounts = [about(it.part, -1 if it.amount is None else it.amount) for it in (one, other)]
-    image = mirrored_part(one.part), direction, one.level, amounts[0]
-    return image == (other.part, other.direction, other.level, amounts[1])
 
 
 def about(part: str, amount: Amount) -> Amount:

@@ -12,10 +12,11 @@ from dataclasses import replace
 from fractions import Fraction
 
 from lanindex.model import Hit, Span, Symbol
-from lanindex.search.conditions import holds, names_in
+from lanindex.search.conditions import names_in
 from lanindex.search.language.clauses import CLIP
 from lanindex.search.language.query import Query
 from plain_matcher.candidates import Match, Recording
+from plain_matcher.conditions import holds
 from plain_matcher.ways import Seen, Way
 
 _OFF = Fraction(1, 4)

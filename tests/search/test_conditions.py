@@ -1,41 +1,44 @@
 """Conditions of ``where``: what they compare, and what is false because it is missing."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
+from query_cases import recordings_of
 
-from lanindex.model import Capture, Hit, Meter, Span, Symbol
-from lanindex.search.conditions import holds, names_in
+from lanindex.model import Capture, Meter
+from lanindex.search.conditions import names_in
 from lanindex.search.language import parse
-
-
-def symbol(part: str, direction: str | None, level: str | None, start: int, stop: int) -> Symbol:
-    return Symbol(
-        *(part, 0, direction, level, start, stop, start, stop - start, False, 0, 3, 0.75),
-        *(None, None, None),
-    )
-
+from lanindex.search.match import find_in
 
 CAPTURE = Capture(
     *(1, "walk.bvh", "bvh", "0" * 64, "walk", Fraction(30000, 1001), 300, Meter(Fraction(120))),
     {"Subject": "7", "style": "old", "empty": ""},
 )
-FIRST, SECOND = symbol("r_arm", "right", "high", 30, 60), symbol("r_arm", "place", "low", 90, 99)
-NOD = symbol("head", None, "mid", 90, 120)
-LEFT = symbol("l_arm", "left", "high", 32, 60)
-HIT = Hit(
-    CAPTURE,
-    Span(30, 120),
-    0.75,
-    ((FIRST, SECOND), (NOD,)),
-    {"a": (FIRST,), "b": (FIRST, SECOND), "c": (NOD,), "d": (LEFT,)},
+TRACKS = (
+    "fps 30 frames 300; r_arm: right high 30 60, place low 90 99; head: place mid 90 120; "
+    "l_arm: left high 32 60"
 )
+PATTERN = "b: (a: r_arm high -> low) -> e: mid? with c: head any with d: l_arm high where "
 
-PATTERN = "a: r_arm high -> b: low with c: head -> d: mid? -> e: mid where "
+
+@pytest.fixture(scope="module")
+def recording():
+    (found,) = recordings_of(TRACKS)
+    tracks = {}
+    for part, track in found.tracks.items():
+        symbols = track.symbols.copy()
+        symbols["margin"], symbols["swings"] = 0.75, 3
+        if part == "head":
+            symbols["direction"] = -1
+        tracks[part] = replace(track, symbols=symbols)
+    return CAPTURE, tracks
 
 
-def true(text: str) -> bool:
-    return all(holds(condition, HIT) for condition in parse(PATTERN + text).where)
+@pytest.fixture
+def true(recording):
+    """Return what tells whether a condition is true of the one hit that there is."""
+    return lambda text: len(find_in([recording], parse(PATTERN + text))) == 1
 
 
 @pytest.mark.parametrize(
@@ -54,7 +57,7 @@ def true(text: str) -> bool:
         "a mirrors d and d mirrors a",
     ],
 )
-def test_what_holds(text):
+def test_what_holds(text, true):
     assert true(text)
 
 
@@ -70,12 +73,12 @@ def test_what_holds(text):
         "a mirrors c",
     ],
 )
-def test_what_does_not_hold(text):
+def test_what_does_not_hold(text, true):
     assert not true(text)
 
 
 @pytest.mark.parametrize("compare", ["=", "!=", "<", "<=", ">", ">="])
-def test_what_is_missing_makes_it_false(compare):
+def test_what_is_missing_makes_it_false(compare, true):
     assert not true(f"e.start {compare} 1s")
     assert not true(f"clip.nothing {compare} 1")
     assert not true(f'clip.empty {compare} "x"')

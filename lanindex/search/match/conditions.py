@@ -1,17 +1,16 @@
-"""What the clauses behind a pattern ask of many matches at once: rhythm and conditions.
+"""Conditions and rhythm, evaluated for many matches at once.
 
-What a label has matched is noted as far as a condition speaks of it: where it begins and ends, what
-its last symbol is, or of which symbols it is, one after the other.
+Of each label matches note as much as conditions need: where it begins and ends, its last symbol,
+or the sequence of its symbols.
 """
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor, lcm
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,13 +23,13 @@ from lanindex.alphabet import (
     kind_of,
     mirrored_part,
 )
-from lanindex.model import Capture, Span
+from lanindex.model import Capture
 from lanindex.model.bends import degree_of
 from lanindex.model.columns import CELL, THOUSANDTHS, cell_of, has_amount
 from lanindex.model.symbol import FIELDS
 from lanindex.search.automaton import State
-from lanindex.search.conditions import about, names_in, number_of
-from lanindex.search.fields import Value, value_of_span
+from lanindex.search.conditions import COMPARE, about, constant, names_in, number_of
+from lanindex.search.fields import Value
 from lanindex.search.language.clauses import (
     CLIP,
     MATCH,
@@ -39,89 +38,67 @@ from lanindex.search.language.clauses import (
     Mirrors,
     Reference,
     Term,
-    Text,
     references_in,
 )
 from lanindex.search.language.query import Query
-from lanindex.search.language.times import Clock, Time
+from lanindex.search.language.times import Clock
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
-from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table, once
 from lanindex.search.match.batch import Batch
 
-MET = FAR
-"""What is noted of a label instead, once all that is asked of it is met: ways may be alike then."""
+MET = FAR  # noted of a label instead, once all its conditions are met: matches may be alike then
 
 TIMES = {"start": ("start",), "end": ("end",), "length": ("start", "end")}
 _LAST = ("part", "row")
-"""What is noted of a label, by the field that is asked for; of any other one the last symbol."""
+"""What is noted of a label, by the field that a condition needs; for any other the last symbol."""
 
 
 class Clauses:
-    """The clauses of a query.
-
-    Parameters
-    ----------
-    query : Query
-        With its rhythm and conditions.
-
-    Attributes
-    ----------
-    of_capture : tuple of Condition
-        Those that a capture meets or does not, whatever matches.
-    conditions : tuple of Condition
-        The others.
-    labels : dict of Condition to frozenset of str
-        Of which each of those speaks.
-    of_all : frozenset of Condition
-        Those that speak of all that matched.
-    of_frames : bool
-        Whether they speak of the frames of all that matched.
-    columns : dict of tuple of str to int
-        By label and what is noted of it: where.
-    """
+    """The conditions and the rhythm of a query, and what matches have to note for them."""
 
     def __init__(self, query: Query) -> None:
         names = {it: names_in([it]) - {CLIP} for it in query.where}
-        self.of_capture = tuple(it for it in query.where if not names[it])
+        # conditions on the capture alone, and the others with their labels
+        self.of_capture = tuple(
+            it for it in query.where if isinstance(it, Comparison) and not names[it]
+        )
         self.conditions = tuple(dict.fromkeys(it for it in query.where if names[it]))
         self.labels = {it: names[it] - {MATCH} for it in self.conditions}
+        # conditions on all that matched, and whether any needs its frames
         self.of_all = frozenset(it for it in self.conditions if MATCH in names[it])
-        asked = set(references_in(self.conditions))
-        self.of_frames = any(it.name == MATCH and it.field in TIMES for it in asked)
-        noted = [
+        fields = set(references_in(self.conditions))
+        self.of_frames = any(it.name == MATCH and it.field in TIMES for it in fields)
+        noted = {
             (it.name, what)
-            for it in asked
+            for it in fields
             if it.name not in (CLIP, MATCH)
             for what in TIMES.get(it.field, _LAST)
-        ]
+        }
         for it in self.conditions:
             if isinstance(it, Mirrors):
-                noted += [(it.first, "mirrored"), (it.second, "shown")]
-        self.columns = {it: place for place, it in enumerate(sorted(set(noted)))}
+                noted |= {(it.first, "mirrored"), (it.second, "shown")}
+        # label and what is noted of it → its column
+        self.columns = {it: place for place, it in enumerate(sorted(noted))}
         parts = query.parts | {mirrored_part(part) for part in query.parts}
-        self._parts = {part: code for code, part in enumerate(sorted(parts))}
+        self.codes = {part: code for code, part in enumerate(sorted(parts))}
         self._sequences: dict[tuple[int, int], int] = {}
         several = lcm(*(share.denominator for share in query.rhythm))
         self.rhythm = [int(share * several) for share in query.rhythm]
 
     def __bool__(self) -> bool:
-        """Return whether ways have to remember anything."""
+        """Return whether matches have to remember anything."""
         return bool(self.conditions or self.rhythm)
 
     def place(self, label: str) -> int:
-        """Return where something is noted of a label."""
+        """Return the first column of a label."""
         return min(place for (name, _), place in self.columns.items() if name == label)
 
     def code(self, part: str) -> int:
         """Return the number of a part."""
-        return self._parts[part]
-
-    def parts(self) -> list[str]:
-        """Return the parts by their numbers."""
-        return list(self._parts)
+        return self.codes[part]
 
     def noted(self, batch: Batch, state: State, events: IntArray, seen: IntArray) -> IntArray:
-        """Return what is known of labels once some events have matched a state."""
+        """Return the notes of labels (S, N) once some events (N,) have matched a state."""
         wanted = [it for it in self.columns if it[0] in state.labels]
         if not wanted:
             return seen
@@ -133,27 +110,26 @@ class Clauses:
             elif what == "end":
                 column[:] = np.maximum(column, own.end)
             elif what == "part":
-                column[:] = self._parts[state.members[-1]]
+                column[:] = self.codes[state.members[-1]]
             elif what == "row":
                 column[:] = own.last[-1]
             else:
-                ends = zip(state.members, own.first, own.last, strict=True)
-                for part, first, last in ends:
-                    self._follow(batch, part, (first, last), column, what == "mirrored")
+                for part, first, last in zip(state.members, own.first, own.last, strict=True):
+                    self._follow(batch, part, first, last, column, what == "mirrored")
         return found
 
     def _follow(
         self,
         batch: Batch,
         part: str,
-        ends: tuple[IntArray, IntArray],
+        first: IntArray,
+        last: IntArray,
         column: IntArray,
         mirrored: bool,
     ) -> None:
-        """Add symbols, or their mirror images, to those that a label had before."""
-        first, last = ends
+        """Add symbols, or their mirror images, to the sequences (N,) that a label had before."""
         rows = batch.rows(part)
-        named = self._parts[mirrored_part(part) if mirrored else part] << 8
+        named = self.codes[mirrored_part(part) if mirrored else part] << 8
         cells = MIRRORED_CELLS if mirrored else np.arange(CELL + 1)
         for behind in range(int((last - first).max(initial=-1)) + 1):
             row = first + behind
@@ -163,11 +139,11 @@ class Clauses:
             if has_amount(part):
                 codes |= about(part, rows.amount[row[here]].astype(np.int64)) << 20
             pairs, place = np.unique((column[here] + 1) << 32 | codes, return_inverse=True)
-            told = [
+            longer = [
                 self._sequences.setdefault((it >> 32, it & 0xFFFFFFFF), len(self._sequences))
                 for it in pairs.tolist()
             ]
-            column[here] = np.array(told, np.int64)[place]
+            column[here] = np.array(longer, np.int64)[place]
 
     def may_be_in_rhythm(self, beats: IntArray) -> BoolArray:
         """Tell where no two steps' lengths are too far from their shares, (R, N) → (N,)."""
@@ -200,14 +176,6 @@ MIRRORED_CELLS = np.array(
 )
 
 
-_COMPARE: dict[str, Callable[[AnyArray, Any], BoolArray]] = {
-    "=": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
 _ROUND: dict[str, Callable[[Fraction], int]] = {"<": ceil, "<=": floor, ">": floor, ">=": ceil}
 """To which whole number others are compared in the same way as to a broken one."""
 
@@ -216,43 +184,25 @@ _CODES = {
     "level": LEVEL_CODES,
     **{kind: WORD_KINDS[kind].codes for kind in AMOUNTS if kind not in ("degrees", "bend")},
 }
-_NO_FRAMES = Span(0, 0)
-
 
 Captures = Callable[[Sequence[int]], list[Capture]]
 """Gives captures by their places in a batch."""
 
 
 @dataclass(slots=True, eq=False)
-class Told:
-    """What is known of ways: of their labels and, at their ends, of all of them.
+class Told(Table):
+    """What conditions need of matches."""
 
-    Attributes
-    ----------
-    capture : ndarray
-        (N,) int64.
-    seen : ndarray
-        (S, N) int64: what is noted of labels, as `Clauses.columns` says; -1: nothing.
-    low, high, part, row : ndarray
-        (N,) int64: the frames of the hit, and the last symbol of its first line.
-    """
-
-    capture: IntArray
-    seen: IntArray
-    low: IntArray
+    capture: IntArray  # (N,)
+    seen: IntArray  # (S, N) notes of labels, as `Clauses.columns` says; -1: nothing
+    low: IntArray  # (N,) frames of the hit
     high: IntArray
-    part: IntArray
+    part: IntArray  # (N,) the last symbol of the first line
     row: IntArray
 
-    def at(self, chosen: AnyArray) -> Told:
-        """Return what is known of some of them."""
-        own = (it[chosen] for it in (self.low, self.high, self.part, self.row))
-        return Told(self.capture[chosen], self.seen[:, chosen], *own)
 
-
-@dataclass(slots=True, eq=False)
-class _Column:
-    """A field of each of some ways: whole numbers of a kind, and where they are missing."""
+class _Column(NamedTuple):
+    """A field of matches: whole numbers of a kind, and where they are known, (N,) each."""
 
     kind: str
     values: IntArray
@@ -260,24 +210,14 @@ class _Column:
 
 
 class Evaluator:
-    """The clauses of a query, asked in one batch.
-
-    Parameters
-    ----------
-    clauses : Clauses
-        What they are.
-    batch : Batch
-        Where.
-    captures : callable
-        Gives captures by their places in the batch.
-    """
+    """Evaluates the conditions of a query in one batch."""
 
     def __init__(self, clauses: Clauses, batch: Batch, captures: Captures) -> None:
         self._clauses, self._batch, self._captures = clauses, batch, captures
         self._values: dict[tuple[str, str], IntArray] = {}
 
     def holds(self, condition: Condition, told: Told) -> BoolArray:
-        """Tell of which ways a condition is true, (N,) bool."""
+        """Tell for which matches a condition is true, (N,) bool."""
         met = np.zeros(len(told.capture), bool)
         for label in self._clauses.labels[condition]:
             met |= told.seen[self._clauses.place(label)] == MET
@@ -286,25 +226,22 @@ class Evaluator:
         return met
 
     def _true_of(self, condition: Condition, told: Told) -> BoolArray:
-        """Tell of which ways a condition is true of which that was not told before."""
+        """Tell for which matches a condition is true of which that is not noted."""
+        columns, found = self._clauses.columns, np.zeros(len(told.capture), bool)
         if isinstance(condition, Mirrors):
-            first = told.seen[self._clauses.columns[condition.first, "mirrored"]]
-            second = told.seen[self._clauses.columns[condition.second, "shown"]]
-            mirrored: BoolArray = (first == second) & (first >= 0)
-            return mirrored
-        found = np.zeros(len(told.capture), bool)
-        clocks, own = self._batch.clocks()
-        if CLIP not in names_in([condition]):
-            for number, clock in enumerate(clocks):
-                here = np.flatnonzero(own[told.capture] == number)
-                if len(here):
-                    found[here] = self._compared(condition, told.at(here), clock, None)
+            first = told.seen[columns[condition.first, "mirrored"]]
+            second = told.seen[columns[condition.second, "shown"]]
+            found |= (first == second) & (first >= 0)
             return found
-        places, which = np.unique(told.capture, return_inverse=True)
-        captures = self._captures(places.tolist())
-        for number, (place, capture) in enumerate(zip(places.tolist(), captures, strict=True)):
-            here = np.flatnonzero(which == number)
-            found[here] = self._compared(condition, told.at(here), clocks[own[place]], capture)
+        clocks, own = self._batch.clocks()
+        of_clip = CLIP in names_in([condition])
+        groups = told.capture if of_clip else own[told.capture]
+        numbers = once(groups).tolist()
+        captures = self._captures(numbers) if of_clip else [None] * len(numbers)
+        for number, capture in zip(numbers, captures, strict=True):
+            here = np.flatnonzero(groups == number)
+            clock = clocks[own[number] if of_clip else number]
+            found[here] = self._compared(condition, told.at(here), clock, capture)
         return found
 
     def _compared(
@@ -315,75 +252,56 @@ class Evaluator:
             [(sign, self._term(term, told, clock, capture)) for sign, term in side.terms]
             for side in (condition.left, condition.right)
         ]
-        columns = [it for side in sides for _, it in side if isinstance(it, _Column)]
+        terms = [it for side in sides for _, it in side]
+        columns = [it for it in terms if isinstance(it, _Column)]
         there: BoolArray = np.all([it.there for it in columns], axis=0)
+        nowhere = np.zeros(len(there), bool)
+        if None in terms:
+            return nowhere
         (kind,) = {it.kind for it in columns}  # the language compares like with like alone
         if kind not in ("frames", "thousandths"):
-            return there & self._same(condition.compare, sides, kind)
+            codes = self._clauses.codes if kind == "part" else _CODES[kind]
+            left, right = (
+                it.values if isinstance(it, _Column) else codes.get(str(it), -1) for it in terms
+            )
+            there &= COMPARE[condition.compare](left, right)
+            return there
         scale = clock.rate if kind == "frames" else Fraction(THOUSANDTHS)
         total, constant = np.zeros(len(there), np.int64), Fraction(0)
-        for side, terms in zip((1, -1), sides, strict=True):
-            for sign, value in terms:
+        for side, signed in zip((1, -1), sides, strict=True):
+            for sign, value in signed:
                 if isinstance(value, _Column):
                     total += side * sign * value.values
                     continue
                 number = number_of(value)
                 if number is None:  # a word is no number; in a sum nothing can be made of it
-                    other = value is not None and len(terms) == 1 and condition.compare == "!="
-                    return there if other else ~there & there
+                    return there if len(signed) == 1 and condition.compare == "!=" else nowhere
                 constant -= side * sign * number * scale
         return there & _at_threshold(condition.compare, total, constant)
-
-    def _same(
-        self, compare: str, sides: list[list[tuple[int, _Column | Value]]], kind: str
-    ) -> BoolArray:
-        """Compare words, all of one kind."""
-        told: list[IntArray | int] = []
-        for ((_, value),) in sides:
-            if isinstance(value, _Column):
-                told.append(value.values)
-            elif value is None:
-                return np.zeros(1, bool)
-            else:
-                codes = _CODES.get(kind) or {
-                    it: self._clauses.code(it) for it in self._clauses.parts()
-                }
-                told.append(codes.get(str(value), -1))
-        return np.atleast_1d(_COMPARE[compare](np.asarray(told[0]), told[1]))
 
     def _term(
         self, term: Term, told: Told, clock: Clock, capture: Capture | None
     ) -> _Column | Value:
-        match term:
-            case Reference(name=name) if name == CLIP:
-                assert capture
-                return value_of_span(term, capture, _NO_FRAMES)
-            case Reference():
-                return self._column(term, told)
-            case Time():
-                return term.frames(clock) / clock.rate
-            case Text():
-                return term.text
-        return term.value
+        if isinstance(term, Reference) and term.name != CLIP:
+            return self._column(term, told)
+        return constant(term, clock, capture)
 
     def _column(self, field: Reference, told: Told) -> _Column:
         """Return a field of a label, or of all that matched."""
-        whole = field.name == MATCH
-        columns = self._clauses.columns
+        if field.name == MATCH:
+            noted = {"start": told.low, "end": told.high, "part": told.part, "row": told.row}
+        else:
+            columns = self._clauses.columns
+            noted = {it: told.seen[at] for (name, it), at in columns.items() if name == field.name}
         if field.field in TIMES:
-            start, end = (
-                own if whole else told.seen[columns.get((field.name, what), 0)]
-                for own, what in ((told.low, "start"), (told.high, "end"))
-            )
-            values = {"start": start, "end": end, "length": end - start}[field.field]
-            wanted = (start, end) if field.field == "length" else (values,)
-            return _Column("frames", values, np.all([it >= 0 for it in wanted], axis=0))
-        part = told.part if whole else told.seen[columns[field.name, "part"]]
-        row = told.row if whole else told.seen[columns[field.name, "row"]]
+            times = [noted[it] for it in TIMES[field.field]]
+            values = times[1] - times[0] if len(times) > 1 else times[0]
+            return _Column("frames", values, np.all([it >= 0 for it in times], axis=0))
+        part, row = noted["part"], noted["row"]
         if field.field == "part":
             return _Column("part", part, row >= 0)
         values = np.full(len(row), -1)
-        for code, name in enumerate(self._clauses.parts()):
+        for name, code in self._clauses.codes.items():
             here = (part == code) & (row >= 0)
             if here.any():
                 values[here] = self._of_rows(name, field.field)[row[here]]
@@ -392,37 +310,38 @@ class Evaluator:
         return _Column(kind, values, values >= 0)
 
     def _of_rows(self, part: str, field: str) -> IntArray:
-        """Return a field of each row of a part."""
+        """Return a field of each row of a part, (rows,) codes or thousandths; -1: not known."""
         if (part, field) not in self._values:
             rows = self._batch.rows(part)
             cell = rows.cell.astype(np.int64)
             if field == "swings":
-                told = THOUSANDTHS * rows.measure(field).astype(np.int64)
+                values = THOUSANDTHS * rows.measure(field).astype(np.int64)
             elif field in MEASURES:
-                told = rows.measure(field).astype(np.int64) - 1
-                told[told >= 0] *= THOUSANDTHS // FIELDS[field].scale
+                values = rows.measure(field).astype(np.int64) - 1
+                values[values >= 0] *= THOUSANDTHS // FIELDS[field].scale
             elif field in AMOUNTS:
-                told = rows.amount.astype(np.int64)
-                none = told < 0
+                values = rows.amount.astype(np.int64)
+                none = (values < 0) | (field not in KINDS[kind_of(part)].words)
                 if field == "bend":
-                    told = degree_of(told)
-                told *= 1 if field in _CODES else THOUSANDTHS
-                told[none | (field not in KINDS[kind_of(part)].words)] = -1
+                    values = degree_of(values)
+                values *= 1 if field in _CODES else THOUSANDTHS
+                values[none] = -1
             else:
-                told = {
+                values = {
                     "direction": (cell & 15) - 1,
                     "level": ((cell & CELL) >> 4) - 1,
                     "else": (rows.runner.astype(np.int64) & 15) - 1,
                     "margin": THOUSANDTHS - rows.cost.astype(np.int64),
                 }[field]
-            self._values[part, field] = told
+            self._values[part, field] = values
         return self._values[part, field]
 
 
 def _at_threshold(compare: str, total: IntArray, constant: Fraction) -> BoolArray:
     """Compare whole numbers with a broken one, exactly."""
-    if compare in _ROUND:
-        threshold = max(-FAR, min(FAR, _ROUND[compare](constant)))
-        return _COMPARE[compare](total, threshold)
-    same: BoolArray = (total == constant.numerator) & (constant.denominator == 1)
-    return ~same if compare == "!=" else same
+    found: BoolArray = (total == constant.numerator) & (constant.denominator == 1)
+    if compare == "!=":
+        found = ~found
+    elif compare in _ROUND:
+        found = COMPARE[compare](total, max(-FAR, min(FAR, _ROUND[compare](constant))))
+    return found

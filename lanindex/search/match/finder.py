@@ -15,7 +15,7 @@ from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, ros
 from lanindex.model.symbol import joined as rows_joined
 from lanindex.model.symbol import listed
 from lanindex.search.automaton import counts, plan
-from lanindex.search.conditions import holds
+from lanindex.search.conditions import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
 from lanindex.search.match import prefilter
@@ -315,8 +315,7 @@ class Finder:
         for first in range(0, len(places), MANY):
             some = [it for it in places[first : first + MANY] if it not in self._meet]
             for place, capture in zip(some, self.captures(some), strict=True):
-                hit = Hit(capture, Span(0, 0), 1.0, ())
-                self._meet[place] = all(holds(it, hit) for it in self._clauses.of_capture)
+                self._meet[place] = all(meets(capture, it) for it in self._clauses.of_capture)
         meet = np.array([self._meet[place] for place in places])
         return hits.at(np.isin(hits.capture, np.array(places)[meet]))
 

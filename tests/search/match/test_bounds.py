@@ -8,13 +8,13 @@ from dances import BOW
 from fast_search import find_fast, told
 from grammar_patterns import random_pattern
 from plain_matcher import find
+from plain_matcher.conditions import holds
 from query_cases import recordings_of
 from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
 from lanindex.pipeline.patience import Patience
-from lanindex.search.conditions import holds
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
 from lanindex.search.match import arrays, budget, leading, walk
