@@ -8,6 +8,7 @@ from heapq import nlargest
 from itertools import accumulate
 
 from lanindex.formats.file import on_disk
+from lanindex.memory import available
 
 BASE = 300 << 20
 """Bytes that a process takes which reads a small file."""
@@ -19,20 +20,6 @@ SHARE = 2.2
 def needed(size: int) -> int:
     """Return the bytes that a process takes at most which reads a file of some bytes."""
     return BASE + round(SHARE * size)
-
-
-def available() -> int | None:
-    """Return the bytes of memory that are free or can be made so, if the system tells."""
-    try:
-        with open("/proc/meminfo", encoding="ascii") as file:
-            lines = dict(line.split(":") for line in file)
-        return int(lines["MemAvailable"].split()[0]) * 1024
-    except (OSError, ValueError, KeyError, IndexError):
-        pass
-    try:
-        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):
-        return None
 
 
 def affordable(sizes: Iterable[int], jobs: int) -> int:

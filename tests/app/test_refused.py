@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from lanindex.app.cli import app
 from lanindex.pipeline import open_library
-from lanindex.search.match import budget, context
+from lanindex.search.match import arrays, context
 
 PATTERN = "r_arm any with a: l_arm any ... b: any where b.end - a.start > 0.1s"
 
@@ -47,7 +47,7 @@ def test_python_has_an_error_for_each(db: Path) -> None:
 def test_in_less_memory_the_same_hits_are_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(budget, "LEAST", 0)
+    monkeypatch.setattr(arrays, "LEAST", 0)
     with open_library(tmp_path / "l.db", create=True) as library:
         for number in range(3):
             score = sample_score(number, ("r_arm", "l_arm"), 60)

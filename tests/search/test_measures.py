@@ -17,7 +17,7 @@ from lanindex.search.explain import sentence
 from lanindex.search.explain.nearness import away
 from lanindex.search.fields import measures_in
 from lanindex.search.language import parse
-from lanindex.search.match.scan import Rows
+from lanindex.search.match.batch import Rows
 
 TEXT = (
     "fps 10 frames 60; r_arm: place low 0 0, right mid 5 9 speed=6 size=90 straightness=0.95, "

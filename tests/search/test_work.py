@@ -6,7 +6,7 @@ from query_cases import recordings_of
 
 from lanindex.errors import LanindexError
 from lanindex.search.language import parse
-from lanindex.search.match import budget, context, walk
+from lanindex.search.match import arrays, context, walk
 
 
 def found(tracks: str, pattern: str, **options) -> list[tuple[int, int]]:
@@ -34,7 +34,7 @@ WAVE = "r_arm: place low 0 0, " + ", ".join(
     ],
 )
 def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
-    monkeypatch.setattr(budget, "rows", lambda size: 50_000 if size == walk.MATCH else 1 << 20)
+    monkeypatch.setattr(arrays, "most_rows", lambda size: 50_000 if size == walk.MATCH else 1 << 20)
     assert found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern)
 
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from lanindex.search.automaton import NEGATIONS, Companion, Edge, Program, State, plan
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import WORD_KINDS
+from lanindex.search.match.batch import unavoidable
 from lanindex.search.match.conditions import Clauses
 from lanindex.search.match.leading import SOON
 from lanindex.search.match.mirror_runs import repeats
-from lanindex.search.match.prefilter import unavoidable
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside, free_states
 

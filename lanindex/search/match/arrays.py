@@ -1,18 +1,21 @@
-"""Ranges of many lengths at once: spread out, counted, and the smallest value in each.
+"""Tables of columns, ranges of many lengths at once, and how large they may get.
 
 The engine hardly ever loops: whatever is asked of a million ranges is asked in a few operations on
-arrays.
+arrays. Tables that would be larger than the budget of a search are made in pieces, or refused; what
+is free changes while a search runs, so its budget is fixed when it begins.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.search.match import budget
+from lanindex.memory import available
 
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -21,6 +24,37 @@ AnyArray = NDArray[Any]
 FAR = 1 << 40  # more than any frame or row; times a number of captures it still fits 64 bits
 MOST_AT_ONCE = 1 << 18  # pairs made between two ticks of a search
 PAIR = 128  # bytes of a pair that is spread out, with all that is made of it
+LEAST = 64 << 20  # bytes that a search gets in any case
+UNKNOWN = 1 << 30  # bytes that it gets where the system does not say what is free
+_memory: ContextVar[int] = ContextVar("memory", default=UNKNOWN)
+
+
+class TooMuch(Exception):
+    """A table would be larger than the budget: to be tried with fewer captures."""
+
+
+@contextmanager
+def limited_to(memory: int | None) -> Iterator[None]:
+    """Fix the budget of a search in bytes; None is a quarter of what is free."""
+    if memory is None:
+        free = available()
+        memory = UNKNOWN if free is None else free // 4
+    token = _memory.set(max(LEAST, memory))
+    try:
+        yield
+    finally:
+        _memory.reset(token)
+
+
+def most_rows(size: int) -> int:
+    """Return how many rows a table may have that take so many bytes each, with all made of them."""
+    return _memory.get() // size
+
+
+def check_budget(rows: int, size: int) -> None:
+    """Raise `TooMuch` where a table of rows that take so many bytes each would be too large."""
+    if rows > most_rows(size):
+        raise TooMuch
 
 
 class Table:
@@ -84,8 +118,7 @@ def spread(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
     """
     counts = np.maximum(high - low, 0)
     total = int(counts.sum())
-    if total > budget.rows(PAIR):
-        raise budget.TooMuch
+    check_budget(total, PAIR)
     ranges = np.repeat(np.arange(len(low)), counts)
     begins = np.cumsum(counts) - counts
     return ranges, np.arange(total) - np.repeat(begins - low, counts)
@@ -93,7 +126,7 @@ def spread(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
 
 def in_pieces(counts: IntArray) -> Iterator[IntArray]:
     """Yield places, so many at once that their counts are together about `MOST_AT_ONCE`."""
-    pieces = np.cumsum(counts) // min(MOST_AT_ONCE, budget.rows(4 * PAIR))
+    pieces = np.cumsum(counts) // min(MOST_AT_ONCE, most_rows(4 * PAIR))
     yield from np.split(np.arange(len(counts)), np.flatnonzero(starts_of(pieces))[1:])
 
 

@@ -1,25 +1,378 @@
-"""Captures that are searched at once, with the rows and events found in them so far."""
+"""Captures that are searched at once, with the rows of their parts and the events in them.
+
+Rows are *shown* if the score shows them, else *passing*; nothing crosses a gap, so rows on both
+sides of one are of different *stretches*.
+
+Events are what may match a state of a program. A movement spans its row and is achieved in its last
+frame; a stay (``at``) lasts from there until the part leaves; a rest (``hold``) from the row's end
+to the next one's start. Of two parts at once each pair that shares a frame is one event.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import replace
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lanindex.model.columns import Columns, Roster, columns_of
-from lanindex.search.automaton import State
+from lanindex.alphabet import MOST_AMOUNT, is_limb
+from lanindex.model.arrays import frozen
+from lanindex.model.columns import (
+    CELL,
+    PASSING,
+    STARTING,
+    THOUSANDTHS,
+    Columns,
+    Roster,
+    columns_of,
+    extras_of,
+    parted,
+    ranges,
+)
+from lanindex.model.measures import GRADES, graded
+from lanindex.search import nearly
+from lanindex.search.automaton import NEGATIONS, Program, State, followers, reached
 from lanindex.search.language.times import Clock, Length
-from lanindex.search.match.arrays import FAR, BoolArray, IntArray, grouped, once, starts_of
-from lanindex.search.match.scan import Events, Rows, events_of, paired
+from lanindex.search.language.words import AMOUNTS, WORD_KINDS
+from lanindex.search.match.arrays import (
+    FAR,
+    AnyArray,
+    BoolArray,
+    IntArray,
+    Table,
+    grouped,
+    once,
+    spread,
+    starts_of,
+)
 
 LARGE = 1 << 19
 """Rows of a part in a library whose batches are as large as any: in smaller ones they are smaller,
 so that what a search takes stays little beside the columns that it reads."""
 
 FEWEST_ROWS = 1 << 14  # that a batch may have in any library: each costs some time of its own
+MOST_STATES = 32  # steps of a line that `possible` looks at
+
+
+class Rows:
+    """The rows of one part in some captures, which are counted from 0.
+
+    `places` (N,) int64 are those captures in the roster, growing, and `frames` (N,) their lengths.
+    Rows are many and little is asked of most of them, so their columns are as narrow as they can.
+    """
+
+    def __init__(self, columns: Columns, places: IntArray, frames: IntArray) -> None:
+        self.frames, self._columns = frames, columns
+        self._grades: dict[str, AnyArray] = {}
+        firsts, behind = columns.bounds[places], columns.bounds[places + 1]
+        self._here: AnyArray | slice
+        if len(places) and places[-1] - places[0] < len(places):
+            self.bounds = np.append(firsts, behind[-1]) - firsts[0]  # (N + 1,) rows by capture
+            self._here = slice(int(firsts[0]), int(behind[-1]))
+        else:
+            self.bounds, here = ranges(firsts, behind)
+            self._here = here.astype(np.int32)
+        # (S,) int32 each but for the cell, uint8 as in `Columns`
+        self.capture = np.repeat(np.arange(len(places), dtype=np.int32), np.diff(self.bounds))
+        self.cell = columns.cell[self._here]
+        self.start: AnyArray = columns.start[self._here]
+        self.stop: AnyArray = columns.stop[self._here]
+        self.passing: BoolArray = (self.cell & PASSING) > 0
+        self.starting: BoolArray = (self.cell & STARTING) > 0
+        begins = self.starting.copy()
+        begins[self.bounds[:-1][self.bounds[:-1] < self.bounds[1:]]] = True
+        if not is_limb(columns.part) and len(columns.gaps):
+            begins |= parted(places[self.capture], self.start, columns.gaps)
+        self.stretch = np.cumsum(begins, dtype=np.int32) - 1  # (S,) counted over all captures
+        self.stretch_rows = np.append(np.flatnonzero(begins), len(self.cell))  # (stretches + 1,)
+        self.stretch_begin, self.stretch_end = self._known(columns.gaps, places)
+
+    def __len__(self) -> int:
+        return len(self.cell)
+
+    def _known(self, gaps: AnyArray, places: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the first frame of each stretch and the one behind its last, (stretches,)."""
+        rows = self.stretch_rows[:-1]
+        capture, start = self.capture[rows], self.start[rows].astype(np.int64)
+        begin, end = np.zeros_like(start), self.frames[capture]
+        if not len(rows) or not len(gaps):
+            return begin, end
+        gaps = gaps[slice(*np.searchsorted(gaps[:, 0], places[[0, -1]] + (0, 1)))].astype(np.int64)
+        own = places[capture]
+        begin = np.where(np.isin(own, gaps[:, 0]), start, begin)
+        gaps = gaps[gaps[:, 1] < gaps[:, 2]]  # a part that was never seen has one without frames
+        place = np.searchsorted(gaps[:, 0] * FAR + gaps[:, 1], own * FAR + start, "right") - 1
+        known, first, last = np.append(gaps, [[-1, 0, 0]], axis=0)[place].T
+        inside = (known == own) & (start <= last)
+        return np.where(inside, first, begin), np.where(inside, last, end)
+
+    @cached_property
+    def runner(self) -> AnyArray:
+        """The cell across the nearest border of each row, (S,) uint8."""
+        return self._columns.runner[self._here]
+
+    @cached_property
+    def amount(self) -> AnyArray:
+        """The amount of each row, (S,) int16; -1: it has none."""
+        held = self._columns.amount
+        return np.full(len(self), -1, np.int16) if held is None else held[self._here]
+
+    def measure(self, name: str) -> AnyArray:
+        """Return swings or a measure of each row, (S,) as columns have it; 0: not known."""
+        held: AnyArray | None = getattr(self._columns, name)
+        if held is None:
+            if len(self) and name in extras_of(self._columns.part):
+                raise ValueError(f"the {name} of {self._columns.part} was not read")
+            return np.zeros(len(self), np.uint16)
+        return held[self._here]
+
+    def grade(self, kind: str) -> AnyArray:
+        """Return the grade of each row's speed or size, (S,) int8; -1: it is not known."""
+        if kind not in self._grades:
+            values = self.measure(GRADES[kind])
+            self._grades[kind] = graded(self._columns.part, kind, values)
+        return self._grades[kind]
+
+    @cached_property
+    def cost(self) -> AnyArray:
+        """What is missing to a margin of 1, in thousandths, (S,) int16."""
+        return THOUSANDTHS - self._columns.margin[self._here].astype(np.int16)
+
+    @cached_property
+    def shown(self) -> AnyArray:
+        """Which rows are shown, int32."""
+        return np.flatnonzero(~self.passing).astype(np.int32)
+
+    @cached_property
+    def rank(self) -> AnyArray:
+        """How many shown rows come before each, (S + 1,) int32."""
+        rank = np.zeros(len(self) + 1, np.int32)
+        np.cumsum(~self.passing, out=rank[1:])
+        return rank
+
+    def until(self, rows: IntArray) -> IntArray:
+        """Return until when each of some shown rows is the last."""
+        behind, stretch = self.rank[rows + 1], self.stretch[rows]
+        after = self.row_of(behind + 1) - 1
+        follows = (behind < len(self.shown)) & (self.stretch[after] == stretch)
+        return np.where(follows, self.start[after], self.stretch_end[stretch])
+
+    @cached_property
+    def change(self) -> AnyArray:
+        """How each row's level compares with the one before it, (S,) int8 codes."""
+        codes = WORD_KINDS["change"].codes
+        level = ((self.cell >> 4) & 3).astype(np.int8) - 1
+        change = np.where(level >= 0, np.int8(codes["neither"]), np.int8(-1))
+        before, after = level[self.shown[:-1]], level[self.shown[1:]]
+        changed = (np.diff(self.stretch[self.shown]) == 0) & (before != after)
+        changed &= np.minimum(before, after) >= 0
+        codes_there = np.where(before < after, codes["rising"], codes["sinking"]).astype(np.int8)
+        change[self.shown[1:][changed]] = codes_there[changed]
+        return change
+
+    @cached_property
+    def arrival(self) -> AnyArray:
+        """The frame in which each row is achieved, (S,) int32."""
+        arrival: AnyArray = np.where(self.starting, self.start, self.stop - 1)
+        return arrival
+
+    @cached_property
+    def left_at_once(self) -> BoolArray:
+        """Which rows are starting positions that alone are no stay, (S,) bool."""
+        left, rows = np.zeros(len(self), bool), np.flatnonzero(self.starting)
+        left[rows] = self.until(rows) <= self.start[rows]
+        return left
+
+    def row_of(self, rank: IntArray) -> IntArray:
+        """Return the first row before which at least so many rows are shown."""
+        row: IntArray = self._behind[np.clip(rank, 0, len(self._behind) - 1)].astype(np.int64)
+        return row
+
+    @cached_property
+    def _behind(self) -> AnyArray:
+        """The first row, those behind each shown one, and that behind the last, int32."""
+        return np.concatenate(([0], self.shown + 1, [len(self)]), dtype=np.int32)
+
+    def beginnings(self, manner: str) -> tuple[IntArray, IntArray]:
+        """Return the shown rows that begin something, and when: a movement, stay or rest."""
+        rows, frames = self.shown, self.start
+        if manner == "at":
+            frames = self.arrival
+        elif manner == "hold":
+            rows, frames = rows[self.stop[rows] < self.until(rows)], self.stop
+        else:
+            rows = rows[~self.starting[rows]]
+        return rows.astype(np.int64), frames[rows].astype(np.int64)
+
+    @cached_property
+    def _stretch_keys(self) -> IntArray:
+        """Capture and first frame of each stretch as one number, growing."""
+        capture = self.capture[self.stretch_rows[:-1]].astype(np.int64)
+        keys: IntArray = capture * FAR + self.stretch_begin
+        return keys
+
+    def stretch_at(self, capture: IntArray, frame: IntArray) -> IntArray:
+        """Return the stretch of a capture that a frame lies in, -1: in none."""
+        keys = self._stretch_keys
+        if not len(keys):
+            return np.full(len(frame), -1)
+        place = np.searchsorted(keys, capture * FAR + frame, "right") - 1
+        found = np.searchsorted(keys, keys[np.maximum(place, 0)])
+        same = self.capture[self.stretch_rows[found]] == capture
+        return np.where((place >= 0) & same & (frame < self.stretch_end[found]), found, -1)
+
+
+@dataclass(slots=True, eq=False)
+class Events(Table):
+    """Movements, stays or rests, in order of their rows."""
+
+    capture: IntArray  # (N,)
+    first: tuple[IntArray, ...]  # (N,) a member: its first row
+    last: tuple[IntArray, ...]  # (N,) a member: its last row, another one of stays only
+    start: IntArray  # (N,) frames, half-open
+    end: IntArray
+    until: IntArray  # (N,) the end for sharing frames
+    cost: IntArray  # (N,) what is missing to a fit of 1, in thousandths
+    passing: BoolArray  # (N,) whether a member is passing
+    starting: BoolArray  # (N,) whether a member is a starting position
+
+    def __len__(self) -> int:
+        return len(self.capture)
+
+    @property
+    def ordered(self) -> bool:
+        """Whether the rows of both members grow, so that a range of rows is a range of events."""
+        return len(self.first) == 1 or bool((np.diff(self.first[1]) >= 0).all())
+
+
+def cells_of(state: State, member: int) -> BoolArray:
+    """Return which cells a state asks for, (256,) bool, whatever their flags."""
+    return _cells(frozenset(state.fits[member].items()))
+
+
+@lru_cache(256)
+def _cells(fits: frozenset[tuple[str, frozenset[int]]]) -> BoolArray:
+    cells = np.arange(256)
+    table = np.ones(256, bool)
+    fields = {"direction": (cells & 15) - 1, "level": ((cells & CELL) >> 4) - 1}
+    for kind, codes in fits:
+        if kind in fields:
+            table &= np.isin(fields[kind], sorted(codes))
+    return frozen(table)
+
+
+def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]:
+    """Return which rows are what a state asks of a member, and what is missing to a fit of 1.
+
+    One may also be so by the cell across its nearest border, if that is near enough.
+    """
+    table, asked = cells_of(state, member), state.fits[member]
+    fits, cost = table[rows.cell], rows.cost
+    if state.near:
+        margin = THOUSANDTHS - cost.astype(np.int64)
+        across = ~fits & table[rows.runner] & (margin < state.near)
+        cost = np.where(across, nearly.across(margin, state.near), nearly.own(margin, state.near))
+        fits |= across
+    if "change" in asked:
+        fits &= np.isin(rows.change, sorted(asked["change"]))
+    for kind in AMOUNTS:
+        if kind in asked:
+            fits &= _amounts(asked[kind])[rows.amount]
+    for kind in GRADES:
+        if kind in asked:
+            fits &= np.isin(rows.grade(kind), sorted(asked[kind]))
+    return fits, cost
+
+
+@lru_cache(64)
+def _amounts(codes: frozenset[int]) -> BoolArray:
+    """Return which amounts are among some codes; the last one is that of what has none."""
+    table = np.zeros(MOST_AMOUNT + 2, bool)
+    table[list(codes)] = True
+    return frozen(table)
+
+
+def events_of(rows: Rows, state: State, member: int) -> Events:
+    """Return what a member of a state may match."""
+    fits, cost = fitting(rows, state, member)
+    if state.manner == "at":
+        return _stays(rows, fits, cost)
+    if state.manner == "hold":
+        row = rows.shown[fits[rows.shown]].astype(np.int64)
+        return _waiting(rows, row, row, rows.stop[row], cost[row])
+    row = np.flatnonzero(fits if state.names_passing else fits & ~rows.passing)
+    start, end = rows.start[row].astype(np.int64), rows.stop[row].astype(np.int64)
+    starting = rows.starting[row]
+    until, waiting = end.copy(), np.flatnonzero(starting)
+    until[waiting] = np.maximum(rows.until(row[waiting]), start[waiting] + 1)
+    capture, cost = rows.capture[row].astype(np.int64), cost[row].astype(np.int64)
+    return Events(capture, (row,), (row,), start, end, until, cost, rows.passing[row], starting)
+
+
+def _stays(rows: Rows, fits: BoolArray, cost: IntArray) -> Events:
+    """Return the stays where rows fit: of shown rows in a row in one stretch."""
+    shown = np.flatnonzero(fits[rows.shown])
+    row = rows.shown[shown].astype(np.int64)
+    begins = np.flatnonzero(starts_of(shown - np.arange(len(shown)), rows.stretch[row]))
+    if not len(row):
+        return _waiting(rows, row, row, row, row)
+    first, last = row[begins], row[np.append(begins[1:], len(row)) - 1]
+    worst = np.maximum.reduceat(cost[row], begins)
+    return _waiting(rows, first, last, rows.arrival[first], worst)
+
+
+def _waiting(
+    rows: Rows, first: IntArray, last: IntArray, start: AnyArray, cost: AnyArray
+) -> Events:
+    """Return the stays or rests of some rows that last until the part leaves, if any time."""
+    end, no = rows.until(last), np.zeros(len(first), bool)
+    capture, start, cost = (it.astype(np.int64) for it in (rows.capture[first], start, cost))
+    found = Events(capture, (first,), (last,), start, end, end, cost, no, no)
+    return found.at(start < end)
+
+
+def _overlapping(one: Events, other: Events) -> tuple[IntArray, IntArray]:
+    """Return all pairs of events of a capture that share a frame, in order."""
+    ones, others = (it.capture * FAR + it.start for it in (one, other))
+    by_one, by_other = (np.argsort(keys, kind="stable") for keys in (ones, others))
+    ones, others = ones[by_one], others[by_other]
+    # Either the other begins while the one lasts, or the one after the other did, while it lasts.
+    until = one.capture * FAR + one.until
+    low = np.searchsorted(others, one.capture * FAR + one.start)
+    first, second = spread(low, np.searchsorted(others, until))
+    until = other.capture * FAR + other.until
+    low = np.searchsorted(ones, other.capture * FAR + other.start, "right")
+    fourth, third = spread(low, np.searchsorted(ones, until))
+    left = np.concatenate((first, by_one[third]))
+    right = np.concatenate((by_other[second], fourth))
+    order = np.lexsort((right, left))
+    return left[order], right[order]
+
+
+def paired(manner: str, one: Events, other: Events) -> Events:
+    """Return the pairs of two parts' events that share a frame.
+
+    Two movements span both; two stays or rests last while both do.
+    """
+    left, right = _overlapping(one, other)
+    one, other = one.at(left), other.at(right)
+    together = manner in ("at", "hold")
+    start = (np.maximum if together else np.minimum)(one.start, other.start)
+    end = np.minimum(one.until, other.until) if together else np.maximum(one.end, other.end)
+    return Events(
+        one.capture,
+        one.first + other.first,
+        one.last + other.last,
+        start,
+        end,
+        end if together else np.maximum(one.until, other.until),
+        np.maximum(one.cost, other.cost),
+        one.passing | other.passing,
+        one.starting | other.starting,
+    )
 
 
 class Batch:
@@ -133,3 +486,53 @@ def split(columns: Collection[Columns], places: IntArray, most: int) -> list[Int
         longest = np.maximum(longest, own.bounds[places + 1] - own.bounds[places])
     slab = np.cumsum(longest) // rows
     return np.split(places, np.flatnonzero(starts_of(slab))[1:]) if len(places) else []
+
+
+def possible(
+    programs: Iterable[Program], columns: Mapping[str, Columns], captures: int
+) -> BoolArray:
+    """Return in which captures one of some programs can match, (captures,) bool."""
+    found = np.zeros(captures, bool)
+    for program in programs:
+        own = np.ones(captures, bool)
+        for state in unavoidable(program):
+            for member, part in enumerate(state.members):
+                if part not in columns:
+                    own[:] = False
+                    continue
+                asked = np.flatnonzero(cells_of(state, member)[: CELL + 1]).tolist()
+                own &= _cells_in(columns[part]) & np.uint64(sum(1 << it for it in asked)) > 0
+        for companion in program.whole.companions:
+            if companion.relation not in NEGATIONS:
+                own &= possible(companion.programs, columns, captures)
+        found |= own
+    return found
+
+
+def _cells_in(columns: Columns) -> NDArray[np.uint64]:
+    """Return which cells each capture has, a bit each: (C,) uint64; kept with the columns."""
+    if __name__ not in columns.kept:
+        bits = np.left_shift(np.uint64(1), columns.cell & CELL, dtype=np.uint64)
+        some = np.flatnonzero(np.diff(columns.bounds))
+        found = np.zeros(len(columns.bounds) - 1, np.uint64)
+        if len(some):
+            found[some] = np.bitwise_or.reduceat(bits, columns.bounds[some])
+        columns.kept[__name__] = found
+    kept: NDArray[np.uint64] = columns.kept[__name__]
+    return kept
+
+
+def unavoidable(program: Program) -> list[State]:
+    """Return states that every match of a program takes; not those that a near symbol may fit."""
+    return [
+        state
+        for state in program.states[:MOST_STATES]
+        if not state.near and not _can_leave_out(program, state.number)
+    ]
+
+
+def _can_leave_out(program: Program, state: int) -> bool:
+    following = [[it for it in after if it != state] for after in followers(program)]
+    begins = {entry.state for entry in program.entries} - {state}
+    taken = begins.union(*(reached(following, it) for it in begins))
+    return any(program.exits[it] for it in taken)

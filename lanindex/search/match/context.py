@@ -15,13 +15,12 @@ from lanindex.search.language.clauses import Condition
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray, filled, together
 from lanindex.search.match.backward import Backwards
-from lanindex.search.match.batch import Batch
+from lanindex.search.match.batch import Batch, Rows
 from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Told
 from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, Nodes, nothing, one_each
 from lanindex.search.match.relations import Spans
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
-from lanindex.search.match.scan import Rows
 
 MOST_TRIED = 1 << 22
 """Partial matches and joins that are tried in one capture before it is refused."""

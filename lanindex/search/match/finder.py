@@ -18,10 +18,8 @@ from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match import prefilter
-from lanindex.search.match.arrays import IntArray, together
-from lanindex.search.match.batch import Batch, split
-from lanindex.search.match.budget import TooMuch, limited_to
+from lanindex.search.match.arrays import IntArray, TooMuch, limited_to, together
+from lanindex.search.match.batch import Batch, possible, split
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context
 from lanindex.search.match.hits import (
@@ -249,7 +247,7 @@ class Finder:
         every = np.arange(len(self._roster))
         if len(every) < MANY:
             return every
-        return np.flatnonzero(prefilter.possible(self._programs, self._columns, len(every)))
+        return np.flatnonzero(possible(self._programs, self._columns, len(every)))
 
     def _batch(self, places: IntArray) -> Batch:
         return Batch(self._roster, self._columns, places, self._tolerance)

@@ -20,8 +20,7 @@ from lanindex.search.match.arrays import (
     spread,
     starts_of,
 )
-from lanindex.search.match.batch import Batch
-from lanindex.search.match.scan import Events, Rows
+from lanindex.search.match.batch import Batch, Events, Rows
 
 NONE = 1 << 42  # a value that is none: more than any
 AT_ONCE = 1 << 14  # pairs of an event and one that follows it that are compared at once

@@ -24,8 +24,7 @@ from lanindex.search.match.arrays import (
     in_order,
     starts_of,
 )
-from lanindex.search.match.batch import Batch
-from lanindex.search.match.scan import Events
+from lanindex.search.match.batch import Batch, Events
 
 TOGETHER = 256  # captures fetched at once where all hits are made objects
 

@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from lanindex.search.automaton import NEGATIONS, Companion, Group, Program
-from lanindex.search.match import budget, matches, relations
+from lanindex.search.match import matches, relations
 from lanindex.search.match.arrays import (
     FAR,
     MOST_AT_ONCE,
     BoolArray,
     IntArray,
+    check_budget,
     filled,
     in_pieces,
     spread,
@@ -104,8 +105,7 @@ def by_line(pairs: IntArray, lines: int) -> IntArray:
     pairs = pairs[:, np.lexsort(pairs[::-1])]
     counts = np.bincount(pairs[0], minlength=lines)
     most = int(counts.max(initial=0))
-    if most * lines > budget.rows(64):
-        raise budget.TooMuch
+    check_budget(most * lines, 64)
     found = np.full((most, lines), FAR)
     begin = np.cumsum(counts) - counts
     found[np.arange(pairs.shape[1]) - begin[pairs[0]], pairs[0]] = pairs[1]

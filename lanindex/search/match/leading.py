@@ -14,9 +14,8 @@ import numpy as np
 
 from lanindex.search.automaton import Program
 from lanindex.search.language.times import Length, Time
-from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray, TooMuch, best_of_each
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.budget import TooMuch
 from lanindex.search.match.conditions import Told
 from lanindex.search.match.context import Context
 from lanindex.search.match.hits import HitTable, Parts, table

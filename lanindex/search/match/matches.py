@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lanindex.search.match import budget
 from lanindex.search.match.arrays import (
     FAR,
     BoolArray,
     IntArray,
     Table,
+    check_budget,
     grouped,
     once,
     spread,
@@ -217,8 +217,7 @@ class Nodes:
             self._edges = before[order], np.searchsorted(after[order], np.arange(self.many + 1))
         before, bounds = self._edges
         lines = int(line.max(initial=0)) + 1
-        if lines * self.many > budget.rows(8):
-            raise budget.TooMuch
+        check_budget(lines * self.many, 8)
         found, todo = np.zeros(lines * self.many, bool), line * self.many + node
         while len(todo):
             base, last = todo - todo % max(self.many, 1), todo % max(self.many, 1)

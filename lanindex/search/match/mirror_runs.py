@@ -19,10 +19,9 @@ from lanindex.search.automaton import Program, State
 from lanindex.search.language.clauses import Mirrors
 from lanindex.search.language.query import NEXT
 from lanindex.search.match.arrays import BoolArray, IntArray, best_of_each
-from lanindex.search.match.batch import Batch
+from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.conditions import MIRRORED_CELLS, Clauses
 from lanindex.search.match.hits import BestTrace, HitTable, Matched, Parts, table, took
-from lanindex.search.match.scan import Events
 
 
 class Repeats(NamedTuple):

@@ -14,13 +14,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from lanindex.search.automaton import Companion, Edge, Exit, Group, Program, components, open_groups
-from lanindex.search.match import budget
 from lanindex.search.match.arrays import (
     FAR,
     AnyArray,
     BoolArray,
     IntArray,
     best_of_each,
+    check_budget,
     in_pieces,
     smallest_from_here,
     spread,
@@ -400,8 +400,7 @@ class Walk:
     def _standing(self, state: int, tables: list[Matches]) -> Matches:
         """Return the matches that stand at a state, without those in refused captures."""
         self._followed += sum(map(len, tables))
-        if self._followed > budget.rows(MATCH):
-            raise budget.TooMuch
+        check_budget(self._followed, MATCH)
         rows = together(tables)
         events = self._batch.events(self._program.states[state])
         answered = self._context.tried(events.capture[rows.columns[EVENT]])

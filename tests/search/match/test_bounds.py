@@ -17,7 +17,7 @@ from lanindex.pipeline import open_library
 from lanindex.pipeline.patience import Patience
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
-from lanindex.search.match import arrays, budget, leading, walk
+from lanindex.search.match import arrays, leading, walk
 from lanindex.search.match.finder import NARROWER
 
 
@@ -28,7 +28,7 @@ def patience(seconds: float):
 
 def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):
     most = {arrays.PAIR: 6, walk.MATCH: 3}
-    monkeypatch.setattr(budget, "rows", lambda size: most.get(size, 9))
+    monkeypatch.setattr(arrays, "most_rows", lambda size: most.get(size, 9))
     refused = 0
     for seed in range(100):
         random = Random(seed)
@@ -91,7 +91,9 @@ def test_the_best_hits_are_told_in_time_and_others_whenever():
 
 
 def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
-    monkeypatch.setattr(budget, "rows", lambda size: 10_000)  # else it grows with the fourth power
+    monkeypatch.setattr(
+        arrays, "most_rows", lambda size: 10_000
+    )  # else it grows with the fourth power
     query = parse("a: (r_arm any x1+) with b: (l_arm any x1+) where a mirrors b")
     recordings = [random_library(Random(9), captures=1, most=400)[0]]
     hits = list(find_fast(query, recordings, overlaps="all"))

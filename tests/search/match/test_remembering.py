@@ -12,9 +12,8 @@ from query_cases import recordings_of
 from random_library import random_library
 
 from lanindex.search.language import parse
-from lanindex.search.match import budget, matches, walk
-from lanindex.search.match.arrays import FAR, together
-from lanindex.search.match.budget import TooMuch
+from lanindex.search.match import arrays, matches, walk
+from lanindex.search.match.arrays import FAR, TooMuch, together
 from lanindex.search.match.matches import Claims, Nodes, one_each
 from lanindex.search.nearly import NEAR
 
@@ -137,7 +136,7 @@ def test_what_is_too_much_for_one_capture_is_tried_in_parts(monkeypatch) -> None
         walked.append(begun)
         return once(self, begun, within)
 
-    monkeypatch.setattr(budget, "rows", lambda size: 12 if size == walk.MATCH else 1 << 20)
+    monkeypatch.setattr(arrays, "most_rows", lambda size: 12 if size == walk.MATCH else 1 << 20)
     monkeypatch.setattr(walk.Walk, "found", found)
     query, many = parse("a: r_arm any ... b: any where a.level < b.level"), []
     for seed in range(10):
@@ -185,6 +184,6 @@ def test_nodes_tell_what_goes_on_in_what(monkeypatch) -> None:
     ends = np.array([first[1], third[0], second[1], third[0], first[0]])
     assert nodes.behind(lines, ends).tolist() == [True, False, False, False, False]
     assert nodes.leading_to(second[:1]).tolist() == [True, True, True, False, False]
-    monkeypatch.setattr(budget, "rows", lambda size: 10)
+    monkeypatch.setattr(arrays, "most_rows", lambda size: 10)
     with pytest.raises(TooMuch):
         nodes.behind(lines, ends)

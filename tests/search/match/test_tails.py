@@ -10,7 +10,7 @@ from random_library import random_library
 
 from lanindex.search.automaton import plan
 from lanindex.search.language import parse
-from lanindex.search.match import budget, leading, walk
+from lanindex.search.match import arrays, leading, walk
 from lanindex.search.match.arrays import FAR, filled
 from lanindex.search.match.join import paired, unexcused
 from lanindex.search.match.matches import Claims, one_each
@@ -77,7 +77,9 @@ def test_ways_are_no_more_than_a_few_times_the_rows(pattern: str, monkeypatch) -
     recordings = random_library(Random(7), captures=1, most=400)
     rows = sum(len(track.symbols) for track in recordings[0][1].values())
     assert rows > 500
-    monkeypatch.setattr(budget, "rows", lambda size: 2 * rows if size == walk.MATCH else 1 << 25)
+    monkeypatch.setattr(
+        arrays, "most_rows", lambda size: 2 * rows if size == walk.MATCH else 1 << 25
+    )
     calls, best_of_all = [], leading._best_ends
     monkeypatch.setattr(
         leading, "_best_ends", lambda *given: calls.append(given) or best_of_all(*given)

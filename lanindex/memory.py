@@ -1,0 +1,19 @@
+"""How much memory is free."""
+
+from __future__ import annotations
+
+import os
+
+
+def available() -> int | None:
+    """Return the bytes of memory that are free or can be made so, if the system tells."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            lines = dict(line.split(":") for line in file)
+        return int(lines["MemAvailable"].split()[0]) * 1024
+    except (OSError, ValueError, KeyError, IndexError):
+        pass
+    try:
+        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):
+        return None
