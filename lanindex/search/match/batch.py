@@ -49,7 +49,7 @@ from lanindex.search.match.arrays import (
     starts_of,
 )
 
-LARGE = 1 << 19
+LARGE = 1 << 18
 """Rows of a part in a library whose batches are as large as any: in smaller ones they are smaller,
 so that what a search takes stays little beside the columns that it reads."""
 

@@ -4,6 +4,11 @@ A partial match remembers whatever a pattern needs later: what stands beside bra
 that it has claimed, what labels matched, how long each step lasted. Partial matches that stand at
 the same event and remember the same are one. Where states lead to each other, events are taken in
 order of time, so that all that leads to an event is known before it is left.
+
+Of two partial matches that remember the same the one that ends first is better, as long as the
+lines beside it stand beside the shorter one, too; of a line that must not happen the one that ends
+last. So where no bracket is open or opens any more, and no other line could want a symbol, the best
+end is looked up, and the walk ends there.
 """
 
 from __future__ import annotations
@@ -27,12 +32,11 @@ from lanindex.search.match.arrays import (
     starts_of,
     together,
 )
-from lanindex.search.match.backward import cost_of, end_of, may_leave
+from lanindex.search.match.backward import Backwards, cost_of, end_of, may_leave, value_of
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.best import BestEnds
 from lanindex.search.match.conditions import MET
 from lanindex.search.match.context import Context, Hulls, Settled
-from lanindex.search.match.follow import Transitions, begins, roots
+from lanindex.search.match.follow import NONE, Transitions, begins, roots
 from lanindex.search.match.matches import (
     BEYOND,
     EVENT,
@@ -48,8 +52,8 @@ from lanindex.search.match.matches import (
     in_sets,
     telling,
 )
-from lanindex.search.match.relations import LAST, RELATIONS, Spans
-from lanindex.search.match.rewrites import MANNERS, ONLY
+from lanindex.search.match.relations import FIRST, LAST, RELATIONS, Spans
+from lanindex.search.match.rewrites import MANNERS, ONLY, free_states
 
 MATCH = 512
 """Bytes of a partial match that is followed, with all that is made of it."""
@@ -78,6 +82,109 @@ def by_rank(ranks: IntArray, rows: Matches) -> Iterator[tuple[int, Matches]]:
     starts = np.flatnonzero(starts_of(ranks[order]))
     for own in np.split(order, starts[1:]) if len(order) else ():
         yield int(ranks[own[0]]), rows.at(own)
+
+
+FEW = 4
+"""Contested events a capture that are few."""
+
+_LATEST = 1 << 31
+"""More than any frame."""
+
+
+class BestEnds:
+    """Where the best end of a line is enough, and which that is: `FIRST`, `LAST` or `ONLY`.
+
+    Attributes
+    ----------
+    free : list of bool
+        By state, whether there may be best ends.
+    best : list of ndarray
+        By state, of each event: the value, as from `value_of`, of the best match from there that
+        claims nothing more, -1: there is none.
+    settled : list of bool
+        By state, whether no matches, or only a few, go on one by one.
+    on, ending, entered : list of ndarray
+        By state, (N,) bool: from which events matches go on nevertheless, at which they may end,
+        and which they may enter from a free state.
+    """
+
+    def __init__(self, context: Context, program: Program, end: str) -> None:
+        self.free = free_states(program)
+        for state in {it.state for it in program.entries if program.edges[it.state]}:
+            # what goes on from a passing symbol may reach back before it
+            begins = context.batch.events(program.states[state]).passing
+            self.free[state] &= not (begins & context.alive(program)[state]).any()
+        wanted = [context.wanted(program, it.number) for it in program.states]
+        pairs = zip(wanted, context.alive(program), strict=True)
+        few = sum((one & other).sum() for one, other in pairs) <= FEW * len(context.batch)
+        starting = [context.batch.events(state).starting for state in program.states]
+        if end == ONLY:
+            if any(it.any() for it in wanted):
+                self.free = [False] * len(self.free)
+            first, last = (_best(context, program, wanted, it) for it in (FIRST, LAST))
+            both = zip(first, last, strict=True)
+            self.best = [np.where(end_of(one) == end_of(other), one, -1) for one, other in both]
+            alive = context.alive(program)
+            self.on = [(it < 0) & fits for it, fits in zip(self.best, alive, strict=True)]
+            self.ending = self.on
+            self.entered = [np.ones(len(it), bool) for it in self.best]
+            self.settled = [
+                free and not on.any() for free, on in zip(self.free, self.on, strict=True)
+            ]
+            return
+        self.best, self.ending = _best(context, program, wanted, end), starting
+        self.on = [np.zeros(len(it), bool) for it in wanted]
+        if any(it.any() for it in wanted):
+            self.on = [it < NONE for it in _Leading(context, program, wanted).beyond]
+        self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
+        self.settled = [few and free for free in self.free]
+
+
+def _best(context: Context, program: Program, wanted: list[BoolArray], end: str) -> list[IntArray]:
+    """Return by state and event the values of the matches that end first, or last, -1: none."""
+    found = []
+    if end == FIRST and not any(it.any() for it in wanted):
+        ahead = context.backwards(program).values
+    else:
+        ahead = _Ahead(context, program, wanted, end).values
+    for values in ahead:
+        told = values if end == FIRST else value_of(_LATEST - end_of(values), values * 0)
+        found.append(np.where(values < NONE, told, -1))
+    return found
+
+
+class _Ahead(Backwards):
+    """The best ends of matches that claim nothing more."""
+
+    def __init__(
+        self, context: Context, program: Program, wanted: list[BoolArray], end: str
+    ) -> None:
+        self._wanted, self._end = wanted, end
+        super().__init__(context.batch, program)
+
+    def own(self, state: int) -> IntArray:
+        """Return the values of the events at which the line ends; for `LAST` later is less."""
+        values = super().own(state)
+        if self._end == FIRST:
+            return values
+        return np.where(values < NONE, value_of(_LATEST - end_of(values), values * 0), NONE)
+
+    def _entered(self, edge: Edge, values: IntArray) -> IntArray:
+        values = super()._entered(edge, values)
+        return np.where(self._wanted[edge.entry.state], NONE, values)
+
+
+class _Leading(Backwards):
+    """Whether matches lead to a contested event."""
+
+    def __init__(self, context: Context, program: Program, wanted: list[BoolArray]) -> None:
+        alive = context.alive(program)
+        self._wanted = [one & other for one, other in zip(wanted, alive, strict=True)]
+        super().__init__(context.batch, program, runs_on=False)
+
+    def own(self, state: int) -> IntArray:
+        """Return 0 for contested events."""
+        return np.where(self._wanted[state], 0, NONE)
 
 
 class Expiry:
