@@ -19,10 +19,6 @@ COST_BITS = 10
 
 _COST = (1 << COST_BITS) - 1
 
-Ahead = tuple[IntArray, IntArray, IntArray, IntArray | None]
-"""(N,) values of the events of an edge's next state; of each event before, where those that follow
-begin and end: among these, or in a list of places."""
-
 
 def value_of(end: IntArray, cost: IntArray) -> IntArray:
     """Return end and cost as one number: the smaller, the better."""
@@ -79,12 +75,9 @@ class Backwards:
             fits &= ~events.passing
         return np.where(fits, value_of(events.end, events.cost), NONE)
 
-    def ahead(self, edge: Edge) -> Ahead:
-        """Return the values that an edge enters, and which of them it leads to."""
-        low, high, targets = self._reach(edge).listed()
-        leaves = may_leave(self._batch, self._program, edge.exit)
-        values = self._entered(edge, self.values[edge.entry.state])
-        return values, low, np.where(leaves, high, low), targets
+    def ahead(self, edge: Edge) -> tuple[IntArray, Transitions]:
+        """Return the values that an edge enters, `NONE` if it does not, and where it leads."""
+        return self._entered(edge, self.values[edge.entry.state]), self._reach(edge)
 
     def _events(self, state: int) -> Events:
         return self._batch.events(self._program.states[state])

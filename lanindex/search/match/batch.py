@@ -67,14 +67,8 @@ class Rows:
     def __init__(self, columns: Columns, places: IntArray, frames: IntArray) -> None:
         self.frames, self._columns = frames, columns
         self._grades: dict[str, AnyArray] = {}
-        firsts, behind = columns.bounds[places], columns.bounds[places + 1]
-        self._here: AnyArray | slice
-        if len(places) and places[-1] - places[0] < len(places):
-            self.bounds = np.append(firsts, behind[-1]) - firsts[0]  # (N + 1,) rows by capture
-            self._here = slice(int(firsts[0]), int(behind[-1]))
-        else:
-            self.bounds, here = ranges(firsts, behind)
-            self._here = here.astype(np.int32)
+        self.bounds, here = ranges(columns.bounds[places], columns.bounds[places + 1])
+        self._here = here.astype(np.int32)
         # (S,) int32 each but for the cell, uint8 as in `Columns`
         self.capture = np.repeat(np.arange(len(places), dtype=np.int32), np.diff(self.bounds))
         self.cell = columns.cell[self._here]
@@ -386,7 +380,7 @@ class Batch:
         self, roster: Roster, columns: Mapping[str, Columns], places: IntArray, tolerance: Fraction
     ) -> None:
         self.places, self.tolerance = places, tolerance
-        self.roster, self._columns = roster, columns
+        self._roster, self._columns = roster, columns
         self.frames = roster.frames[places].astype(np.int64)
         self._clocks: tuple[list[Clock], IntArray] | None = None
         self._rows: dict[str, Rows] = {}
@@ -396,16 +390,12 @@ class Batch:
     def __len__(self) -> int:
         return len(self.places)
 
-    def taken(self, places: IntArray) -> Batch:
-        """Return some of the captures as a batch of their own."""
-        return Batch(self.roster, self._columns, self.places[places], self.tolerance)
-
     def rows(self, part: str) -> Rows:
         """Return the rows of a part; none, where there is no such part."""
         if part not in self._rows:
             columns = self._columns.get(part)
             if columns is None:
-                bounds = np.zeros(len(self.roster) + 1, np.int64)
+                bounds = np.zeros(len(self._roster) + 1, np.int64)
                 columns = replace(columns_of(part, [], []), bounds=bounds)
             self._rows[part] = Rows(columns, self.places, self.frames)
         return self._rows[part]
@@ -428,11 +418,11 @@ class Batch:
     def clocks(self) -> tuple[list[Clock], IntArray]:
         """Return the different clocks of the captures, and each capture's among them, (N,)."""
         if self._clocks is None:
-            if _KEPT not in self.roster.kept:
-                ratios = np.concatenate((self.roster.rate, self.roster.speed), axis=1)
+            if _KEPT not in self._roster.kept:
+                ratios = np.concatenate((self._roster.rate, self._roster.speed), axis=1)
                 first, which = grouped(tuple(ratios.T))
-                self.roster.kept[_KEPT] = ratios[first], which.astype(np.int32)
-            ratios, which = self.roster.kept[_KEPT]
+                self._roster.kept[_KEPT] = ratios[first], which.astype(np.int32)
+            ratios, which = self._roster.kept[_KEPT]
             own = which[self.places]
             used = once(own)
             clocks = [

@@ -18,7 +18,7 @@ from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match.arrays import IntArray, TooMuch, limited_to, together
+from lanindex.search.match.arrays import IntArray, TooMuch, limited_to, once, together
 from lanindex.search.match.batch import Batch, possible, split
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context
@@ -31,7 +31,6 @@ from lanindex.search.match.hits import (
     best,
     from_left,
     labelled,
-    moved,
     nearest,
 )
 from lanindex.search.match.leading import hits_of
@@ -91,7 +90,6 @@ class Finder:
         self._parts: Parts = []
         self._fetched: dict[int, Recording] = {}
         self._watch: Watch | None = None
-        self._meet: dict[int, bool] = {}
 
     def find(
         self,
@@ -202,11 +200,8 @@ class Finder:
         """Return what some of a table's hits are made of, all at once."""
         hits = hits.at(some)
         here, hits.capture = np.unique(hits.capture, return_inverse=True)
-        batch = self._batch(here)
-        hits = moved(hits, self._parts, lambda part: batch.rows(part).bounds)
-        tick, captures = self._tick(here), self._captures(here)
-        rewrites = self._rewrites
-        found = traced(hits, self._parts, self._query, rewrites, batch, captures, tick)
+        given = self._query, self._rewrites, self._batch(here)
+        found = traced(hits, self._parts, *given, self._captures(here), self._tick(here))
         for place, one in enumerate(found):
             if one is None:
                 raise LanindexError(
@@ -284,7 +279,7 @@ class Finder:
         hits = together(found)
         if rich.any():
             hits = hits.at(~rich[hits.capture])
-        hits = moved(best(hits), self._parts, lambda part: -batch.rows(part).bounds)
+        hits = best(hits)
         hits.capture = here[hits.capture]
         return hits, here[rich].tolist()
 
@@ -309,13 +304,13 @@ class Finder:
         """Return the hits in captures that meet the conditions on the capture alone."""
         if not self._clauses.of_capture or not len(hits):
             return hits
-        places = np.unique(hits.capture).tolist()
-        for first in range(0, len(places), MANY):
-            some = [it for it in places[first : first + MANY] if it not in self._meet]
-            for place, capture in zip(some, self.captures(some), strict=True):
-                self._meet[place] = all(meets(capture, it) for it in self._clauses.of_capture)
-        meet = np.array([self._meet[place] for place in places])
-        return hits.at(np.isin(hits.capture, np.array(places)[meet]))
+        places = once(hits.capture)
+        meet = [
+            all(meets(capture, it) for it in self._clauses.of_capture)
+            for first in range(0, len(places), MANY)
+            for capture in self.captures(places[first : first + MANY].tolist())
+        ]
+        return hits.at(np.array(meet)[np.searchsorted(places, hits.capture)])
 
     def _kept(self, hits: HitTable, overlaps: str) -> IntArray:
         """Return the places of the hits that stay, as `find` says of `overlaps`."""

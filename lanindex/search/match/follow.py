@@ -7,6 +7,8 @@ arrow leads to a range of them; a pair of events follows if both of its members 
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 
 from lanindex.search.automaton import Edge, Entry, Program, State
@@ -23,7 +25,6 @@ from lanindex.search.match.arrays import (
 from lanindex.search.match.batch import Batch, Events, Rows
 
 NONE = 1 << 42  # a value that is none: more than any
-AT_ONCE = 1 << 14  # pairs of an event and one that follows it that are compared at once
 FEW = 16  # what is less than one in so many rows is looked up, not counted
 
 Ranges = tuple[IntArray, IntArray]
@@ -31,32 +32,39 @@ Ranges = tuple[IntArray, IntArray]
 
 
 class Transitions:
-    """Where an edge leads from some events: to those among `[low, high)` of its next state.
+    """Where an edge leads from some events: to those in `[low, high)` of its next state, (N,) each.
 
-    Not all of these follow where the members of pairs are in different orders, or where passing
-    symbols are to follow in time; `pairs` leaves the others out.
+    Where the members of pairs are in different orders, or passing symbols are to follow in time,
+    what follows an event is no range; then `[low, high)` are places in a list of events, `targets`.
     """
 
     def __init__(self, batch: Batch, program: Program, edge: Edge, before: Events) -> None:
         self._batch, self._edge, self._before = batch, edge, before
         self._source, self._target = (program.states[it.state] for it in (edge.exit, edge.entry))
         self._events = events = batch.events(self._target)
-        self._ahead = [self._rows_ahead(*it) for it in enumerate(self._target.members)]
-        self._exact = events.ordered
-        self.low, self.high = self._places(0)
-        if len(self._ahead) > 1 and self._exact:
-            self._narrow(self._places(1))
-        self._times = self._frames_ahead() if edge.arrow.length else None
-        if self._times:
-            self._exact &= not events.passing.any()
-            if self._exact:
-                starts, own = events.capture * FAR + events.start, before.capture * FAR
-                first, last = (own + it for it in self._times)
-                low, high = np.searchsorted(starts, first), np.searchsorted(starts, last, "right")
-                self._narrow((low, high))
-
-    def _narrow(self, other: Ranges) -> None:
-        self.low, self.high = np.maximum(self.low, other[0]), np.minimum(self.high, other[1])
+        self.targets: IntArray | None = None
+        rows = [self._rows_ahead(*it) for it in enumerate(self._target.members)]
+        frames = self._frames_ahead() if edge.arrow.length else None
+        ranges = [self._places(member, *it) for member, it in enumerate(rows)]
+        if frames and not events.passing.any():
+            starts, own = events.capture * FAR + events.start, before.capture * FAR
+            first, last = (own + it for it in frames)
+            ranges.append((np.searchsorted(starts, first), np.searchsorted(starts, last, "right")))
+        if events.ordered and not (frames and events.passing.any()):
+            self.low = reduce(np.maximum, (low for low, _ in ranges))
+            self.high = np.maximum(self.low, reduce(np.minimum, (high for _, high in ranges)))
+            return
+        sources, targets = spread(*ranges[0])
+        fits = np.ones(len(sources), bool)
+        for (low, high), first in zip(rows[1:], events.first[1:], strict=True):
+            fits &= (low[sources] <= first[targets]) & (first[targets] < high[sources])
+        if frames:
+            first, last = frames
+            start = events.start[targets]
+            fits &= (first[sources] <= start) & (start <= last[sources])
+        self.targets = targets[fits]
+        bounds = np.searchsorted(sources[fits], np.arange(len(before) + 1))
+        self.low, self.high = bounds[:-1], bounds[1:]
 
     def _rows_ahead(self, member: int, part: str) -> Ranges:
         """Return the rows of a member at which what follows may begin."""
@@ -100,9 +108,9 @@ class Transitions:
             behind = behind + rows.left_at_once[row]  # a starting position that is no stay
         return origin, behind, np.where(found, stretch, -1)
 
-    def _places(self, member: int) -> Ranges:
-        """Return the events whose member begins at the rows ahead."""
-        first, (low, high) = self._events.first[member], self._ahead[member]
+    def _places(self, member: int, low: IntArray, high: IntArray) -> Ranges:
+        """Return the events whose member begins at some rows ahead."""
+        first = self._events.first[member]
         many = len(self._batch.rows(self._target.members[member]))
         if FEW * len(low) < many:
             return np.searchsorted(first, low), np.searchsorted(first, high)
@@ -123,55 +131,29 @@ class Transitions:
             last = np.where(before.passing & (most >= 0), FAR - 2, last)
         return first, last
 
-    def pairs(self, here: slice = slice(0, None)) -> tuple[IntArray, IntArray]:
-        """Return all pairs of an event before, of some, and one that follows it, by place."""
-        sources, targets = spread(self.low[here], self.high[here])
-        sources += here.start
-        if self._exact:
-            return sources, targets
-        fits = np.ones(len(sources), bool)
-        for (low, high), first in zip(self._ahead[1:], self._events.first[1:], strict=True):
-            row = first[targets]
-            fits &= (low[sources] <= row) & (row < high[sources])
-        if self._times:
-            start, (first, last) = self._events.start[targets], self._times
-            fits &= (first[sources] <= start) & (start <= last[sources])
-        return sources[fits], targets[fits]
-
-    def listed(self) -> tuple[IntArray, IntArray, IntArray | None]:
-        """Return the ranges of what follows each event: of events, or of places in a list."""
-        if self._exact:
-            return self.low, np.maximum(self.high, self.low), None
-        sources, targets = self.pairs()
-        bounds = np.searchsorted(sources, np.arange(len(self._before) + 1))
-        return bounds[:-1], bounds[1:], targets
+    def pairs(self) -> tuple[IntArray, IntArray]:
+        """Return all pairs of an event before and one that follows it, by place."""
+        sources, places = spread(self.low, self.high)
+        return sources, places if self.targets is None else self.targets[places]
 
     def smallest(self, values: IntArray) -> IntArray:
         """Return the smallest value among the events that follow each, `NONE` if none does.
 
         `values` (M,) int64 are those of the events of the next state.
         """
-        found = np.full(len(self._before), NONE)
-        if self._exact:
-            groups = self.open_groups()
-            if groups is None:
-                return smallest_in(values, self.low, self.high, NONE)
-            some = np.flatnonzero(self.low < self.high)
-            found[some] = smallest_from_here(values, groups)[self.low[some]]
-            return found
-        many = np.cumsum(np.maximum(self.high - self.low, 0)) // AT_ONCE
-        cuts = [*np.flatnonzero(starts_of(many)).tolist(), len(many)]
-        for here in map(slice, cuts, cuts[1:]):
-            sources, targets = self.pairs(here)
-            places = np.flatnonzero(starts_of(sources))
-            if len(places):
-                found[sources[places]] = np.minimum.reduceat(values[targets], places)
+        groups = self.open_groups()
+        if groups is None:
+            values = values if self.targets is None else values[self.targets]
+            return smallest_in(values, self.low, self.high, NONE)
+        found, some = np.full(len(self.low), NONE), np.flatnonzero(self.low < self.high)
+        found[some] = smallest_from_here(values, groups)[self.low[some]]
         return found
 
     def open_groups(self) -> IntArray | None:
         """Return the groups of events within which an arrow leads on to the end, if it is such."""
         arrow = self._edge.arrow
-        if not (arrow.later and not arrow.length and arrow.bounds[1] is None and self._exact):
+        limited = arrow.length or arrow.bounds[1] is not None
+        if not arrow.later or limited or self.targets is not None:
             return None
         firsts = zip(self._target.members, self._events.first, strict=True)
         stretches = [self._batch.rows(part).stretch[first] for part, first in firsts]

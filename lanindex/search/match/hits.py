@@ -43,7 +43,7 @@ class HitTable(Table):
         IntArray  # (H,) what is missing to a fit of 1, in thousandths; ~least if only that is known
     )
     parts: IntArray  # (H,) of the first symbols: a place in `Parts`
-    rows: IntArray  # (2, H) of the first symbols; -1: there is one only
+    rows: IntArray  # (2, H) of the first symbols, counted in their captures; -1: there is one only
 
     def __len__(self) -> int:
         return len(self.capture)
@@ -54,7 +54,11 @@ NO_HITS = HitTable(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((2, 0), np.int64)
 
 
 def table(
-    state: State, parts: Parts, events: Events, ends: tuple[IntArray, IntArray, IntArray]
+    batch: Batch,
+    state: State,
+    parts: Parts,
+    events: Events,
+    ends: tuple[IntArray, IntArray, IntArray],
 ) -> HitTable:
     """Return hits that begin at some events of a state, with low, high and cost of each."""
     order = sorted(range(len(state.members)), key=state.members.__getitem__)
@@ -63,18 +67,9 @@ def table(
         parts.append(own)
     rows = np.full((2, len(events)), -1)
     for place, member in enumerate(order):
-        rows[place] = events.first[member]
+        bounds = batch.rows(own[place]).bounds
+        rows[place] = events.first[member] - bounds[events.capture]
     return HitTable(events.capture, *ends, np.full(len(events), parts.index(own)), rows)
-
-
-def moved(hits: HitTable, parts: Parts, by: Callable[[str], IntArray]) -> HitTable:
-    """Return hits with rows counted from elsewhere; `by` gives that by capture for a part."""
-    rows = hits.rows.copy()
-    for place, members in enumerate(parts):
-        own = np.flatnonzero(hits.parts == place)
-        for member, part in enumerate(members if len(own) else ()):
-            rows[member, own] += by(part)[hits.capture[own]]
-    return replace(hits, rows=rows)
 
 
 def best(hits: HitTable) -> HitTable:
@@ -82,7 +77,7 @@ def best(hits: HitTable) -> HitTable:
 
     The best one ends first; of these it begins last, and of those it fits best.
     """
-    keys = (hits.parts, *hits.rows)
+    keys = (hits.capture, hits.parts, *hits.rows)
     first = best_of_each(keys, ())
     if len(first) < len(hits):
         chosen = best_of_each(keys, (hits.high, -hits.low, hits.cost))

@@ -154,4 +154,4 @@ def _as_hits(context: Context, parts: Parts, found: Ends) -> Iterator[HitTable]:
         state = context.program.states[entry.state]
         events = context.batch.events(state).at(found.root[own])
         cost = np.where(found.cost[own] >= 0, found.cost[own], ~events.cost)
-        yield table(state, parts, events, (found.low[own], found.high[own], cost))
+        yield table(context.batch, state, parts, events, (found.low[own], found.high[own], cost))

@@ -113,7 +113,7 @@ class MirrorRuns:
         event, low, high = np.concatenate(found, axis=1)
         order = np.argsort(event)
         frames = low[order], high[order], np.full(len(event), -1)
-        return table(self._lines.own, parts, own.at(event[order]), frames)
+        return table(self._batch, self._lines.own, parts, own.at(event[order]), frames)
 
     def _side_by_side(self, runs: IntArray) -> IntArray:
         """Return the places of the pairs of runs that share a frame, and are long enough.

@@ -18,10 +18,11 @@ import numpy as np
 from lanindex.search.automaton import Program, State
 from lanindex.search.language.query import Query
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
-from lanindex.search.match.backward import Ahead, cost_of, end_of
+from lanindex.search.match.backward import cost_of, end_of, may_leave
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context, Due, Joins
+from lanindex.search.match.follow import Transitions
 from lanindex.search.match.hits import BestTrace, HitTable, Matched, Parts, Trace, table, took
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import complete
@@ -46,8 +47,8 @@ def traced(
 ) -> list[Trace | None]:
     """Return what hits in a batch of their captures alone are made of, None: it is not there.
 
-    That is one capture, where a program is two repeats that mirror each other. The rows of hits are
-    counted in the batch. Raises `TooMuch` if there are too many partial matches.
+    That is one capture, where a program is two repeats that mirror each other. Raises `TooMuch` if
+    there are too many partial matches.
     """
     clauses = Clauses(query)
     best: list[BestTrace | None] = [None] * len(hits)
@@ -124,7 +125,7 @@ class _Context(Context):
             state, chosen = self.program.states[entry.state], np.flatnonzero(fits)
             events, none = self.batch.events(state).at(chosen), np.zeros(len(chosen), np.int64)
             owner = np.full(len(fits), -1)
-            begins = table(state, parts, events, (none, none, none))
+            begins = table(self.batch, state, parts, events, (none, none, none))
             owner[chosen] = [places.get(it, -1) for it in _beginnings(begins)]
             fits &= owner >= 0
             owners.append(owner)
@@ -133,9 +134,9 @@ class _Context(Context):
             yield from line.best(owners, hits)
 
 
-def _beginnings(hits: HitTable) -> Iterator[tuple[int, int, int]]:
-    """Yield what tells hits apart: parts and rows of the first symbols."""
-    return zip(hits.parts.tolist(), *hits.rows.tolist(), strict=True)
+def _beginnings(hits: HitTable) -> Iterator[tuple[int, ...]]:
+    """Yield what tells hits apart: capture, parts and rows of the first symbols."""
+    return zip(hits.capture.tolist(), hits.parts.tolist(), *hits.rows.tolist(), strict=True)
 
 
 class _Walk(Walk):
@@ -152,7 +153,7 @@ class _Walk(Walk):
         enough: str | None = None,
     ) -> None:
         super().__init__(context, program, timed=timed, tracked=True, enough=enough)
-        self._ahead: dict[int, Ahead] = {}
+        self._ahead: dict[int, tuple[IntArray, Transitions]] = {}
         if self._best_ends and not all(self._best_ends.settled[it.state] for it in program.entries):
             self._best_ends = None
 
@@ -240,12 +241,11 @@ class _Walk(Walk):
         for edge in self._program.edges[state]:
             if id(edge) not in self._ahead:
                 self._ahead[id(edge)] = self._context.backwards(self._program).ahead(edge)
-            entered, low, high, targets = self._ahead[id(edge)]
-            places = np.arange(low[event], high[event])
-            places = places if targets is None else targets[places]
-            ahead = entered[places]
-            fits = (end_of(ahead) == end) & (cost_of(ahead) <= cost)
-            if fits.any():
+            values, reach = self._ahead[id(edge)]
+            places = np.arange(reach.low[event], reach.high[event])
+            places = places if reach.targets is None else reach.targets[places]
+            fits = (end_of(values[places]) == end) & (cost_of(values[places]) <= cost)
+            if fits.any() and may_leave(self._batch, self._program, edge.exit)[event]:
                 return edge.entry.state, int(places[fits.argmax()])
         return None
 

@@ -675,8 +675,7 @@ class Walk:
             ends = events.capture * FAR + events.end
             self._reaches[id(edge)] = reach, ends if (np.diff(ends) >= 0).all() else None
         reach, in_order = self._reaches[id(edge)]
-        low, high, targets = reach.listed()
-        low, high = low[event], high[event]
+        targets, low, high = reach.targets, reach.low[event], reach.high[event]
         latest, horizon = self._latest(edge, rows)
         if targets is None and in_order is not None:
             beyond = np.minimum(high, np.searchsorted(in_order, latest, "right"))

@@ -10,7 +10,7 @@ from random_library import random_library
 
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.language import parse
-from lanindex.search.match import batch, follow
+from lanindex.search.match import batch
 
 LIMITED = (
     "(r_arm low ... high -> low) <4s",
@@ -40,11 +40,9 @@ def recordings():
 
 @pytest.mark.parametrize("text", LIMITED)
 @pytest.mark.parametrize("overlaps", ["all", "none"])
-def test_a_line_of_limited_length_is_found_as_plainly(text, overlaps, recordings, monkeypatch):
+def test_a_line_of_limited_length_is_found_as_plainly(text, overlaps, recordings):
     wanted = told(find(parse(text), recordings, overlaps=overlaps))
     assert told(find_fast(parse(text), recordings, overlaps=overlaps)) == wanted != []
-    monkeypatch.setattr(follow, "AT_ONCE", 3)
-    assert told(find_fast(parse(text), recordings, overlaps=overlaps)) == wanted
 
 
 def test_blocks_of_a_small_library_are_smaller(recordings, monkeypatch):

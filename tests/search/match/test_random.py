@@ -13,7 +13,6 @@ from random_library import DIRECTIONS, PARTS, TOUCHES, WHOLE, random_library
 from lanindex.model import Hit
 from lanindex.search.language import parse
 from lanindex.search.match import finder as find_module
-from lanindex.search.match import follow
 from lanindex.search.nearly import NEAR
 
 
@@ -21,7 +20,6 @@ from lanindex.search.nearly import NEAR
 def test_a_hundred_patterns_of_the_whole_grammar(seed: int, monkeypatch) -> None:
     if seed % 2:  # leave out what cannot have a hit, as in a large library
         monkeypatch.setattr(find_module, "MANY", 1)
-        monkeypatch.setattr(follow, "AT_ONCE", 2)
     for case in range(100):
         random = Random(f"{seed} {case}")
         parts = random.sample(WHOLE if case % 8 == 3 else TOUCHES, 3) if case % 4 == 3 else PARTS
