@@ -15,7 +15,7 @@ from lanindex.search.fuzzy.lines import fits
 from lanindex.search.match.arrays import AnyArray, IntArray
 from lanindex.search.match.finder import Recordings
 from lanindex.search.match.hits import Found as Exact
-from lanindex.search.match.hits import Placed
+from lanindex.search.placed import Placed
 
 
 class Source:

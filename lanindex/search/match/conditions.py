@@ -89,13 +89,14 @@ class Clauses:
         """Return whether matches have to remember anything."""
         return bool(self.conditions or self.rhythm)
 
+    @property
+    def width(self) -> int:
+        """How many notes each match has."""
+        return len(self.columns)
+
     def place(self, label: str) -> int:
         """Return the first column of a label."""
         return min(place for (name, _), place in self.columns.items() if name == label)
-
-    def code(self, part: str) -> int:
-        """Return the number of a part."""
-        return self.codes[part]
 
     def noted(self, batch: Batch, state: State, events: IntArray, seen: IntArray) -> IntArray:
         """Return the notes of labels (S, N) once some events (N,) have matched a state."""

@@ -209,7 +209,7 @@ class Joiner:
         unmet = self.still_unmet(memory.unmet, memory.claims)
         matter = program in self._context.rewrites.outside
         claims = memory.claims if matter else matches.nothing(len(memory))
-        seen = memory.columns[len(memory.columns) - len(clauses.columns) :]
+        seen = memory.columns[len(memory.columns) - clauses.width :]
         nodes = walk.nodes if program.open_ended else None
         ends = self._context.joins.ended(walk, len(memory))
         others = CompanionMatches(lines, claims, unmet, seen, found.node, ends, nodes)

@@ -130,7 +130,7 @@ def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntAr
     if memory.unmet.size:
         still_unmet = joiner.still_unmet(memory.unmet, memory.claims)
         fits &= (still_unmet >= FAR).all(axis=0)
-    width = len(memory.columns) - len(clauses.columns)
+    width = len(memory.columns) - clauses.width
     if clauses.rhythm:
         fits &= clauses.in_rhythm(memory.columns[width - len(clauses.rhythm) : width])
     chosen = np.flatnonzero(fits)

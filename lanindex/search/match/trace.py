@@ -21,7 +21,7 @@ from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.backward import cost_of, end_of, may_leave
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses
-from lanindex.search.match.context import Context, Due, Joins
+from lanindex.search.match.context import Context, Joins
 from lanindex.search.match.follow import Transitions
 from lanindex.search.match.hits import BestTrace, HitTable, Matched, Parts, Trace, table, took
 from lanindex.search.match.join import Joiner
@@ -68,10 +68,9 @@ def traced(
 class _Clauses(Clauses):
     """The clauses of a query, with cost and steps noted besides."""
 
-    def __init__(self, query: Query) -> None:
-        super().__init__(query)
-        for it in ("cost", "steps"):
-            self.columns["", it] = len(self.columns)
+    @property
+    def width(self) -> int:
+        return super().width + 2
 
     def noted(self, batch: Batch, state: State, events: IntArray, seen: IntArray) -> IntArray:
         found = super().noted(batch, state, events, seen).copy()
@@ -96,7 +95,6 @@ class _Context(Context):
         hits: HitTable,
     ) -> None:
         super().__init__(batch, rewrites, _Clauses(query), captures, tick)
-        self._clauses_alone = Clauses(query)
         self.lying_in = _lying_in(self.program)
         # (captures,) where hits lie, and how long they are
         self.low, self.high = np.full(len(batch), FAR), np.zeros(len(batch), np.int64)
@@ -109,10 +107,6 @@ class _Context(Context):
     def tried(self, capture: IntArray) -> BoolArray | None:
         """Refuse nothing: what was found can be traced."""
         return None
-
-    def due(self, program: Program) -> Due:
-        """Return when conditions on labels are settled; cost and steps never are."""
-        return Due(self._clauses_alone, program)
 
     def traced(self, hits: HitTable, parts: Parts) -> Iterator[tuple[int, BestTrace]]:
         """Yield the places of hits that this program can lead, each with its best match."""

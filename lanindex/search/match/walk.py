@@ -309,7 +309,7 @@ def ends_of(
         ended = program.states[number]
         events = context.batch.events(ended).at(memory.columns[EVENT][own])
         until = np.where(events.starting, events.until, events.end)
-        part = np.full(len(own), context.clauses.code(ended.members[-1]))
+        part = np.full(len(own), context.clauses.codes[ended.members[-1]])
         columns[:, own] = until, events.end, part, events.last[-1]
         alone[own] = events.starting
     until, end, part, row = columns
@@ -407,7 +407,7 @@ class Walk:
             for state, rows in waves:
                 self._context.tick()
                 ends += self._leave(state, rows, at)
-        none = np.empty((self._seen + len(self._context.clauses.columns), 0), np.int64)
+        none = np.empty((self._seen + self._context.clauses.width, 0), np.int64)
         ends = [(0, beginning(none)), *ends]
         if self._settling:
             ends.append((-1, self._with_best_ends()))
@@ -429,7 +429,7 @@ class Walk:
                 start, end = events.start[chosen], events.end[chosen]
                 chosen = chosen[end - start <= self._within[events.capture[chosen]]]
             self._firsts.append(chosen)
-            columns = np.full((self._seen + len(self._context.clauses.columns), len(chosen)), -1)
+            columns = np.full((self._seen + self._context.clauses.width, len(chosen)), -1)
             columns[ROOT] = before + np.arange(len(chosen))
             before += len(chosen)
             for level in range(1 + len(entry.opens)):
