@@ -14,7 +14,7 @@ from query_cases import recordings_of
 from lanindex.errors import PatternError
 from lanindex.search.explain.advice import Advice, Budget, LeftOut, Suggestion, advise
 from lanindex.search.explain.changes import conditions, edited, everywhere, places
-from lanindex.search.explain.limits import nearest
+from lanindex.search.explain.nearest import nearest_limit
 from lanindex.search.language import parse
 from lanindex.search.language.query import Repeat, Skips
 from lanindex.search.language.times import Clock, Length, Time
@@ -40,6 +40,12 @@ def counting(text, **options):
 RAISES = (
     "fps 10 frames 100; r_arm: place low 0 0, right mid 5 12, place high 30 36; "
     "l_arm: place low 0 0, left mid 5 12, place high 30 37; head: place high 0 0, forward high 2 5"
+)
+
+
+OVERLAP = (
+    "fps 10 frames 90; r_arm: place low 0 0, right mid 5 12; "
+    "head: place high 0 0, forward high 11 30"
 )
 
 
@@ -71,6 +77,7 @@ CHANGES = {
     "(arm low -> high) <1s": {"(arm low ... high) <1s", "(forearm low -> high) <1s"},
     "start -> feet high -> end": {"start ... feet high -> end", "start -> foot high -> end"},
     "r_arm high exactly with head": {"r_arm high with head", "l_arm high exactly with head"},
+    "r_arm high overlapping head": {"r_arm high with head", "l_arm high overlapping head"},
     "l_support right": {"l_leg right", "r_support left", "l_support r_forward"},
     "r_arm low -> low -> low": {"r_arm low ... low ... low"},
     "r_arm hold high": {"r_arm at high"},
@@ -144,6 +151,11 @@ def test_arms_low_to_high_leads_to_what_is_later():
     assert found.instead[0].hits == 1
     assert str(found).splitlines()[0].startswith('without "')
     assert found.brief == "nearest: arms low ... high (1 hit in 1 capture)"
+
+
+def test_a_line_that_shares_too_little_leads_to_with():
+    found = advice("r_arm right overlapping head high", OVERLAP)
+    assert patterns(found)[0] == "r_arm right with head high"
 
 
 def test_the_nearest_length_is_measured_and_offered():
@@ -222,16 +234,16 @@ def test_the_nearest_length_is_the_nearest(frames, form, number, more):
     assume(not met(limit))
     least, most = limit.bounds(clock)
     away = min(it - most if most is not None and it > most else least - it for it in frames)
-    other, told = nearest(limit, met)
+    other, told = nearest_limit(limit, met)
     assert met(other)
     seconds = Fraction(told.removesuffix(" s")) * 100
     assert min(abs(least - seconds), abs(seconds - (least if most is None else most))) == away
 
 
 def test_a_limit_that_nothing_meets_has_no_nearest():
-    assert nearest(Length("<", Time(Fraction(1), "s")), lambda _: False) is None
-    assert nearest(Repeat(3, None), lambda _: False) is None
-    assert nearest(Skips("", 2), lambda _: False) is None
-    assert nearest(Skips("", 2), lambda it: it == Skips("", 4)) == (Skips("", 4), "4")
+    assert nearest_limit(Length("<", Time(Fraction(1), "s")), lambda _: False) is None
+    assert nearest_limit(Repeat(3, None), lambda _: False) is None
+    assert nearest_limit(Skips("", 2), lambda _: False) is None
+    assert nearest_limit(Skips("", 2), lambda it: it == Skips("", 4)) == (Skips("", 4), "4")
     mixed = Length("..", Time(Fraction(1), "s"), Time(Fraction(2), "b"))
-    assert nearest(mixed, lambda _: True) is None
+    assert nearest_limit(mixed, lambda _: True) is None

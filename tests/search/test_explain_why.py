@@ -10,7 +10,7 @@ from query_cases import cases, recordings_of
 
 from lanindex.model import Symbol
 from lanindex.search.explain import trace
-from lanindex.search.explain.nearness import away, doubts, nearest
+from lanindex.search.explain.nearest import away, doubts, nearest
 from lanindex.search.explain.why import records_of
 from lanindex.search.language import parse
 

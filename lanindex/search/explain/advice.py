@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from math import inf
 from time import monotonic, process_time
 
-from lanindex.search.explain.changes import Condition, Limit, conditions, edited, places
-from lanindex.search.explain.limits import nearest
-from lanindex.search.language.query import Choice, Item, Line, Lines, Query, Step
+from lanindex.search.explain.changes import Condition, conditions, edited, places, query_of
+from lanindex.search.explain.nearest import Limit, nearest_limit
+from lanindex.search.language.query import Item, Line, Query, Step
 
 SECONDS = 2.0
 """How long may be spent on looking for what would be found."""
@@ -197,27 +198,24 @@ class _Adviser:
         self.untried = 0
         self.tried: set[Query] = {query}
         self.found: list[tuple[float, Suggestion]] = []
+        self.left_out: dict[Condition, LeftOut] = {}
 
     def advice(self) -> Advice:
         """Try what is likeliest first: limits, then what is alike, then all other conditions."""
-        all_of_them = list(enumerate(conditions(self.query)))
-        limits = [it for it in all_of_them if it[1].limit is not None]
-        left_out = self.without(limits, _FOR_LIMITS)
+        every = list(conditions(self.query))
+        often = Counter(it.said for it in every)
+        every = [it if often[it.said] > 1 else replace(it, step="") for it in every]
+        self.without([it for it in every if it.limit], _FOR_LIMITS)
         self.offer(edited(self.query), _FOR_EDITS)
         never = tuple(self.never())
-        left_out |= self.without([it for it in all_of_them if it[1].limit is None], 1)
+        self.without([it for it in every if not it.limit], 1)
         if all(cost == _LEFT_OUT for cost, _ in self.found) and not self.untried:
             self.offer(self.combined(), 1)
             self.untried = 0
         best = sorted(self.found, key=lambda it: (it[0], -it[1].hits))[:MOST]
-        often = Counter(condition.said for _, condition in all_of_them)
-        told = tuple(
-            left_out[index] if often[condition.said] > 1 else replace(left_out[index], step="")
-            for index, condition in all_of_them
-            if index in left_out
-        )
+        left_out = tuple(self.left_out[it] for it in every if it in self.left_out)
         instead = tuple(suggestion for _, suggestion in best)
-        return Advice(str(self.query), never, told, instead, self.untried)
+        return Advice(str(self.query), never, left_out, instead, self.untried)
 
     def offer(self, changes: Iterable[tuple[float, Query]], share: float) -> None:
         """Keep what finds something, until there are enough; what costs alike is compared."""
@@ -228,13 +226,13 @@ class _Adviser:
             if self.budget.late(share):
                 self.untried += 1
             elif self.readable(query) and query not in self.tried:
-                self.tried.add(query)
                 self.keep(cost, query)
                 if sum(other != _LEFT_OUT for other, _ in self.found) >= MOST:
                     dearest = min(dearest, cost)
 
     def keep(self, cost: float, query: Query) -> Found | None:
         """Return how much a query finds, and offer it if that is anything."""
+        self.tried.add(query)
         found = self.count(query)
         if found is None:
             self.untried += 1
@@ -250,47 +248,41 @@ class _Adviser:
         """Yield the steps of which there is none by itself."""
         steps = _alone(self.query)
         for said, alone in steps.items() if len(steps) > 1 else ():
-            if not self.budget.late() and self.readable(alone) and self.count(alone) == (0, 0):
+            if self.readable(alone) and self.count(alone) == (0, 0):
                 yield said
 
-    def without(self, several: Iterable[tuple[int, Condition]], share: float) -> dict[int, LeftOut]:
-        """Return what is found without each of some conditions, by their numbers."""
-        left_out = {}
-        for index, condition in several:
+    def without(self, several: Iterable[Condition], share: float) -> None:
+        """Keep what is found without each of some conditions."""
+        for condition in several:
             if not self.readable(condition.rest):
                 continue
             if self.budget.late(share):
                 self.untried += 1
                 continue
-            self.tried.add(condition.rest)
             found = self.keep(_LEFT_OUT, condition.rest)
             if found and found[0]:
                 near = self.nearest(condition)
-                left_out[index] = LeftOut(condition.said, *found, near, condition.step)
-        return left_out
+                self.left_out[condition] = LeftOut(condition.said, *found, near, condition.step)
 
     def nearest(self, condition: Condition) -> str:
         """Return how near a condition came to be met, and offer what that would find."""
-        asking = condition.asking
-        if asking is None or condition.limit is None:
+        limit, asking = condition.limit, condition.asking
+        if limit is None or asking is None:
             return ""
 
-        def met(limit: Limit) -> bool:
-            found = None if self.budget.late() else self.count(asking(limit))
+        def met(other: Limit) -> bool:
+            found = self.count(asking(other))
             if found is None:
                 raise TimeoutError
             return bool(found[0])
 
-        try:
-            near = nearest(condition.limit, met)
-        except TimeoutError:
-            return ""
-        if near is None:
-            return ""
-        limit, number = near
-        if self.readable(asking(limit)):
-            self.keep(_OTHER_NUMBER, asking(limit))
-        return condition.told.format(number)
+        with suppress(TimeoutError):
+            if near := nearest_limit(limit, met):
+                query = asking(near[0])
+                if self.readable(query):
+                    self.keep(_OTHER_NUMBER, query)
+                return condition.told.format(near[1])
+        return ""
 
     def combined(self) -> list[tuple[float, Query]]:
         """Return what two changes make, the smallest ones first."""
@@ -316,6 +308,6 @@ def _alone(query: Query) -> dict[str, Query]:
         if isinstance(item, Item) and isinstance(item.unit, Step):
             step = replace(item.unit, named=True)
             beginning = step.manner == "move" and step.words and item in firsts
-            there = Item(replace(step, manner="at") if beginning else step)
-            alone[str(step)] = Query(Choice((Lines(Line((there,))),)))
+            there = replace(step, manner="at") if beginning else step
+            alone[str(step)] = query_of(Line((Item(there),)))
     return alone

@@ -10,16 +10,17 @@ from typing import Any, NamedTuple
 
 from lanindex.alphabet import LEVELS
 from lanindex.search.automaton import NEGATIONS
+from lanindex.search.explain.nearest import Limit
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
     Beside,
+    Choice,
     Item,
     Line,
     Lines,
     Query,
     Repeat,
-    Skips,
     Step,
     Word,
     mirrored,
@@ -27,8 +28,10 @@ from lanindex.search.language.query import (
 from lanindex.search.language.times import Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, Mover, Vocabulary
 
-Limit = Length | Skips | Repeat
-"""A condition on a number."""
+
+def query_of(line: Line, *others: Beside) -> Query:
+    """Return a query for one line with those beside it."""
+    return Query(Choice((Lines(line, others),)))
 
 
 class Place(NamedTuple):
@@ -88,82 +91,86 @@ class Condition:
     asking: Callable[[Limit], Query] | None = None  # the query with another limit instead
 
 
+_LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
+    Beside: (("within", "[{}]", "the nearest lies {} away"),),
+    Arrow: (
+        ("length", "[{}]", "the nearest comes after {}"),
+        ("skips", "[{}]", "the nearest skips {}"),
+    ),
+    Item: (("length", "{}", "the nearest takes {}"), ("repeat", "{}", "{} in a row are the most")),
+}
+"""By node, the fields that hold a limit, how it is written, and how to tell the nearest number."""
+
+
 def conditions(query: Query) -> Iterator[Condition]:
     """Yield the conditions of a query, in the order in which they are written.
 
     What stands behind ``without`` is left out as a whole only.
     """
-    for place in places(query):
-        yield from _conditions_of(*place)
+    for node, put in places(query):
+        step = str(node) if isinstance(node, Step) else ""
+        for said, rest in _shorter(node):
+            yield Condition(said, put(rest), step)
+        for name, form, told in _LIMITS.get(type(node), ()):
+            limit = getattr(node, name)
+            if limit and _may_change(node, limit):
+                asking = partial(_with_limit, node, put, name)
+                rest = asking(ONCE if name == "repeat" else None)
+                said = form.format(str(limit).strip())
+                yield Condition(said, rest, "", limit, told, asking)
 
 
-def _conditions_of(node: Any, put: Callable[[Any], Query]) -> Iterator[Condition]:
+def _with_limit(node: Any, put: Callable[[Any], Query], name: str, limit: Limit | None) -> Query:
+    return put(replace(node, **{name: limit}))
+
+
+def _may_change(node: Any, limit: Limit) -> bool:
+    """Tell whether a query may have another limit: not where few repeats or none are asked for."""
+    if isinstance(limit, Repeat):
+        return limit.least > 1
+    return not isinstance(node, Beside) or node.relation in ("after", "before")
+
+
+def _shorter(node: Any) -> Iterator[tuple[str, Any]]:
+    """Yield each condition of a node but limits, as written, and the node without it."""
     match node:
         case Query():
             if node.rhythm:
-                said = f"rhythm {':'.join(map(decimal, node.rhythm))}"
-                yield Condition(said, replace(node, rhythm=()))
+                yield f"rhythm {':'.join(map(decimal, node.rhythm))}", replace(node, rhythm=())
             for index, clause in enumerate(node.where):
-                rest = replace(node, where=_without(node.where, index))
-                yield Condition(f"{'and' if index else 'where'} {clause}", rest)
+                yield f"{'and' if index else 'where'} {clause}", _without(node, "where", index)
         case Lines():
             for index, beside in enumerate(node.others):
-                rest = put(replace(node, others=_without(node.others, index)))
-                yield Condition(str(beside), rest)
-        case Beside(relation="after" | "before"):
-            yield from _limit(node, put, "within", "the nearest lies {} away", form="[{}]")
+                yield str(beside), _without(node, "others", index)
         case Line():
-            yield from _conditions_of_line(node, put)
-        case Arrow():
-            yield from _limit(node, put, "length", "the nearest comes after {}", form="[{}]")
-            yield from _limit(node, put, "skips", "the nearest skips {}", form="[{}]")
-        case Item():
-            yield from _limit(node, put, "length", "the nearest takes {}")
-            if node.repeat.least > 1:
-                yield from _limit(node, put, "repeat", "{} in a row are the most", ONCE)
+            if node.start:
+                yield f"start {node.start}", replace(node, start=None)
+            yield from _without_ends(node)
+            if node.end:
+                yield f"{node.end} end", replace(node, end=None)
         case Step():
             for index, word in enumerate(node.words):
                 last_of_a_stay = node.manner == "at" and len(node.words) == 1
                 if word.values != (ANY,) and not last_of_a_stay:
-                    step = _written(replace(node, words=_without(node.words, index)))
-                    yield Condition(str(word), put(step), str(node))
+                    yield str(word), _written(_without(node, "words", index))
 
 
-def _without(several: tuple[Any, ...], index: int) -> tuple[Any, ...]:
-    return several[:index] + several[index + 1 :]
+def _without(node: Any, name: str, index: int) -> Any:
+    several = getattr(node, name)
+    return replace(node, **{name: several[:index] + several[index + 1 :]})
 
 
-def _limit(
-    node: Any,
-    put: Callable[[Any], Query],
-    name: str,
-    told: str,
-    empty: Any = None,
-    form: str = "{}",
-) -> Iterator[Condition]:
-    """Yield the limit that stands in a field of a node."""
-
-    def asking(other: Any) -> Query:
-        return put(replace(node, **{name: other}))
-
-    limit = getattr(node, name)
-    if limit != empty:
-        yield Condition(form.format(str(limit).strip()), asking(empty), "", limit, told, asking)
-
-
-def _conditions_of_line(line: Line, put: Callable[[Any], Query]) -> Iterator[Condition]:
-    if line.start:
-        yield Condition(f"start {line.start}", put(replace(line, start=None)))
-    if len(line.items) > 1:
-        second = line.items[1]
-        if not line.start and isinstance(second.unit, Step):
-            second = replace(second, unit=replace(second.unit, named=True))
-            rest = replace(line, items=(second, *line.items[2:]), arrows=line.arrows[1:])
-            yield Condition(f"{line.items[0]} {line.arrows[0]}", put(rest))
-        rest = replace(line, items=line.items[:-1], arrows=line.arrows[:-1])
-        yield Condition(f"{line.arrows[-1]} {line.items[-1]}", put(rest))
-    if line.end:
-        yield Condition(f"{line.end} end", put(replace(line, end=None)))
+def _without_ends(line: Line) -> Iterator[tuple[str, Line]]:
+    """Yield a line without its first step, then without its last."""
+    if len(line.items) == 1:
+        return
+    first, second, *_ = line.items
+    if not line.start and isinstance(second.unit, Step):
+        second = replace(second, unit=replace(second.unit, named=True))
+        rest = replace(line, items=(second, *line.items[2:]), arrows=line.arrows[1:])
+        yield f"{first} {line.arrows[0]}", rest
+    rest = replace(line, items=line.items[:-1], arrows=line.arrows[:-1])
+    yield f"{line.arrows[-1]} {line.items[-1]}", rest
 
 
 def _written(step: Step) -> Step:
@@ -176,11 +183,11 @@ def _written(step: Step) -> Step:
 # With something like it.
 
 _RING = ("right", "r_forward", "forward", "l_forward", "left", "l_back", "back", "r_back")
-_OWN_RING = ("side", "side_forward", "across_forward", "across", "across_back", "side_back")
 _NEIGHBOURS: dict[str, tuple[str, ...]] = {
     **{name: (_RING[k - 1], _RING[(k + 1) % 8]) for k, name in enumerate(_RING)},
-    **{name: (_OWN_RING[k - 1], _OWN_RING[(k + 1) % 6]) for k, name in enumerate(_OWN_RING)},
-    # in their own terms no word stands for straight ahead or straight behind
+    # in a limb's own terms no word stands for straight ahead or straight behind
+    "side": ("side_back", "side_forward"),
+    "across": ("across_forward", "across_back"),
     "side_forward": ("side", "forward"),
     "across_forward": ("forward", "across"),
     "side_back": ("side", "back"),
@@ -203,25 +210,14 @@ _FAMILY = {
 }
 """By limb, those that it consists of, or that it belongs to."""
 
-_TOGETHER = ("exactly with", "starting with", "ending with", "during")
+_TOGETHER = ("exactly with", "starting with", "ending with", "during", "overlapping")
 _CLOSE_BY = Length("<", Time(Fraction(1), "s"))
 
-Change = Callable[[Query], Iterator[Query]]
-"""Takes a query, yields what it can become."""
+Change = Callable[[Any], Iterator[Any]]
+"""Takes a node of a query, yields what it can become."""
 
 
-def _one(kind: type, change: Callable[[Any], Iterator[Any]]) -> Change:
-    """Return what changes one node of a kind at a time."""
-
-    def changed(query: Query) -> Iterator[Query]:
-        for node, put in places(query):
-            if type(node) is kind:
-                yield from map(put, change(node))
-
-    return changed
-
-
-def _all(kind: type, change: Callable[[Any], Iterator[Any]]) -> Change:
+def _all(kind: type, change: Change) -> Change:
     """Return what changes all nodes of a kind at once, where there are several to change."""
 
     def changed(query: Query) -> Iterator[Query]:
@@ -237,7 +233,7 @@ def _later(arrow: Arrow) -> Iterator[Arrow]:
         yield replace(arrow, later=True)
 
 
-def _manner(before: str, after: str) -> Callable[[Step], Iterator[Step]]:
+def _manner(before: str, after: str) -> Change:
     def change(step: Step) -> Iterator[Step]:
         says = any(word.values != (ANY,) for word in step.words)
         if step.manner == before and says and all(word.kind not in MOVING for word in step.words):
@@ -246,7 +242,7 @@ def _manner(before: str, after: str) -> Callable[[Step], Iterator[Step]]:
     return change
 
 
-def _relation(relations: tuple[str, ...], *others: dict[str, Any]) -> Callable[..., Iterator[Any]]:
+def _relation(relations: tuple[str, ...], *others: dict[str, Any]) -> Change:
     """Return what lets a line lie otherwise beside the first, where no limit is set to that."""
 
     def change(beside: Beside) -> Iterator[Beside]:
@@ -261,15 +257,13 @@ def _own_side(step: Step) -> Iterator[Step]:
     own = {"right": "side", "left": "side"}
     words = tuple(
         replace(word, values=tuple(dict.fromkeys(own.get(it, it) for it in word.values)))
-        if word.kind == "direction"
-        else word
         for word in step.words
     )
     if step.mover.form == "both" and words != step.words:
         yield replace(step, words=words)
 
 
-def _neighbours(kind: str) -> Callable[[Word], Iterator[Word]]:
+def _neighbours(kind: str) -> Change:
     def change(word: Word) -> Iterator[Word]:
         if word.kind == kind and len(word.values) == 1 and not word.negated:
             for value in _NEIGHBOURS.get(word.values[0], ()):
@@ -278,17 +272,13 @@ def _neighbours(kind: str) -> Callable[[Word], Iterator[Word]]:
     return change
 
 
-def _exchanged(names: Callable[[Mover, str], list[str]]) -> Change:
-    """Return what lets another one move, also where the part is carried over.
-
-    `names` takes a mover, and its limb without the side.
-    """
+def _exchanged(others: Change) -> Change:
+    """Return what lets another one move, by its form and members, also where it is carried over."""
 
     def changed(query: Query) -> Iterator[Query]:
-        movers = Vocabulary().movers
+        movers = Vocabulary()
         for old in dict.fromkeys(it.node for it in places(query) if isinstance(it.node, Mover)):
-            limb = old.members[0].removeprefix("r_").removeprefix("l_")
-            for new in (movers[name] for name in names(old, limb) if name in movers):
+            for new in filter(None, (movers.of(*other) for other in others(old))):
                 yield everywhere(query, partial(_if_equal, old, new))
 
     return changed
@@ -298,18 +288,14 @@ def _if_equal(old: Mover, new: Mover, node: Any) -> Any:
     return new if node == old else node
 
 
-def _either(mover: Mover, limb: str) -> list[str]:
-    return [limb] if mover.form == "both" else []
+def _either(mover: Mover) -> Iterator[tuple[str, tuple[str, ...]]]:
+    if mover.form == "both":
+        yield "either", mover.members
 
 
-def _relatives(mover: Mover, limb: str) -> list[str]:
-    """Return what other limbs of the same side, or sides, are called."""
-    others = _FAMILY.get(limb, ())
-    if mover.form == "one":
-        return [f"{mover.name[:2]}{other}" for other in others]
-    if mover.form == "either":
-        return list(others)
-    return ["feet" if other == "foot" else f"{other}s" for other in others]
+def _relatives(mover: Mover) -> Iterator[tuple[str, tuple[str, ...]]]:
+    for limb in _FAMILY.get(mover.members[0][2:], ()):
+        yield mover.form, tuple(part[:2] + limb for part in mover.members)
 
 
 def _other_side(query: Query) -> Iterator[Query]:
@@ -318,27 +304,30 @@ def _other_side(query: Query) -> Iterator[Query]:
         yield replace(query, pattern=other)
 
 
-_EDITS: tuple[tuple[float, Change], ...] = (
-    (1.0, _one(Arrow, _later)),
-    (1.1, _all(Arrow, _later)),
-    (1.1, _one(Step, _manner("move", "via"))),
-    (1.2, _all(Step, _manner("move", "via"))),
-    (1.2, _one(Beside, _relation(_TOGETHER, {"relation": "with"}))),
-    (1.2, _one(Step, _own_side)),
-    (1.3, _one(Step, _manner("at", "move"))),
-    (1.3, _one(Step, _manner("hold", "at"))),
-    (1.4, _one(Step, _manner("move", "at"))),
-    (1.4, _one(Beside, _relation(("with",), {"within": _CLOSE_BY}))),
-    (1.5, _exchanged(_either)),
-    (1.6, _one(Word, _neighbours("direction"))),
-    (1.8, _one(Word, _neighbours("level"))),
-    (1.9, _other_side),
-    (2.0, _exchanged(_relatives)),
-    (2.2, _one(Beside, _relation(("with",), {"relation": "after"}, {"relation": "before"}))),
+_EDITS: tuple[tuple[float, type, Change], ...] = (
+    (1.0, Arrow, _later),
+    (1.1, Query, _all(Arrow, _later)),
+    (1.1, Step, _manner("move", "via")),
+    (1.2, Query, _all(Step, _manner("move", "via"))),
+    (1.2, Beside, _relation(_TOGETHER, {"relation": "with"})),
+    (1.2, Step, _own_side),
+    (1.3, Step, _manner("at", "move")),
+    (1.3, Step, _manner("hold", "at")),
+    (1.4, Step, _manner("move", "at")),
+    (1.4, Beside, _relation(("with",), {"within": _CLOSE_BY})),
+    (1.5, Query, _exchanged(_either)),
+    (1.6, Word, _neighbours("direction")),
+    (1.8, Word, _neighbours("level")),
+    (1.9, Query, _other_side),
+    (2.0, Query, _exchanged(_relatives)),
+    (2.2, Beside, _relation(("with",), {"relation": "after"}, {"relation": "before"})),
 )
-"""Changes, each with its cost: from 1, a slip of the pen, to quite another movement."""
+"""Changes of a kind of nodes, with their costs: from 1, a slip of the pen, to another movement."""
 
 
 def edited(query: Query) -> Iterator[tuple[float, Query]]:
     """Yield what a query becomes by one edit, with what that costs, the cheapest first."""
-    return ((cost, other) for cost, change in _EDITS for other in change(query))
+    for cost, kind, change in _EDITS:
+        for node, put in places(query):
+            if type(node) is kind:
+                yield from ((cost, put(other)) for other in change(node))

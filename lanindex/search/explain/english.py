@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-
-import numpy as np
+from itertools import islice
 
 from lanindex.alphabet import KINDS, kind_of
-from lanindex.model import Capture, Track
 from lanindex.model.measures import GRADES
-from lanindex.search.automaton import states_of
+from lanindex.search.explain.changes import query_of
 from lanindex.search.language.clauses import (
     CLIP,
     MATCH,
@@ -40,9 +37,9 @@ from lanindex.search.language.query import (
     items_of,
 )
 from lanindex.search.language.times import Length, Time, decimal, degrees, sixths
-from lanindex.search.language.words import Mover
-from lanindex.search.match import columns_in
-from lanindex.search.match.batch import Batch
+from lanindex.search.language.words import UNITS, Mover
+from lanindex.search.match import find_in
+from lanindex.search.match.finder import Recording
 
 _VALUES = {
     "right": "to the right",
@@ -85,16 +82,6 @@ _OWN = {
 }
 """By kind, words that mean something else elsewhere."""
 _PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
-_MANNERS = {
-    "move": (("moves", "anywhere"), ("move", "anywhere")),
-    "via": (("goes, if only in passing,", "anywhere"), ("go, if only in passing,", "anywhere")),
-    "at": (("is", "anywhere"), ("are", "anywhere")),
-    "hold": (("stays", "where it is"), ("stay", "where they are")),
-}
-"""By manner, for one and for two: the verb, and where if no words tell."""
-_FACES = {"moves": "turns", "goes": "turns", "move": "turn", "go": "turn"}
-_FACES |= {"is": "faces", "are": "face"}
-"""What palms do, by what limbs do."""
 _DOINGS = {
     "step": ("a foot", "steps"),
     "jump": ("the body", "jumps"),
@@ -109,7 +96,6 @@ _DOINGS = {
 """By kind of track, or by part, who does it, and what."""
 _COMPARED = {"=": "", "!=": "not", "<": "less than", "<=": "at most", ">": "more than"}
 _COMPARED |= dict.fromkeys((">=", "+"), "at least")
-_UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}
 _RELATIONS = {
     "with": "and in the meantime, sharing a frame at least, {}",
     "overlapping": "and, for at least half of its own time during that, {}",
@@ -139,6 +125,9 @@ _FIELDS = {
     "size": "size (in degrees)",
     "touched": "thing touched",
 }
+_AT_ONCE = 200
+"""Captures in which steps are counted together."""
+
 _OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
 
@@ -187,7 +176,7 @@ def _clause(node: object) -> str:
 
 
 def _time(length: Time) -> str:
-    number, unit = decimal(length.number), _UNITS[length.unit]
+    number, unit = decimal(length.number), UNITS[length.unit]
     return f"{number} {unit[:-1] if number == '1' and len(unit) > 2 else unit}"
 
 
@@ -296,52 +285,53 @@ def _who(mover: Mover) -> str:
 
 
 def _step(step: Step) -> str:
+    verb, place = _touches(step) if _kind(step) == "touch" else _verb(step)
+    said = f"{verb} {_where(step) or place}".rstrip(" ,")
     many = step.mover.form == "both"
-    part, moves = step.mover.members[0], step.manner in ("move", "via")
-    kind = kind_of(part)
-    verb, place = _MANNERS[step.manner][many]
-    if moves and (doing := _doing(step.mover)):
-        verb, place = re.sub("goes|moves", doing[1], verb), ""
-    if moves and kind == "bend":
-        bends = _bends(step) if many else re.sub("bend|stretch", _third, _bends(step))
-        verb, place = re.sub("goes|go|moves?", bends, verb), ""
-    elif moves and kind == "stance":
-        verb, place = f"hold{'' if many else 's'} weight", ""
-    elif kind == "touch":
-        verb, place = _touches(step)
-    elif part.endswith("_palm"):
-        verb = re.sub(r"^\w+", lambda found: _FACES.get(found[0], found[0]), verb)
-    where = _where(step)
-    if place and moves and {it.kind for it in step.words} == {"bend"}:
-        where = f"{place}, {where}"
-    said = f"{verb} {where or place}"
     if many or not step.mover.sided:
         said = said.replace("its own side", "their own sides" if many else "either side")
-    return f"{_who(step.mover)} {said}".rstrip(" ,") if step.named else said.rstrip(" ,")
+    return f"{_who(step.mover)} {said}" if step.named else said
 
 
-def _bends(step: Step) -> str:
-    """Return what an elbow or a knee does, of many."""
-    told = {it.split()[0] for word in step.words if not word.negated for it in word.values}
-    return told.pop() if told in ({"bend"}, {"stretch"}) else "bend or stretch"
+def _kind(step: Step) -> str:
+    return kind_of(step.mover.members[0])
 
 
-def _third(verb: re.Match[str]) -> str:
-    return {"bend": "bends", "stretch": "stretches"}[verb[0]]
+def _verb(step: Step) -> tuple[str, str]:
+    """Return what a part or pair does, and where if no words tell."""
+    many, palm = step.mover.form == "both", step.mover.members[0].endswith("_palm")
+    s = "" if many else "s"
+    if step.manner == "hold":
+        return f"stay{s}", "where they are" if many else "where it is"
+    if step.manner == "at":
+        return f"face{s}" if palm else "are" if many else "is", "anywhere"
+    passing = ", if only in passing," if step.manner == "via" else ""
+    if doing := _doing(step.mover):
+        return f"{doing[1]}{passing}", ""
+    if _kind(step) == "stance":
+        return f"hold{s} weight", ""
+    if _kind(step) == "bend":
+        told = {it.split()[0] for word in step.words if not word.negated for it in word.values}
+        verbs = {"bend": f"bend{s}", "stretch": "stretch" if many else "stretches"}
+        verb = verbs[told.pop()] if told in ({"bend"}, {"stretch"}) else " or ".join(verbs.values())
+        return f"{verb}{passing}", ""
+    goes = f"go{'' if many else 'es'}" if passing else f"move{s}"
+    bent = " anywhere," if {it.kind for it in step.words} == {"bend"} else ""
+    return f"{f'turn{s}' if palm else goes}{passing}{bent}", "anywhere"
 
 
 def _touches(step: Step) -> tuple[str, str]:
     """Return the verb of hands that touch, and what if no words tell."""
-    several = step.mover.form == "both" or step.mover.name == "hands_touch"
+    each_other = step.mover.name == "hands_touch"
+    touch = "touch" if each_other or step.mover.form == "both" else "touches"
     if step.manner == "hold":
-        return f"touch{'' if several else 'es'} nothing{' after' * bool(step.words)}", ""
+        return f"{touch} nothing{' after' * bool(step.words)}", ""
     passing = ", if only in passing," if step.manner == "via" else ""
-    thing = "each other" if step.mover.name == "hands_touch" else "something"
-    return f"touch{'' if several else 'es'}{passing}", thing
+    return f"{touch}{passing}", "each other" if each_other else "something"
 
 
 def _where(step: Step) -> str:
-    kind = kind_of(step.mover.members[0])
+    kind = _kind(step)
     told = {word.kind: word.values for word in step.words if not word.negated}
     level = told.get("level", ())
     at_joint = kind == "gesture" and told.get("direction") == ("place",)
@@ -383,7 +373,7 @@ def _angle(value: str) -> str:
 # How it is answered.
 
 
-def explanation(query: Query, recordings: Iterable[tuple[Capture, Mapping[str, Track]]]) -> str:
+def explanation(query: Query, recordings: Iterable[Recording]) -> str:
     """Return how a query is understood: in English, step by step, and the order of work.
 
     `recordings` are those in which is counted what each step alone would match.
@@ -397,23 +387,20 @@ def explanation(query: Query, recordings: Iterable[tuple[Capture, Mapping[str, T
     return "\n".join(lines)
 
 
-def step_counts(
-    query: Query, recordings: Iterable[tuple[Capture, Mapping[str, Track]]]
-) -> dict[str, int]:
+def step_counts(query: Query, recordings: Iterable[Recording]) -> dict[str, int]:
     """Return how many symbols each step alone would match, by the step's text.
 
     Movements, stays or rests, of pairs those together; no starting positions and, as a step
     alone is a first step, nothing that is only passed.
     """
-    states = {_alone(item): states_of(item) for item in items_of(query.pattern)}
-    counts = dict.fromkeys(states, 0)
-    for capture, tracks in recordings:
-        block = Batch(*columns_in([(capture, tracks)], query.parts), np.arange(1), Fraction(0))
-        for step, alternatives in states.items():
-            for state in alternatives:
-                events = block.events(state)
-                passing = events.passing & (state.manner != "via")
-                counts[step] += int((~events.starting & ~passing).sum())
+    steps = list(dict.fromkeys(map(_alone, items_of(query.pattern))))
+    counts = dict.fromkeys(map(str, steps), 0)
+    rest = iter(recordings)
+    while some := list(islice(rest, _AT_ONCE)):
+        for step in steps:
+            alone = query_of(Line((step,)))
+            hits = find_in(some, alone, tolerance=Fraction(0), overlaps="all")
+            counts[str(step)] += len(hits)
     return counts
 
 
@@ -421,7 +408,7 @@ def order(query: Query) -> list[str]:
     """Return what the matcher does, one sentence after the other."""
     works = [f"Take the tracks of {', '.join(sorted(query.parts))}."]
     for lines in query.pattern.alternatives:
-        line, first = str(lines.first), _begins(lines.first)
+        line, first = str(lines.first), str(_alone(next(items_of(Choice((lines,))))))
         works.append(f"Begin at each {first}" + ("." if line == first else f", and follow {line}"))
         works += [f"Keep what is {it}" for it in lines.others]
     if query.either_side:
@@ -432,13 +419,6 @@ def order(query: Query) -> list[str]:
     return [*works, *(f"Of these: {stage}" for stage in query.stages)]
 
 
-def _alone(item: Item) -> str:
+def _alone(item: Item) -> Item:
     assert isinstance(item.unit, Step)
-    return str(Item(replace(item.unit, named=True), item.length))
-
-
-def _begins(line: Line) -> str:
-    item = line.items[0]
-    if isinstance(item.unit, Bracket):
-        return _begins(item.unit.pattern.alternatives[0].first)
-    return _alone(item)
+    return Item(replace(item.unit, named=True), item.length)

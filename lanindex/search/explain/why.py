@@ -11,8 +11,8 @@ from typing import Any
 from lanindex import records
 from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.search.automaton import NEGATIONS
-from lanindex.search.explain import limits
-from lanindex.search.explain.nearness import away, doubts, nearest
+from lanindex.search.explain.changes import query_of
+from lanindex.search.explain.nearest import away, doubts, nearest, nearest_limit
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -24,6 +24,7 @@ from lanindex.search.language.query import (
     Lines,
     Query,
     Step,
+    steps_of,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
 from lanindex.search.match import find_in
@@ -119,31 +120,35 @@ def obstacle(
 
 def records_of(found: Trace) -> Iterator[dict[str, Any]]:
     """Yield a line of ``search --why --json`` for each hit, or for each alternative's end."""
-
-    def record(
-        steps: list[tuple[str, Symbols]], hit: Hit | None = None, stop: Stop | None = None
-    ) -> dict[str, Any]:
-        return {
-            "capture": found.capture.path,
-            "capture_id": found.capture.id,
-            "pattern": str(found.query),
-            "found": hit is not None,
-            "start_frame": hit.span.start if hit else None,
-            "end_frame": hit.span.stop if hit else None,
-            "fit": round(hit.fit, 3) if hit else None,
-            "steps": [
-                {"step": step, "symbols": list(map(records.of_matched, symbols))}
-                for step, symbols in steps
-            ],
-            "wanted": stop.wanted if stop else None,
-            "instead": records.of_matched(stop.instead) if stop and stop.instead else None,
-            "reason": stop.reason if stop else None,
+    common: dict[str, Any] = {
+        "capture": found.capture.path,
+        "capture_id": found.capture.id,
+        "pattern": str(found.query),
+        "found": bool(found.hits),
+        **dict.fromkeys(("start_frame", "end_frame", "fit")),
+        "steps": [],
+        **dict.fromkeys(("wanted", "instead", "reason")),
+    }
+    for hit, steps in found.hits:
+        yield {
+            **common,
+            "start_frame": hit.span.start,
+            "end_frame": hit.span.stop,
+            "fit": round(hit.fit, 3),
+            "steps": list(map(_record, steps)),
+        }
+    for stop in found.stops:
+        yield {
+            **common,
+            "steps": [_record(Matched(stop.reached, stop.symbols))] if stop.reached else [],
+            "wanted": stop.wanted,
+            "instead": records.of_matched(stop.instead) if stop.instead else None,
+            "reason": stop.reason,
         }
 
-    for hit, steps in found.hits:
-        yield record([(it.step, it.symbols) for it in steps], hit)
-    for stop in found.stops:
-        yield record([(stop.reached, stop.symbols)] if stop.reached else [], stop=stop)
+
+def _record(matched: Matched) -> dict[str, Any]:
+    return {"step": matched.step, "symbols": list(map(records.of_matched, matched.symbols))}
 
 
 def _labelled(pattern: Choice, before: str, steps: dict[str, str]) -> Choice:
@@ -195,8 +200,7 @@ class _Walk:
         }
 
     def hits(self, line: Line, *others: Beside) -> list[Hit]:
-        here = [(self.capture, self.tracks)]
-        query = Query(Choice((Lines(line, others),)))
+        here, query = [(self.capture, self.tracks)], query_of(line, *others)
         return list(find_in(here, query, tolerance=self.tolerance, overlaps="all"))
 
     def stop(self, lines: Lines) -> Stop:
@@ -248,15 +252,15 @@ class _Walk:
             return self.nowhere(line, item)
         arrow, step = line.arrows[count - 1], _first(item)
         worst = max if step.mover.form == "both" else min  # of two together both must fit
-        ways = []
+        tries = []
         for symbols in reached:
             nearest_of = []
             for part in _partners(step, symbols):
                 later = self.after(part, symbols)
                 near = nearest(later if arrow.later else later[:1], step)
                 nearest_of.append((away(near, step) if near else inf, part, near))
-            ways.append((symbols, *worst(nearest_of, key=lambda it: it[0])))
-        symbols, _, part, near = min(ways, key=lambda it: it[1])
+            tries.append((symbols, *worst(nearest_of, key=lambda it: it[0])))
+        symbols, _, part, near = min(tries, key=lambda it: it[1])
         reason = f"after {_last(symbols)} {self.instead(arrow, item, symbols, part, near)}"
         return Stop(begun, symbols, wanted, near, reason)
 
@@ -289,7 +293,7 @@ class _Walk:
             return self.hits(Line(items, line.arrows[:count], line.start))
 
         if item.repeat.least > 1:
-            met = limits.nearest(item.repeat, lambda it: bool(hits(repeat=it)))
+            met = nearest_limit(item.repeat, lambda it: bool(hits(repeat=it)))
             if met:
                 return f'"{replace(item, repeat=ONCE)}" is there {met[1]} in a row at most'
         whole = isinstance(item.unit, Bracket) and item.length and not count
@@ -387,11 +391,7 @@ def _beginning(line: Line, count: int) -> Line:
 
 
 def _first(item: Item) -> Step:
-    """Return the first step of an item."""
-    unit = item.unit
-    while isinstance(unit, Bracket):
-        unit = unit.pattern.alternatives[0].first.items[0].unit
-    return unit
+    return next(steps_of(query_of(Line((item,))).pattern))
 
 
 def _partners(step: Step, symbols: Symbols) -> tuple[str, ...]:

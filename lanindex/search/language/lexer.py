@@ -7,7 +7,7 @@ the first error reported is the first one that a reader meets.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -153,7 +153,7 @@ class Cursor:
         number, unit = (self.ahead(self.stands("compare") + ahead) for ahead in (0, 1))
         return (number.text, unit.text) if number.kind == "number" else ("", "")
 
-    def time(self, units: tuple[str, ...] = UNITS) -> Time:
+    def time(self, units: Collection[str] = UNITS) -> Time:
         """Read a time, which goes here: ``0.3s``, ``300ms``, ``9f``, ``2b``; or in other units."""
         number = self.take("number")
         if number is None:
@@ -167,7 +167,7 @@ class Cursor:
             )
         return Time(Fraction(said), self.advance().text)
 
-    def length(self, units: tuple[str, ...] = UNITS) -> Length | None:
+    def length(self, units: Collection[str] = UNITS) -> Length | None:
         """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
         if self.stands("compare") or self.stands("number"):
             return self._range(lambda: self.time(units))

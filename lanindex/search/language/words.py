@@ -166,7 +166,7 @@ BESIDE_CELLS = (*AMOUNTS, *GRADES)  # what no cell tells
 _NAMES_TOO = ("feet", "bend", *GRADES)  # what a colon or an @ can make a name
 
 DEGREES = "deg"
-UNITS = ("s", "ms", "f", "b")  # units of time: seconds, milliseconds, frames of the source, beats
+UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}  # of time, with what they are called
 
 ONE_WORD_RELATIONS = ("with", "overlapping", "during", "without", "after", "before", "never")
 TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
@@ -329,8 +329,11 @@ class Vocabulary:
 
     def bending(self, mover: Mover) -> Mover | None:
         """Return whose elbow or knee bends when a limb does; None where that is not known."""
-        members = tuple(BENDS.get(part, "") for part in mover.members)
-        those = (mover.form, members)
+        return self.of(mover.form, tuple(BENDS.get(part, "") for part in mover.members))
+
+    def of(self, form: str, members: tuple[str, ...]) -> Mover | None:
+        """Return who moves in a form, one, either or both, and may mean certain parts."""
+        those = (form, members)
         return next((it for it in self.movers.values() if (it.form, it.members) == those), None)
 
     def spelt_apart(self, *words: str) -> Mover | None:
