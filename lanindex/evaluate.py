@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex import records
-from lanindex.errors import PatternError, UsageError, quoted, shown
+from lanindex.errors import LanindexError, PatternError, UsageError, quoted, shown
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.apart import searcher
@@ -125,12 +125,15 @@ class Result:
         By clip.
     misses : tuple of Miss
         The clips where the two differ.
+    refused : tuple of LanindexError
+        An error for each clip that is too rich for the pattern; it counts as not found.
     """
 
     expectation: Expectation
     found: tuple[bool, ...]
     wanted: tuple[bool, ...]
     misses: tuple[Miss, ...]
+    refused: tuple[LanindexError, ...] = ()
 
     def counts(self) -> tuple[int, int, int]:
         """Return how many were rightly found, wrongly found, and missed."""
@@ -322,7 +325,8 @@ def evaluate(
     for done, expectation in enumerate(expectations):
         watch = partial(_searching, patience, done, len(expectations))
         watch()
-        hits = search(expectation.query, watch)
+        refused: list[LanindexError] = []
+        hits = search(expectation.query, watch, refused)
         first: dict[int, int] = {}
         for index, (capture, _) in enumerate(hits.spans()):
             first.setdefault(capture.id, index)
@@ -333,7 +337,7 @@ def evaluate(
             for clip, got, should in zip(clips, found, wanted, strict=True)
             if got != should
         )
-        results.append(Result(expectation, found, wanted, misses))
+        results.append(Result(expectation, found, wanted, misses, tuple(refused)))
     return results
 
 

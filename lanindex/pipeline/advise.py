@@ -11,6 +11,7 @@ from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
 from lanindex.pipeline.how import How
+from lanindex.pipeline.search import named
 from lanindex.search.explain.advice import SECONDS, Advice, Budget, Found, LeftOut, advise
 from lanindex.search.fields import extras_in
 from lanindex.search.hits import Hits
@@ -23,7 +24,7 @@ def suggest(
     numbers: Sequence[int] | None,
     how: How,
     budget: Budget | None = None,
-) -> Advice:
+) -> tuple[Advice, list[LanindexError]]:
     """Return what to do about a query that finds nothing.
 
     Parameters
@@ -38,17 +39,27 @@ def suggest(
         How exactly it was looked for; what is offered is looked for likewise.
     budget : Budget, optional
         How long it may take, about.
+
+    Returns
+    -------
+    tuple
+        The advice, and an error for each capture that is too rich for a pattern that was tried;
+        its hits are not counted.
     """
     budget = budget or Budget(SECONDS)
     query = replace(query, stages=())  # a pipe finds nothing by itself
+    refused: dict[str, LanindexError] = {}
 
     def count(query: Query, among: Sequence[int] | None = numbers) -> Found | None:
         if budget.late():
             return None
+        rich: list[LanindexError] = []
         try:
-            return _counted(library, query, among, how, budget)
-        except (TimeoutError, LanindexError):  # or it fits in too many ways
+            found = _counted(library, query, among, how, budget, rich)
+        except (TimeoutError, LanindexError):  # or no edits are allowed in it
             return None
+        refused.update({error.place: error for error in rich})
+        return found
 
     elsewhere = None if numbers is None else count(query, None)
     roster, _ = library.columns(query.parts, numbers)
@@ -59,7 +70,10 @@ def suggest(
         advice = advise(query, count, reader(library), budget=budget)
     if elsewhere and elsewhere[0]:
         advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
-    return advice
+    errors = list(refused.values())
+    for line in named(errors):
+        library.tell(line)
+    return advice, errors
 
 
 def _counted(
@@ -68,6 +82,7 @@ def _counted(
     numbers: Sequence[int] | None,
     how: How,
     budget: Budget,
+    refused: list[LanindexError],
 ) -> Found:
     """Return how many hits there are, and in how many captures; give up what takes too long."""
     roster, columns = library.columns(query.parts, numbers, more=extras_in(query))
@@ -84,7 +99,7 @@ def _counted(
             watch(0, 0)
             yield recording
 
-    found = Hits(how.find(query, roster, columns, recordings, watch), "")
+    found = Hits(how.find(query, roster, columns, recordings, watch, refused=refused), "")
     return len(found), found.captures
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from os import PathLike
 
-from lanindex.errors import UsageError
+from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import Columns, columns_of, roster_of
 from lanindex.pipeline.how import How
@@ -17,8 +17,8 @@ from lanindex.search.match import Watch
 
 def searcher(
     captures: Sequence[Capture], tracks: Sequence[Mapping[str, Track]], how: How
-) -> Callable[[Query, Watch | None], Hits]:
-    """Return what searches some captures for a query.
+) -> Callable[[Query, Watch | None, list[LanindexError] | None], Hits]:
+    """Return what searches some captures for a query, with `watch` and `refused` of `How.find`.
 
     Parameters
     ----------
@@ -37,11 +37,11 @@ def searcher(
     ) -> list[tuple[Capture, Mapping[str, Track]]]:
         return [(captures[place], tracks[place]) for place in places]
 
-    def search(query: Query, watch: Watch | None = None) -> Hits:
+    def search(query: Query, watch: Watch | None, refused: list[LanindexError] | None) -> Hits:
         for part in set(query.parts) - columns.keys():
             columns[part] = columns_of(part, captures, [own.get(part) for own in tracks])
         own = {part: columns[part] for part in query.parts}
-        return Hits(how.find(query, roster, own, recordings, watch), str(query))
+        return Hits(how.find(query, roster, own, recordings, watch, refused=refused), str(query))
 
     return search
 
@@ -82,5 +82,5 @@ def matched(
     if query.stages:
         raise UsageError(f'"| {query.stages[0]}"', wanted="a pattern without a pipe")
     capture = Capture(1, "score", "lnd", "", "", Fraction(score.rate), score.frames, score.meter)
-    hits = searcher([capture], [score.tracks], How.read())(query, None)
+    hits = searcher([capture], [score.tracks], How.read())(query, None, None)
     return [list(hit.symbols) for hit in hits]

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 from lanindex.library import store
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lanindex.errors import LanindexError
     from lanindex.library.find import Where
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.language.builder import Pattern
@@ -16,6 +19,9 @@ if TYPE_CHECKING:
 
 class Asking(store.Store):
     """A library that can be asked about patterns."""
+
+    refused: Sequence[LanindexError] = ()
+    """Of the searches so far: an error for each capture that was too rich to be answered."""
 
     if TYPE_CHECKING:
 
@@ -46,7 +52,8 @@ class Asking(store.Store):
         -------
         Advice
             What is found without each condition, and the nearest patterns that find something;
-            what has been looked at after some two seconds.
+            what has been looked at after some two seconds. Captures that are too rich for one of
+            them are left out: `refused` has an error for each.
 
         Raises
         ------
@@ -71,7 +78,9 @@ class Asking(store.Store):
 
         how = How.read(tolerance, overlaps, near, fuzzy)
         query, chosen = self._asked(pattern, within, where, strict)
-        return suggest(self, query, chosen, how)
+        advice, refused = suggest(self, query, chosen, how)
+        self.refused = [*self.refused, *refused]
+        return advice
 
     def why(
         self,
@@ -96,7 +105,7 @@ class Asking(store.Store):
         -------
         Trace
             The hits with the symbols that matched each step; where there are none, the furthest
-            beginning that is found, and what came there instead.
+            beginning that is found, and what came there instead; or why it cannot be told.
 
         Raises
         ------

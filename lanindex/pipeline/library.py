@@ -6,7 +6,7 @@ import os
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from lanindex.errors import LanindexError, PatternError
+from lanindex.errors import PatternError
 from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
 from lanindex.pipeline.exporting import Exporting
@@ -15,7 +15,7 @@ from lanindex.search.hits import Hits
 from lanindex.search.stages import piped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from lanindex.library.find import Where
     from lanindex.model import Reading
@@ -54,9 +54,6 @@ class Library(Asking, Exploring, Exporting):
 
     words: str | os.PathLike[str] | None = None
     """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
-
-    refused: Sequence[LanindexError] = ()
-    """Of the searches so far: an error for each capture that was too rich to be answered."""
 
     def ingest(
         self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
@@ -84,14 +84,19 @@ def search(
     try:
         refused: list[LanindexError] = []
         found = how.find(query, roster, columns, recordings, watch, best, memory, refused)
-        for error in refused[:MOST_NAMED]:
-            library.tell(str(error))
-        if more := refused[MOST_NAMED:]:
-            library.tell(f"{len(more)} more captures are too rich for this pattern")
+        for line in named(refused):
+            library.tell(line)
         return found, refused
     except MemoryError:
         place = library.place
     raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)
+
+
+def named(refused: Sequence[LanindexError]) -> Iterator[str]:
+    """Yield a line for each capture that is too rich for a pattern; of many, for the first ones."""
+    yield from map(str, refused[:MOST_NAMED])
+    if more := refused[MOST_NAMED:]:
+        yield f"{len(more)} more captures are too rich for this pattern"
 
 
 def _absent(columns: Mapping[str, Columns]) -> list[str]:

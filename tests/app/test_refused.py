@@ -1,11 +1,13 @@
 """Captures that are too rich for a pattern: named, and the others answered."""
 
+import json
 from pathlib import Path
 
 import pytest
 from sample import sample_score
 from typer.testing import CliRunner
 
+from lanindex import write_lnd
 from lanindex.app.cli import app
 from lanindex.pipeline import open_library
 from lanindex.search.match import arrays, context
@@ -42,6 +44,55 @@ def test_python_has_an_error_for_each(db: Path) -> None:
         assert len(library.refused) == 6
         assert len(library.search("r_arm high")) > 0
         assert len(library.refused) == 6
+
+
+def test_why_says_that_it_cannot_be_told(db: Path) -> None:
+    done = CliRunner().invoke(app, ["search", PATTERN, "--why", "3.lnd", "--db", str(db)])
+    assert done.exit_code == 2
+    with open_library(db) as library:
+        seen = library.why(PATTERN, "3.lnd")
+        assert (seen.hits, seen.stops) == ((), ())
+        assert seen.refused
+        assert str(seen.refused).startswith("3.lnd: the pattern fits in too many ways. Put fewer")
+        assert library.why(PATTERN, "a.lnd").hits
+
+
+NOTHING = PATTERN.replace("> 0.1s", "> 900s")
+
+
+def test_a_search_that_finds_nothing_elsewhere_says_what_would_be_found(db: Path) -> None:
+    done = CliRunner().invoke(app, ["search", NOTHING, "--db", str(db)])
+    assert done.exit_code == 2
+    assert "2.lnd: the pattern fits in too many ways" in done.stderr
+    assert "The nearest patterns that find something:" in done.stderr
+
+
+def test_advice_counts_the_other_captures(db: Path) -> None:
+    told: list[str] = []
+    with open_library(db) as library:
+        library.tell = told.append
+        left_out = {it.condition: it for it in library.suggest(NOTHING).left_out}
+        assert left_out["where b.end - a.start > 900s"].captures == 2
+        assert [line.split(":")[0] for line in told[:5]] == [f"{it}.lnd" for it in "23456"]
+        assert len(library.refused) == 6
+
+
+def test_evaluate_names_them_and_counts_them_as_not_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(context, "MOST_TRIED", 1_000)
+    for name in ("few", "many"):
+        score = sample_score(0, ("r_arm", "l_arm"), 6 if name == "few" else 60)
+        (tmp_path / f"{name}.lnd").write_text(write_lnd(score))
+    (tmp_path / "labels.csv").write_text("file,label\nfew.lnd,x\nmany.lnd,x\n")
+    (tmp_path / "patterns.toml").write_text(f"long = {{pattern = '{PATTERN}', positives = ['x']}}")
+    files = ["--labels", f"{tmp_path}/labels.csv", "--patterns", f"{tmp_path}/patterns.toml"]
+    done = CliRunner().invoke(app, ["evaluate", str(tmp_path), *files, "--misses", "--json"])
+    assert done.exit_code == 2
+    assert f"long: {tmp_path}/many.lnd: the pattern fits in too many ways" in done.stderr
+    result = json.loads(done.stdout.splitlines()[0])
+    assert (result["found_rightly"], result["missed"]) == (1, 1)
+    assert result["misses"][0]["obstacle"] == "the pattern fits in too many ways"
 
 
 def test_in_less_memory_the_same_hits_are_found(

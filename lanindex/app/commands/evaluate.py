@@ -47,6 +47,7 @@ def run(
     from lanindex.app.formatting import counted
     from lanindex.encode.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
+    from lanindex.pipeline.search import named as too_rich
 
     chosen, named = read_patterns(patterns), _labels(labels)
     reader = read_clips(folder, named, load(profile), jobs=jobs or os.cpu_count() or 1)
@@ -60,6 +61,9 @@ def run(
             out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")
     results = evaluate(clips, chosen, near=near, fuzzy=fuzzy, timeout=timeout, tell=out.watch)
     end_progress()
+    for result in results:
+        for line in too_rich(result.refused):
+            say_error(f"{result.expectation.name}: {line}; it counts as not found")
     _print(out, results, misses)
     total = summary(results)
     mean, error = total["mean_f1"], total["standard_error"]
@@ -70,8 +74,9 @@ def run(
         out.line(", ".join((f"mean F1 {mean:.3f} ± {error:.3f}", *counts)))
     if mean is None:
         out.note("nothing was measured: no clip has a label that a pattern should find")
-    if failed or mean is None:
-        raise typer.Exit(2 if failed else 1)
+    refused = any(result.refused for result in results)
+    if failed or refused or mean is None:
+        raise typer.Exit(2 if failed or refused else 1)
 
 
 def _compare(out: Output, folder: Path, table: str, named: Labels, clips: Sequence[Clip]) -> None:

@@ -150,12 +150,10 @@ def run(
         if into is not None and found:
             return written.write(out, found, asked_for, limit, by_fit=sort == "fit")
         telling.tell(out, library, found, best)
-        if library.refused:
-            raise typer.Exit(2)
-        if not found:
-            if not quiet:
-                _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
-            raise typer.Exit(1)
+        if not found and not quiet:
+            _advise(out, library.suggest(pattern, fuzzy=fuzzy, **how, **among))
+        if library.refused or not found:
+            raise typer.Exit(2 if library.refused else 1)
 
 
 def _refuse_fuzzy(fuzzy: str | None, why: str | None) -> None:
@@ -181,6 +179,8 @@ def _trace(out: Output, seen: Trace) -> bool:
     from lanindex.app import formatting
     from lanindex.search.explain.why import records_of
 
+    if seen.refused:
+        raise seen.refused
     if out.json:
         for record in records_of(seen):
             out.record(record)

@@ -9,6 +9,7 @@ from math import inf
 from typing import Any
 
 from lanindex import records
+from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.search.automaton import NEGATIONS
 from lanindex.search.explain.changes import query_of
@@ -65,6 +66,8 @@ class Trace:
         What was found, each with its steps.
     stops : tuple of Stop
         Where nothing was found: how far each alternative came.
+    refused : LanindexError or None
+        Why this cannot be told: the capture is too rich for the query.
 
     Examples
     --------
@@ -78,8 +81,9 @@ class Trace:
 
     query: Query
     capture: Capture
-    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...]
-    stops: tuple[Stop, ...]
+    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()
+    stops: tuple[Stop, ...] = ()
+    refused: LanindexError | None = None
 
 
 def trace(
@@ -97,13 +101,14 @@ def trace(
     plain = replace(query, stages=())
     steps: dict[str, str] = {}
     labelled = replace(plain, pattern=_labelled(plain.pattern, "", steps))
-    found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
-    hits = tuple((hit, tuple(_matched(hit, steps))) for hit in found)
-    if hits:
-        return Trace(query, capture, hits, ())
-    walk = _Walk(plain, capture, tracks, tolerance)
     alternatives = [it for pattern in plain.patterns for it in pattern.alternatives]
-    return Trace(query, capture, (), tuple(map(walk.stop, alternatives)))
+    try:
+        found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
+        hits = tuple((hit, tuple(_matched(hit, steps))) for hit in found)
+        walk = _Walk(plain, capture, tracks, tolerance)
+        return Trace(query, capture, hits, () if hits else tuple(map(walk.stop, alternatives)))
+    except LanindexError as error:
+        return Trace(query, capture, refused=error)
 
 
 def obstacle(
@@ -115,6 +120,8 @@ def obstacle(
 ) -> str:
     """Return why a query finds nothing in a capture, one reason for each alternative."""
     seen = trace(query, capture, tracks, tolerance=tolerance)
+    if seen.refused:
+        return seen.refused.found
     return "; or ".join(stop.reason for stop in seen.stops) or "nothing: it is found"
 
 
