@@ -17,8 +17,7 @@ from lanindex.model import Capture, Hit, Span, Track
 from lanindex.model.columns import Roster, columns_of
 from lanindex.pipeline.named import ranged, stored, within
 from lanindex.pipeline.patience import Patience, silent
-from lanindex.search.example.align import Pair, pairs
-from lanindex.search.example.clips import Clips, Source
+from lanindex.search.example.align import Clips, Pair, Source, pairs
 from lanindex.search.example.nearest import Near, nearest
 from lanindex.search.hits import Hits
 

@@ -68,9 +68,9 @@ from lanindex.alphabet import PARTS
 from lanindex.encode import encode
 from lanindex.formats import read
 from lanindex.pipeline.labels import read_labels
-from lanindex.search.example import align, clips, nearest
-from lanindex.search.example.clips import Clips, Source
-from lanindex.search.example.warping import normalised, warped
+from lanindex.pipeline.rerank import normalised, warped
+from lanindex.search.example import align, nearest
+from lanindex.search.example.align import Clips, Source
 
 STYLES: dict[str, Callable[[Path], str]] = {
     "bandai2": lambda path: path.stem.split("_")[-2],
@@ -185,7 +185,7 @@ def bounded(own: Set) -> Ranking:
 def dwelling(own: Set) -> Ranking:
     """How long each part is in each cell, blurred over neighbouring ones: no order at all."""
     table = []
-    middles = clips.POINTS.reshape(-1, 3)
+    middles = align.POINTS.reshape(-1, 3)
     blur = np.exp(-np.square(middles[:, None] - middles).sum(axis=2) / 0.5)
     blur /= blur.sum(axis=1, keepdims=True)
     for clip, frames in zip(own.rows, own.frames, strict=True):
@@ -280,17 +280,12 @@ def main() -> None:
         told("all parts jointly: poses of symbols, warped", own, jointly(own))
         told("without runner-up cells", own, aligned(own, without("margin")))
         told("without swings", own, aligned(own, without("swings")))
-        for constant in ("SUBSTITUTED", "PACE", "POSE"):
+        for constant in ("SUBSTITUTED", "PACE", "POSE", "STEP"):
             kept = getattr(align, constant)
             for value in (0.0, kept / 2, 2 * kept):
                 setattr(align, constant, value)
                 told(f"{constant} {value:g} in place of {kept:g}", own, aligned(own))
             setattr(align, constant, kept)
-        kept = clips.STEP
-        for value in (0.0, kept / 2, 2 * kept):
-            clips.STEP = value
-            told(f"STEP {value:g} in place of {kept:g}", own, aligned(own))
-        clips.STEP = kept
         timed(own, ways)
 
 

@@ -22,10 +22,18 @@ from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lanindex.search.example.align import paired
-from lanindex.search.example.clips import POINTS, Clips, Floats, Numbers, Watch, lowest, unwatched
+from lanindex.search.example.align import (
+    POINTS,
+    Clips,
+    Doubles,
+    Floats,
+    Numbers,
+    Watch,
+    lowest,
+    paired,
+    unwatched,
+)
 
 PAIRS = 60_000
 """Pairs that are aligned, about; of each clip `FEWEST` at least."""
@@ -47,9 +55,6 @@ _NEAREST = 1e-6
 
 _BLOCK, _TREES = 2048, 8
 """Clips that are compared each with each, and how often more are dealt out into such blocks."""
-
-
-Doubles = NDArray[np.float64]
 
 
 class Group(NamedTuple):

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import PASSING, Columns, codes_of, ranges
-from lanindex.search.example.clips import Numbers, Watch, unwatched
+from lanindex.search.example.align import Numbers, Watch, unwatched
 
 LONGEST = 12
 """Steps of a motif, at the most."""

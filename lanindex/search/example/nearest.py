@@ -19,22 +19,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.model.columns import ranges
-from lanindex.search.example.align import CALM, SUBSTITUTED, begun, compared, likeness, savings_of
-from lanindex.search.example.clips import (
+from lanindex.search.example.align import (
+    CALM,
     STEP,
+    SUBSTITUTED,
     Clips,
+    Doubles,
     Floats,
     Moves,
     Numbers,
     Source,
     Watch,
     Windows,
+    begun,
+    compared,
+    likeness,
     lowest,
     pieces,
+    savings_of,
     unwatched,
 )
-
-Doubles = NDArray[np.float64]
 
 LONGER = 4.0
 """From how many times the length of the example on a clip is looked through by stretches, too."""

@@ -10,8 +10,7 @@ from plain_example import likeness, middle
 from lanindex.model import SYMBOL
 from lanindex.search.example import align
 from lanindex.search.example import nearest as module
-from lanindex.search.example.align import compared, pairs
-from lanindex.search.example.clips import POINTS
+from lanindex.search.example.align import POINTS, compared, pairs
 from lanindex.search.example.nearest import bounds_of, nearest
 
 RATE = 30.0

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from made_clips import PARTS, clips, clips_of, dance
 
 from lanindex.search.example import groups
-from lanindex.search.example.align import compared
-from lanindex.search.example.clips import unwatched
+from lanindex.search.example.align import compared, unwatched
 from lanindex.search.example.groups import grouped, linked, near, signatures
 
 

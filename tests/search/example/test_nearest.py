@@ -5,7 +5,7 @@ import pytest
 from made_clips import clips_of, dance, source_of
 
 from lanindex.search.example import nearest as module
-from lanindex.search.example.clips import Source
+from lanindex.search.example.align import Source
 from lanindex.search.example.nearest import nearest
 
 RATE = 30.0
