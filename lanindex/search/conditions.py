@@ -7,7 +7,7 @@ not have, a direction that a symbol lacks) makes every condition on it false.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from fractions import Fraction
 from typing import Any, TypeVar
 
@@ -25,6 +25,7 @@ from lanindex.search.language.clauses import (
     Sum,
     Term,
     Text,
+    references_in,
 )
 from lanindex.search.language.times import Clock, Time
 
@@ -43,16 +44,11 @@ _EIGHTH = 45
 Amount = TypeVar("Amount", int, NDArray[np.int64])
 
 
-def names_in(conditions: Iterable[Condition]) -> frozenset[str]:
+def names_in(conditions: Collection[Condition]) -> frozenset[str]:
     """Return the names that conditions speak of: labels, ``clip`` and ``match``."""
-    names: set[str] = set()
-    for condition in conditions:
-        if isinstance(condition, Mirrors):
-            names |= {condition.first, condition.second}
-        else:
-            terms = [*condition.left.terms, *condition.right.terms]
-            names |= {term.name for _, term in terms if isinstance(term, Reference)}
-    return frozenset(names)
+    mirrored = [it for it in conditions if isinstance(it, Mirrors)]
+    labels = {name for it in mirrored for name in (it.first, it.second)}
+    return frozenset(labels | {it.name for it in references_in(conditions)})
 
 
 def meets(capture: Capture, condition: Comparison) -> bool:

@@ -13,10 +13,10 @@ from query_cases import recordings_of
 
 from lanindex.errors import PatternError
 from lanindex.search.explain.advice import Advice, Budget, LeftOut, Suggestion, advise
-from lanindex.search.explain.changes import conditions, edited, everywhere, places
+from lanindex.search.explain.changes import conditions, edited, places
 from lanindex.search.explain.nearest import nearest_limit
 from lanindex.search.language import parse
-from lanindex.search.language.query import Repeat, Skips
+from lanindex.search.language.query import Repeat, Skips, everywhere
 from lanindex.search.language.times import Clock, Length, Time
 
 

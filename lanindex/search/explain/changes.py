@@ -23,6 +23,7 @@ from lanindex.search.language.query import (
     Repeat,
     Step,
     Word,
+    everywhere,
     mirrored,
 )
 from lanindex.search.language.times import Length, Time, decimal
@@ -61,19 +62,6 @@ def _put(node: Any, put: Callable[[Any], Any], name: str, index: int, other: Any
     if isinstance(value, tuple):
         other = (*value[:index], other, *value[index + 1 :])
     return put(replace(node, **{name: other}))
-
-
-def everywhere(node: Any, changed: Callable[[Any], Any]) -> Any:
-    """Return a query with every node replaced by what a function makes of it, leaves first."""
-
-    def inside(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return tuple(map(inside, value))
-        return everywhere(value, changed) if is_dataclass(value) else value
-
-    return changed(
-        replace(node, **{it.name: inside(getattr(node, it.name)) for it in fields(node)})
-    )
 
 
 # Without a condition.

@@ -36,7 +36,7 @@ from lanindex.search.language.query import (
     Word,
     items_of,
 )
-from lanindex.search.language.times import Length, Time, decimal, degrees, sixths
+from lanindex.search.language.times import Length, Time, decimal, degrees
 from lanindex.search.language.words import UNITS, Mover
 from lanindex.search.match import find_in
 from lanindex.search.match.finder import Recording
@@ -356,7 +356,7 @@ def _degree(value: str) -> str:
     how, _, said = value.partition(" ")
     if not said:
         return "" if how in ("bend", "stretch") else how
-    least, most = sixths(said)
+    least, most = degrees(said)
     some = f"{least} to {most}" if most is not None and most > least else str(least)
     degree = f"degree {some}" if most is not None else f"degree {least} or more"
     return f"bent by {degree}" if how == "bent" else f"to {degree}"

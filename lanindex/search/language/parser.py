@@ -24,7 +24,7 @@ from lanindex.search.language.query import (
     Skips,
     Step,
     last_movers,
-    mirrored_unit,
+    mirrored,
     steps_in,
     steps_taken,
 )
@@ -396,7 +396,7 @@ class _Parser(Cursor):
         if is_lnd(self):
             self.timed = True
             unit, timed = score_at(self, self.strict)
-            return mirrored_unit(unit) if self.mirror else unit, timed
+            return mirrored(unit) if self.mirror else unit, timed
         return step_at(self, carried, after, self.mirror), None
 
     def bracket(self, carried: frozenset[Mover]) -> Bracket:

@@ -7,9 +7,10 @@ parser takes mirror images, so that nobody below has to think of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
+from typing import Any, TypeVar
 
 from lanindex.search.language.clauses import Condition, Stage
 from lanindex.search.language.times import Length, decimal, whole_range
@@ -299,23 +300,23 @@ def last_movers(unit: Step | Bracket) -> frozenset[Mover]:
     return frozenset(mover for it in units for mover in last_movers(it))
 
 
-def mirrored(pattern: Choice) -> Choice:
-    """Return the mirror image of a pattern: of its parts and of its directions."""
-    return Choice(tuple(map(_mirrored_lines, pattern.alternatives)))
+def everywhere(node: Any, changed: Callable[[Any], Any]) -> Any:
+    """Return a tree with every node replaced by what a function makes of it, leaves first."""
+
+    def inside(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(map(inside, value))
+        return everywhere(value, changed) if is_dataclass(value) else value
+
+    return changed(
+        replace(node, **{it.name: inside(getattr(node, it.name)) for it in fields(node)})
+    )
 
 
-def _mirrored_lines(lines: Lines) -> Lines:
-    others = tuple(replace(it, line=_mirrored_line(it.line)) for it in lines.others)
-    return Lines(_mirrored_line(lines.first), others)
+Node = TypeVar("Node", Choice, Step | Bracket)
 
 
-def _mirrored_line(line: Line) -> Line:
-    return replace(line, items=tuple(replace(it, unit=mirrored_unit(it.unit)) for it in line.items))
-
-
-def mirrored_unit(unit: Step | Bracket) -> Step | Bracket:
-    """Return the mirror image of a step or bracket."""
-    if isinstance(unit, Bracket):
-        return Bracket(mirrored(unit.pattern))
-    words = tuple(word.mirrored() for word in unit.words)
-    return replace(unit, mover=unit.mover.mirrored(), words=words)
+def mirrored(node: Node) -> Node:
+    """Return the mirror image of a pattern, a step or a bracket: of its parts and directions."""
+    image: Node = everywhere(node, lambda it: it.mirrored() if isinstance(it, Mover | Word) else it)
+    return image

@@ -68,39 +68,27 @@ class Length:
         return whole_range(self.form, wanted, longest, wanted * _ABOUT)
 
 
+_NUMBER = r"(\d+(?:\.\d+)?)(?:deg)?"
+_RANGE = re.compile(rf"([<>]=?)?{_NUMBER}(\+|\.\.)?(?:{_NUMBER})?")
+
+
 def degrees(said: str) -> tuple[int, int | None]:
-    """Return the fewest and the most whole degrees that an angle as written means, None: no limit.
+    """Return the fewest and the most whole degrees that are meant as written, None: no limit.
+
+    They are those of an angle, or those to which a limb is bent.
 
     Examples
     --------
     >>> from lanindex.search.language.times import degrees
     >>> degrees("90deg"), degrees(">180deg"), degrees("45deg..90deg")
     ((68, 112), (181, None), (45, 90))
-    """
-    return _range(said, _ABOUT_DEGREES)
-
-
-def sixths(said: str) -> tuple[int, int | None]:
-    """Return the least and the most degree of bending that is meant, None: no limit.
-
-    Examples
-    --------
-    >>> from lanindex.search.language.times import sixths
-    >>> sixths("3"), sixths("3+"), sixths("2..4"), sixths("<2")
+    >>> degrees("3"), degrees("3+"), degrees("2..4"), degrees("<2")
     ((3, 3), (3, None), (2, 4), (0, 1))
     """
-    return _range(said, Fraction(0))
-
-
-_NUMBER = r"(\d+(?:\.\d+)?)(?:deg)?"
-_RANGE = re.compile(rf"([<>]=?)?{_NUMBER}(\+|\.\.)?(?:{_NUMBER})?")
-
-
-def _range(said: str, off: Fraction) -> tuple[int, int | None]:
     match = _RANGE.fullmatch(said)
     assert match, said
     compare, number, form, last = match.groups()
-    wanted = Fraction(number)
+    wanted, off = Fraction(number), _ABOUT_DEGREES if "deg" in said else Fraction(0)
     return whole_range(compare or form or "~", wanted, Fraction(last or number), off)
 
 

@@ -30,7 +30,7 @@ from lanindex.alphabet import (
 )
 from lanindex.model.bends import bending, stretching
 from lanindex.model.measures import ABOVE, BELOW, GRADES, USUAL
-from lanindex.search.language.times import degrees, sixths
+from lanindex.search.language.times import degrees
 
 ANY = "any"
 ABSENT = ""  # what a symbol is that has no direction, no level or no amount
@@ -248,7 +248,7 @@ def bend_amounts(value: str) -> frozenset[str]:
     ([5, 6], [5, 6, 12, 13])
     """
     word, _, degree = value.partition(" ")
-    least, most = sixths(degree) if degree else _BEND_RANGES[word]
+    least, most = degrees(degree) if degree else _BEND_RANGES[word]
     some = range(least, (SIXTHS if most is None else min(most, SIXTHS)) + 1)
     ways = {"bend": (bending,), "stretch": (stretching,)}.get(word, (bending, stretching))
     return frozenset(str(way(degree)) for way in ways for degree in some)
