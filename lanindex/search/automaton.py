@@ -185,14 +185,6 @@ def counts(pattern: Choice) -> bool:
     )
 
 
-def states_of(item: Item) -> tuple[State, ...]:
-    """Return what one step alone asks for, as states of their own: one a side."""
-    if isinstance(item.unit, Bracket):
-        return ()
-    sides = SIDES if item.unit.mover.form == "either" else SIDES[:1]
-    return tuple(_state(0, item.unit, item.length, side) for side in sides)
-
-
 def followers(program: Program) -> list[list[int]]:
     """Return by state the states that an edge leads to."""
     return [sorted({edge.entry.state for edge in edges}) for edges in program.edges]

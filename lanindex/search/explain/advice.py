@@ -11,7 +11,6 @@ from math import inf
 from time import monotonic, process_time
 
 from lanindex.search.explain.changes import Condition, conditions, edited, places, query_of
-from lanindex.search.explain.nearest import Limit, nearest_limit
 from lanindex.search.language.query import Item, Line, Query, Step
 
 SECONDS = 2.0
@@ -266,22 +265,19 @@ class _Adviser:
 
     def nearest(self, condition: Condition) -> str:
         """Return how near a condition came to be met, and offer what that would find."""
-        limit, asking = condition.limit, condition.asking
-        if limit is None or asking is None:
-            return ""
 
-        def met(other: Limit) -> bool:
-            found = self.count(asking(other))
+        def finds(query: Query) -> bool:
+            found = self.count(query)
             if found is None:
                 raise TimeoutError
             return bool(found[0])
 
         with suppress(TimeoutError):
-            if near := nearest_limit(limit, met):
-                query = asking(near[0])
+            if near := condition.nearest(finds):
+                query, number = near
                 if self.readable(query):
                     self.keep(_OTHER_NUMBER, query)
-                return condition.told.format(near[1])
+                return condition.told.format(number)
         return ""
 
     def combined(self) -> list[tuple[float, Query]]:

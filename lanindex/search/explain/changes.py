@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from lanindex.alphabet import LEVELS
 from lanindex.search.automaton import NEGATIONS
-from lanindex.search.explain.nearest import Limit
+from lanindex.search.explain.nearest import Limit, nearest_limit
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -30,9 +30,9 @@ from lanindex.search.language.times import Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, Mover, Vocabulary
 
 
-def query_of(line: Line, *others: Beside) -> Query:
-    """Return a query for one line with those beside it."""
-    return Query(Choice((Lines(line, others),)))
+def query_of(lines: Line | Lines) -> Query:
+    """Return a query for a line, or for lines side by side."""
+    return Query(Choice((Lines(lines) if isinstance(lines, Line) else lines,)))
 
 
 class Place(NamedTuple):
@@ -76,7 +76,12 @@ class Condition:
     step: str = ""  # of a word, the step that says it
     limit: Limit | None = None  # where it bounds a number
     told: str = ""  # how to tell the nearest number
-    asking: Callable[[Limit], Query] | None = None  # the query with another limit instead
+    asking: Callable[[Any], Query] = Query  # takes another limit: the query with that instead
+
+    def nearest(self, finds: Callable[[Query], bool]) -> tuple[Query, str] | None:
+        """Return the query with the nearest limit that finds something, and the number there."""
+        near = self.limit and nearest_limit(self.limit, lambda it: finds(self.asking(it)))
+        return (self.asking(near[0]), near[1]) if near else None
 
 
 _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
@@ -166,6 +171,17 @@ def _written(step: Step) -> Step:
     if step.words or step.named or step.manner == "hold":
         return step
     return replace(step, words=(Word("direction", (ANY,)),))
+
+
+def beginnings(lines: Lines) -> Iterator[Lines]:
+    """Yield ever longer beginnings: each with one step more, then the end, then a line more."""
+    line = lines.first
+    for count in range(1, len(line.items) + 1):
+        yield Lines(Line(line.items[:count], line.arrows[: count - 1], line.start))
+    if line.end:
+        yield Lines(line)
+    for count in range(len(lines.others)):
+        yield Lines(line, lines.others[: count + 1])
 
 
 # With something like it.

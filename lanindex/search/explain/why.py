@@ -12,8 +12,8 @@ from lanindex import records
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.search.automaton import NEGATIONS
-from lanindex.search.explain.changes import query_of
-from lanindex.search.explain.nearest import away, doubts, nearest, nearest_limit
+from lanindex.search.explain.changes import beginnings, conditions, query_of
+from lanindex.search.explain.nearest import away, doubts, nearest
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -31,6 +31,8 @@ from lanindex.search.language.times import TOLERANCE, Clock, Length
 from lanindex.search.match import find_in
 
 Symbols = tuple[Symbol, ...]
+_Near = tuple[Symbols, Symbol | None, str]
+"""What was reached, what came nearest to what should have followed, and all that in a sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,37 +208,54 @@ class _Walk:
             for part, track in tracks.items()
         }
 
-    def hits(self, line: Line, *others: Beside) -> list[Hit]:
-        here, query = [(self.capture, self.tracks)], query_of(line, *others)
+    def hits(self, query: Query) -> list[Hit]:
+        here = [(self.capture, self.tracks)]
         return list(find_in(here, query, tolerance=self.tolerance, overlaps="all"))
 
     def stop(self, lines: Lines) -> Stop:
         """Return how far one alternative comes that is not found."""
-        line = _flat(lines.first)
-        reached: list[Symbols] = []
+        flat = Lines(_flat(lines.first), lines.others)
+        begun: Lines | None = None
         hits: list[Hit] = []
-        for count in range(1, len(line.items) + 1):
-            hits = self.hits(_beginning(line, count))
-            resting = self.resting(line) if count == 1 and len(line.items) > 1 else []
+        reached: list[Symbols] = []
+        for tried in beginnings(flat):
+            before, hits = hits, self.hits(query_of(tried))
+            resting = self.resting(flat.first) if begun is None else []
             if not hits and not resting:
-                return self.missing(line, count - 1, reached)
-            reached = [*resting, *(hit.lines[0] for hit in hits)]
-        if line.end and not (hits := self.hits(line)):
-            return self.going_on(line, reached[-1])
-        for count, beside in enumerate(lines.others):
-            before, hits = hits, self.hits(line, *lines.others[: count + 1])
-            if not hits:
-                return self.unaccompanied(Lines(line, lines.others[:count]), beside, before)
+                return self.stop_at(begun, tried, before, reached)
+            begun, reached = tried, [*resting, *(hit.lines[0] for hit in hits)]
         # all is there but what is said of the whole pattern
         whole = replace(self.query, either_side=False)
         wanted = str(whole).removeprefix(str(whole.pattern)).strip()
         reason = f"{_at(hits[0])}, but not {wanted}"
         return Stop(str(lines), hits[0].symbols, wanted, None, reason)
 
+    def stop_at(
+        self, begun: Lines | None, tried: Lines, hits: list[Hit], reached: list[Symbols]
+    ) -> Stop:
+        """Return the stop between a beginning, with its hits, and what has one condition more."""
+        first = tried.first.items[0]
+        wanted = str(tried).removeprefix(str(begun)).strip() if begun else str(first)
+        near: Symbol | None = None
+        if tried.others:
+            symbols, near, reason = self.unaccompanied(tried.others[-1], hits)
+        elif tried.first.end:
+            symbols, near, reason = self.going_on(reached[-1])
+        elif reason := self.measured(tried):
+            symbols = reached[0] if reached else ()
+        elif begun:
+            symbols, near, reason = self.missing(tried.first, reached)
+        elif isinstance(first.unit, Bracket):
+            return self.stop(first.unit.pattern.alternatives[0])
+        else:
+            symbols, near, reason = self.nowhere(tried.first)
+        return Stop(str(begun or ""), symbols, wanted, near, reason)
+
     def resting(self, line: Line) -> list[Symbols]:
         """Return the starting positions with which a line can begin; alone they are no hit."""
         step = _first(line.items[0])
-        if step.manner != "move" or line.start or line.items[0].length:
+        alone = len(line.items) == 1
+        if alone or step.manner != "move" or line.start or line.items[0].length:
             return []
         firsts = [rows[0] for part in step.mover.members if (rows := self.rows.get(part))]
         fitting = [it for it in firsts if it.start == it.stop and not away(it, step)]
@@ -246,18 +265,10 @@ class _Walk:
 
     # What came instead of the next step.
 
-    def missing(self, line: Line, count: int, reached: list[Symbols]) -> Stop:
-        """Return the stop at a step that does not follow, or does not begin."""
-        item = line.items[count]
-        begun = str(_beginning(line, count)) if count else ""
-        wanted = f"{line.arrows[count - 1]} {item}" if count else str(item)
-        if reason := self.measured(line, count):
-            return Stop(begun, reached[0] if reached else (), wanted, None, reason)
-        if not count and isinstance(item.unit, Bracket):
-            return self.stop(item.unit.pattern.alternatives[0])
-        if not count:
-            return self.nowhere(line, item)
-        arrow, step = line.arrows[count - 1], _first(item)
+    def missing(self, line: Line, reached: list[Symbols]) -> _Near:
+        """Return what came nearest to the last step of a line."""
+        arrow, item = line.arrows[-1], line.items[-1]
+        step = _first(item)
         worst = max if step.mover.form == "both" else min  # of two together both must fit
         tries = []
         for symbols in reached:
@@ -269,7 +280,7 @@ class _Walk:
             tries.append((symbols, *worst(nearest_of, key=lambda it: it[0])))
         symbols, _, part, near = min(tries, key=lambda it: it[1])
         reason = f"after {_last(symbols)} {self.instead(arrow, item, symbols, part, near)}"
-        return Stop(begun, symbols, wanted, near, reason)
+        return symbols, near, reason
 
     def instead(
         self, arrow: Arrow, item: Item, symbols: Symbols, part: str, near: Symbol | None
@@ -291,27 +302,24 @@ class _Walk:
             return f"{said} comes after {self.seconds(gap)}, wanted [{arrow.length}]"
         return self.unlasting(item, said, near) or f'{said} comes, but not "{arrow} {item}"'
 
-    def measured(self, line: Line, count: int) -> str:
+    def measured(self, tried: Lines) -> str:
         """Return by how much the count or the whole length of a step is missed, if it is that."""
-        item = line.items[count]
-
-        def hits(**other: Any) -> list[Hit]:
-            items = (*line.items[:count], replace(item, **other))
-            return self.hits(Line(items, line.arrows[:count], line.start))
-
-        if item.repeat.least > 1:
-            met = nearest_limit(item.repeat, lambda it: bool(hits(repeat=it)))
-            if met:
-                return f'"{replace(item, repeat=ONCE)}" is there {met[1]} in a row at most'
-        whole = isinstance(item.unit, Bracket) and item.length and not count
-        frames = [it.span.stop - it.span.start for it in hits(length=None)] if whole else []
-        if frames:
-            best = self.seconds(min(frames, key=lambda it: self.off(it, item.length)))
-            return f'"{replace(item, length=None)}" takes {best}, wanted {item.length}'
+        item = tried.first.items[-1]
+        whole = isinstance(item.unit, Bracket) and len(tried.first.items) == 1
+        for condition in reversed([*conditions(query_of(tried))]):  # its count first
+            if condition.limit is item.repeat:
+                if near := condition.nearest(lambda it: bool(self.hits(it))):
+                    return f'"{replace(item, repeat=ONCE)}" is there {near[1]} in a row at most'
+            elif whole and condition.limit is item.length and item.length:
+                frames = [it.span.stop - it.span.start for it in self.hits(condition.rest)]
+                if frames:
+                    best = self.seconds(min(frames, key=lambda it: self.off(it, item.length)))
+                    return f'"{replace(item, length=None)}" takes {best}, wanted {item.length}'
         return ""
 
-    def nowhere(self, line: Line, item: Item) -> Stop:
-        """Return the stop at the very first step."""
+    def nowhere(self, line: Line) -> _Near:
+        """Return what came nearest to the very first step."""
+        (item,) = line.items
         step = _first(item)
         moving = self.movements(step.mover.members)
         near = nearest(moving, step)
@@ -328,7 +336,7 @@ class _Walk:
             fitting = [it for it in moving if not away(it, step)]
             near = min(fitting, key=lambda it: self.off(it.stop - it.start, item.length))
             reason = self.unlasting(item, str(near), near) or f'there is no "{item}"'
-        return Stop("", (), str(item), near, reason)
+        return (), near, reason
 
     def unlasting(self, item: Item, said: str, symbol: Symbol) -> str:
         """Return how long a movement takes, if that is not as wanted."""
@@ -338,18 +346,17 @@ class _Walk:
             return f"{said} takes {self.seconds(frames)}, wanted {item.length}"
         return ""
 
-    def going_on(self, line: Line, symbols: Symbols) -> Stop:
-        """Return the stop before the end of the clip."""
+    def going_on(self, symbols: Symbols) -> _Near:
+        """Return what comes before the end of the clip."""
         later = self.after(symbols[-1].part, symbols)[:1]
         reason = f"after {_last(symbols)} the clip does not end"
         reason += "".join(f": the next movement is {_where(it)}" for it in later)
-        begun = str(replace(line, end=None))
-        return Stop(begun, symbols, f"{line.end} end", later[0] if later else None, reason)
+        return symbols, later[0] if later else None, reason
 
-    def unaccompanied(self, lines: Lines, beside: Beside, hits: list[Hit]) -> Stop:
-        """Return the stop at a line that does not lie beside the others as it should."""
+    def unaccompanied(self, beside: Beside, hits: list[Hit]) -> _Near:
+        """Return what came nearest to a line that does not lie beside the others as it should."""
         hit, near, step = hits[0], None, _first(beside.line.items[0])
-        others = self.hits(beside.line)
+        others = self.hits(query_of(beside.line))
         pairs = [(_between(it, other), it, other) for it in hits for other in others]
         if pairs:
             gap, hit, other = min(pairs, key=lambda it: it[0])
@@ -364,7 +371,7 @@ class _Walk:
             when = "meanwhile" if meanwhile else "at another time"
             there = f"{when} {near}, {_not(step)} ({doubts(near)})" if near else ""
         there = there or f"{step.mover} does not move"
-        return Stop(str(lines), hit.symbols, str(beside), near, f"{_at(hit)}, but {there}")
+        return hit.symbols, near, f"{_at(hit)}, but {there}"
 
     # Symbols and times.
 
@@ -391,10 +398,6 @@ class _Walk:
 
     def seconds(self, frames: int) -> str:
         return f"{float(frames / self.capture.rate):.2f} s"
-
-
-def _beginning(line: Line, count: int) -> Line:
-    return Line(line.items[:count], line.arrows[: count - 1], line.start)
 
 
 def _first(item: Item) -> Step:
