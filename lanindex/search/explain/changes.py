@@ -76,12 +76,15 @@ class Condition:
     step: str = ""  # of a word, the step that says it
     limit: Limit | None = None  # where it bounds a number
     told: str = ""  # how to tell the nearest number
-    asking: Callable[[Any], Query] = Query  # takes another limit: the query with that instead
+    asking: Callable[[Limit], Query] | None = None  # the query with another limit instead
 
     def nearest(self, finds: Callable[[Query], bool]) -> tuple[Query, str] | None:
         """Return the query with the nearest limit that finds something, and the number there."""
-        near = self.limit and nearest_limit(self.limit, lambda it: finds(self.asking(it)))
-        return (self.asking(near[0]), near[1]) if near else None
+        limit, asking = self.limit, self.asking
+        if limit is None or asking is None:
+            return None
+        near = nearest_limit(limit, lambda it: finds(asking(it)))
+        return (asking(near[0]), near[1]) if near else None
 
 
 _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
@@ -107,14 +110,10 @@ def conditions(query: Query) -> Iterator[Condition]:
         for name, form, told in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
             if limit and _may_change(node, limit):
-                asking = partial(_with_limit, node, put, name)
+                asking = partial(_put, node, put, name, 0)
                 rest = asking(ONCE if name == "repeat" else None)
                 said = form.format(str(limit).strip())
                 yield Condition(said, rest, "", limit, told, asking)
-
-
-def _with_limit(node: Any, put: Callable[[Any], Query], name: str, limit: Limit | None) -> Query:
-    return put(replace(node, **{name: limit}))
 
 
 def _may_change(node: Any, limit: Limit) -> bool:
