@@ -17,7 +17,7 @@ import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
+from operator import methodcaller
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -130,7 +130,7 @@ def _opener(
     return connect
 
 
-_text = partial(str, encoding="utf-8", errors="surrogateescape")
+_text = methodcaller("decode", "utf-8", "surrogateescape")
 """Read a text. Bytes that are no UTF-8 were not stored so: a checksum names the capture."""
 
 

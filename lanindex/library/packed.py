@@ -20,26 +20,32 @@ from lanindex.library.link import Link, among, ask
 _BITS = 20
 """A character has room for so many."""
 
-_LONG, _SHORT = ("sign", "notes"), ("start", "length", "tick", "ticks")
-"""Columns whose numbers take three characters, and those where almost all fit into one."""
+_FULL = 1 << _BITS
+_LOW = {
+    f"sign % {_FULL}": ("sign", 0),
+    f"notes % {_FULL}": ("notes", 0),
+    f"sign / {_FULL} % {_FULL}": ("sign", _BITS),  # faster than to shift and mask
+    f"notes / {_FULL} % {_FULL}": ("notes", _BITS),
+}
+_HIGH = {
+    f"sign >> {2 * _BITS}": ("sign", 2 * _BITS),  # below 0 where the number is
+    f"notes >> {2 * _BITS}": ("notes", 2 * _BITS),
+    **{name: (name, 0) for name in ("start", "length", "tick", "ticks")},
+}
+_PIECES = _LOW | _HIGH
+"""By character, its column and how far its bits are shifted there."""
 
-_LOW = [(name, _BITS * place) for place in range(2) for name in _LONG]
-_HIGH = [(name, _BITS * 2) for name in _LONG] + [(name, 0) for name in _SHORT]
-_PIECES = _LOW + _HIGH
-"""By character its column, and how far its bits are shifted there."""
-
-_CHARACTERS = [f"{name} >> {shift} & {(1 << _BITS) - 1}" for name, shift in _LOW]
-_CHARACTERS += [f"{name} >> {shift}" for name, shift in _HIGH]
 _SPELLED = (
-    f"SELECT CAST(group_concat(char({', '.join(_CHARACTERS)}), '') AS BLOB) FROM symbol_code "
-    "WHERE sign < '' AND notes < '' AND"
+    f"SELECT CAST(group_concat(char({', '.join(_PIECES)}), '') AS BLOB) FROM symbol_code "
+    "WHERE +sign < '' AND +notes < '' AND"
 )
-"""What is no number is left out, and so it is missed."""
+"""What is no number is left out, and so it is missed. The plus signs keep SQLite from trying to
+make a number of the text, row by row."""
 
 _NONE = 0xFFFD
 """What SQLite takes for a character that there is not."""
 
-_FITS = f"({' | '.join(_SHORT)}) >> {_BITS} = 0 AND"
+_FITS = f"(start | length | tick | ticks) >> {_BITS} = 0 AND"
 
 
 def read_fields(
@@ -91,6 +97,6 @@ def _handed(connection: Link, asked: str) -> NDArray[np.uint32]:
 
 def _joined(handed: NDArray[np.uint32]) -> NDArray[np.int64]:
     fields = np.zeros((len(handed), len(codes.COLUMNS)), np.int64)
-    for place, (name, shift) in enumerate(_PIECES):
+    for place, (name, shift) in enumerate(_PIECES.values()):
         fields[:, codes.COLUMNS.index(name)] |= handed[:, place].astype(np.int64) << shift
     return fields
