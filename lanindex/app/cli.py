@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -45,6 +46,9 @@ SETTINGS: dict[str, Any] = {
     "context_settings": {"help_option_names": ["-h", "--help"]},
 }
 
+
+RARELY = 100_000
+"""Objects after which Python looks for garbage: rows and hits by the thousand hold none."""
 
 COMPLETE = "_LANINDEX_COMPLETE"
 """The variable in which a shell asks what may come next."""
@@ -216,6 +220,7 @@ def _read_as_unicode() -> None:
 def main() -> None:
     """Run the command."""
     _read_as_unicode()
+    gc.set_threshold(RARELY)
     if COMPLETE in os.environ:
         from typer._completion_classes import completion_init
 

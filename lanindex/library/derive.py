@@ -104,18 +104,21 @@ def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
         If a track says of no stretch of frames when it was seen.
     """
     codes_of = {part: code for code, part in enumerate(dict.fromkeys(wanted.part))}
-    whose = np.array([codes_of[part] for part in wanted.part], np.int32)
+    few = np.min_scalar_type(len(codes_of))  # numpy sorts small numbers by counting
+    whose = np.array([codes_of[part] for part in wanted.part], few)
     counts = np.array(wanted.symbols, np.int64)
     gaps, rows_whose = _gaps(wanted), np.repeat(whose, counts)
-    by_part = symbols[np.argsort(rows_whose, kind="stable")]
-    ends = np.cumsum(np.bincount(rows_whose, minlength=len(codes_of)))
+    order = np.argsort(rows_whose, kind="stable")
+    by_part = {name: symbols[:, codes.COLUMNS.index(name)][order] for name in _READ}
+    ends = np.cumsum(np.bincount(rows_whose, minlength=len(codes_of))).tolist()
     columns = {}
-    for (part, code), rows in zip(codes_of.items(), np.split(by_part, ends), strict=False):
+    for (part, code), first, last in zip(codes_of.items(), [0, *ends], ends, strict=False):
         own = whose == code
         bounds = np.zeros(len(wanted.chosen) + 1, np.int64)
         bounds[wanted.place[own] + 1] = counts[own]
         held = np.array(gaps.get(part, []), np.int32).reshape(-1, 3)
-        columns[part] = _columns(part, np.cumsum(bounds), rows, held)
+        rows = {name: column[first:last] for name, column in by_part.items()}
+        columns[part] = _columns(part, np.cumsum(bounds), held, **rows)
     return roster_of([one.capture for one in wanted.chosen]), columns
 
 
@@ -134,11 +137,13 @@ def _gaps(wanted: read.Tracks) -> dict[str, list[tuple[int, int, int]]]:
 def _columns(
     part: str,
     bounds: NDArray[np.int64],
-    symbols: NDArray[np.int64],
     gaps: NDArray[np.int32],
+    sign: NDArray[np.int64],
+    start: NDArray[np.int64],
+    length: NDArray[np.int64],
+    notes: NDArray[np.int64],
 ) -> Columns:
-    """Return columns of rows as `lanindex.library.read.read_fields` gives them."""
-    sign, start, length, notes = (symbols[:, codes.COLUMNS.index(one)] for one in _READ)
+    """Return columns of the rows of a part: (S,) each of the fields in `_READ`."""
     cell = sign & CELL  # as it stands there: direction, then level
     cell |= np.where(sign >> _PASSING & 1, PASSING, 0)
     cell |= np.where(length == 0, STARTING, 0)

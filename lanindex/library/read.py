@@ -134,7 +134,7 @@ def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
     if said(number, label, metadata) != stored:
         raise checksums.damaged(number, location, "its label or metadata (say them again, too)")
     try:
-        encoding = Encoding.stored(facts[-2] or "", facts[-1] or "", json.loads(options))
+        encoding = Encoding.stored(facts[-2] or "", facts[-1] or "", _options(options))
         capture = Capture(
             *(number, path, form, sha256, label, _fraction(rate), frames, _meter(*meter)),
             metadata=metadata,
@@ -159,6 +159,12 @@ def _fraction(text: str) -> Fraction:
 @lru_cache(maxsize=64)
 def _meter(speed: str, beats: int, beat: int, division: int) -> Meter:
     return Meter(_fraction(speed), beats, beat, division)
+
+
+@lru_cache(maxsize=64)
+def _options(text: str) -> Mapping[str, str]:
+    found: dict[str, str] = json.loads(text)
+    return found
 
 
 @lru_cache(maxsize=64)
@@ -465,15 +471,16 @@ def read_score(connection: Link, stored: Stored) -> Score:
         If it is not what was stored.
     """
     capture = stored.capture
-    ((heading, other),) = read_contents(connection, [stored])
+    ((packed, other),) = read_contents(connection, [stored])
     tracks = read_tracks(connection, [stored])[capture.id]
+    heading = rows.unpacked_heading(packed)
     return Score(capture.rate, capture.frames, capture.meter, tracks, heading, other)
 
 
 def read_contents(
     connection: Link, chosen: Sequence[Stored]
-) -> Iterator[tuple[NDArray[np.float32], tuple[str, ...]]]:
-    """Yield of captures the heading, and the lines that were not understood.
+) -> Iterator[tuple[NDArray[Any], tuple[str, ...]]]:
+    """Yield of captures the heading, still packed, and the lines that were not understood.
 
     Raises
     ------

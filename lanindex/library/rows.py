@@ -190,8 +190,8 @@ def pack_heading(heading: NDArray[np.float32]) -> bytes:
     return _TENTHS + packed if _unfolded(folded).tobytes() == raw else _RAW + raw
 
 
-def read_heading(blob: bytes) -> NDArray[np.float32]:
-    """Return the heading: (N,) float32, degrees.
+def read_heading(blob: bytes) -> NDArray[Any]:
+    """Return a heading as `pack_heading` keeps it: (N,) float32, or (2, N) uint8, its bytes.
 
     Raises
     ------
@@ -199,12 +199,18 @@ def read_heading(blob: bytes) -> NDArray[np.float32]:
         If it is none.
     """
     if blob[:1] == _RAW:
-        return np.frombuffer(blob[1:], "<f4").astype(np.float32)
+        return np.frombuffer(blob[1:], "<f4")
     try:
-        planes = np.frombuffer(zlib.decompress(blob[1:]), np.uint8).reshape(2, -1)
+        return np.frombuffer(zlib.decompress(blob[1:]), np.uint8).reshape(2, -1)
     except zlib.error as error:
         raise ValueError(str(error)) from error
-    return _unfolded(np.ascontiguousarray(planes.T).view("<u2").ravel())
+
+
+def unpacked_heading(packed: NDArray[Any]) -> NDArray[np.float32]:
+    """Return the heading that `read_heading` has read: (N,) float32, degrees."""
+    if packed.ndim == 1:
+        return packed.astype(np.float32)
+    return _unfolded(np.ascontiguousarray(packed.T).view("<u2").ravel())
 
 
 def _unfolded(folded: NDArray[np.uint16]) -> NDArray[np.float32]:
