@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import MEASURES
 from lanindex.model import Capture, Hit, Span, Symbol
-from lanindex.model.symbol import FIELDS
 
 if TYPE_CHECKING:
     from lanindex.compare import Difference, Timed
@@ -22,8 +21,6 @@ HIT = (
 )
 """The keys of a hit, in order."""
 
-_SHOWN = {name: how.shown or name for name, how in FIELDS.items()}
-_BRIEF = ("direction", "level", "start", "stop")
 _MORE = ("passing", "swings", "margin", *MEASURES)
 
 
@@ -34,11 +31,11 @@ def seconds(capture: Capture, frame: int) -> float:
 
 
 def _rate(capture: Capture) -> float:
-    return round(float(capture.rate), 6)
+    return round(capture.rate.numerator / capture.rate.denominator, 6)
 
 
 def _said(symbol: Symbol, fields: tuple[str, ...]) -> dict[str, Any]:
-    return {_SHOWN[name]: getattr(symbol, name) for name in fields}
+    return {name: getattr(symbol, name) for name in fields}
 
 
 def of_symbol(symbol: Symbol) -> dict[str, Any]:
@@ -53,7 +50,14 @@ def of_symbol(symbol: Symbol) -> dict[str, Any]:
     {'part': 'r_arm', 'direction': 'place', 'level': 'low', 'start_frame': 0, 'end_frame': 0}
     """
     amount = {} if symbol.amount is None else {"amount": symbol.amount}
-    return {"part": symbol.part, **_said(symbol, _BRIEF), **amount}
+    return {
+        "part": symbol.part,
+        "direction": symbol.direction,
+        "level": symbol.level,
+        "start_frame": symbol.start,
+        "end_frame": symbol.stop,
+        **amount,
+    }
 
 
 def _beside(symbol: Symbol) -> str | None:

@@ -33,9 +33,10 @@ def hits(out: Output, found: Iterable[Hit], pattern: str) -> None:
             out.record(records.of_hit(hit, pattern))
     elif not out.terminal:
         for hit in found:
-            record = records.of_hit(hit)
-            keys = ("capture", "start_frame", "end_frame", "start", "end", "fit")
-            out.row([*(record[key] for key in keys), words(hit.symbols)])
+            capture, (start, stop) = hit.capture, (hit.start, hit.stop)
+            times = records.seconds(capture, start), records.seconds(capture, stop)
+            fit = round(hit.fit, 3)
+            out.row([capture.path, start, stop, *times, fit, words(hit.symbols)])
     else:
         for index, (_, group) in enumerate(groupby(found, key=lambda hit: hit.capture.id)):
             if index:

@@ -126,7 +126,10 @@ class Output:
 
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as fields between tabs."""
-        _say("\t".join(map(escaped, map(str, values))), sys.stdout)
+        texts = list(map(str, values))
+        if not "".join(texts).isprintable():
+            texts = list(map(escaped, texts))
+        _say("\t".join(texts), sys.stdout)
 
     def note(self, line: str) -> None:
         """Say something beside the results, unless it shall be quiet."""
@@ -281,7 +284,7 @@ def _encode(*, ascii: bool) -> Callable[[Any], str]:
     """Return what spells a value as JSON; `json.dumps` makes it anew for each one."""
     from json import JSONEncoder
 
-    return JSONEncoder(ensure_ascii=ascii).encode
+    return JSONEncoder(ensure_ascii=ascii, check_circular=False).encode
 
 
 def _unicode(stream: TextIO) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -279,25 +279,35 @@ def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> list[li
     Of each wanted one its number, its location and the checksum of these are told; of all captures
     they are `chosen` by a condition, if they are not all.
     """
-    found = _rows(connection, [number for number, _, _ in wanted], chosen)
+    asked = f"SELECT {', '.join(_LISTED)} FROM track {chosen} ORDER BY capture_id, ordinal"
+    every = ask(connection, asked).fetchall()
+    asked = f"{_COUNTED} {chosen} GROUP BY capture_id ORDER BY capture_id"
+    lists, first = dict[int, list[_Raw]](), 0
+    for number, count in ask(connection, asked):
+        lists[number] = every[first : first + count]
+        first += count
+    found = [lists.get(number, []) for number, _, _ in wanted]
     for own, (number, location, checksum) in zip(found, wanted, strict=True):
         if checksums.of_values(*own) != checksum:
             raise checksums.damaged(number, location, "the list of its tracks")
     return found
 
 
-def _rows(
-    connection: Link, numbers: Iterable[int], chosen: str, values: Mapping[str, str] | None = None
-) -> list[list[_Raw]]:
-    """Return the chosen rows of ``track`` of each capture, in the columns of `_LISTED`."""
-    asked = f"SELECT {', '.join(_LISTED)} FROM track {chosen} ORDER BY capture_id, ordinal"
-    every = ask(connection, asked, values).fetchall()
-    asked = f"{_COUNTED} {chosen} GROUP BY capture_id ORDER BY capture_id"
-    lists, first = dict[int, list[_Raw]](), 0
-    for number, count in ask(connection, asked, values):
-        lists[number] = every[first : first + count]
-        first += count
-    return [lists.get(number, []) for number in numbers]
+def _unlisted(connection: Link, numbers: Sequence[int], parts: Sequence[str]) -> list[_Raw]:
+    """Return the rows of ``track`` of some parts, in the columns of `_LISTED`, then the capture."""
+    values = {f"part{place}": part for place, part in enumerate(parts)}
+    named = ", ".join(f":{name}" for name in values) or "NULL"
+    asked = (
+        f"SELECT {', '.join(_LISTED)}, capture_id FROM track "
+        f"WHERE capture_id IN {among(numbers)} AND part IN ({named}) ORDER BY capture_id, ordinal"
+    )
+    return [row for row in ask(connection, asked, values) if _countable(row)]
+
+
+def _countable(row: _Raw) -> bool:
+    """Return whether a row of ``track`` tells what rows of symbols it has."""
+    ordinal, _, _, _, symbols, *_ = row
+    return type(ordinal) is type(symbols) is int and symbols >= 0
 
 
 def read_tracks(
@@ -360,25 +370,17 @@ def read_wanted(
     """
     own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
     numbers = [number for number, _, _ in own]
-    condition = f"WHERE capture_id IN {among(numbers)}"
     if listed or parts is None:
-        lists = _lists(connection, own, condition)
+        lists = _lists(connection, own, f"WHERE capture_id IN {among(numbers)}")
         if parts is not None:
             lists = [[row for row in held if row[_PART] in parts] for held in lists]
+        place = np.repeat(np.arange(len(lists)), np.array(list(map(len, lists)), np.int64))
+        rows = list(chain.from_iterable(lists))
     else:
-        values = {f"part{place}": part for place, part in enumerate(parts)}
-        condition += f" AND part IN ({', '.join(f':{name}' for name in values) or 'NULL'})"
-        lists = _rows(connection, numbers, condition, values)
-        lists = [[row for row in held if _countable(row)] for held in lists]
-    place = np.repeat(np.arange(len(lists)), np.array(list(map(len, lists)), np.int64))
-    columns = list(zip(*chain.from_iterable(lists), strict=True)) or [()] * len(_LISTED)
-    return Tracks(chosen, place, *columns)
-
-
-def _countable(row: _Raw) -> bool:
-    """Return whether a row of ``track`` tells what rows of symbols it has."""
-    ordinal, *_, symbols, _ = row
-    return type(ordinal) is type(symbols) is int and symbols >= 0
+        rows = _unlisted(connection, numbers, parts)
+        place = np.searchsorted(numbers, [number for *_, number in rows])
+    columns = list(zip(*rows, strict=True)) or [()] * len(_LISTED)
+    return Tracks(chosen, place, *columns[: len(_LISTED)])
 
 
 def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:

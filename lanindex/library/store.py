@@ -33,7 +33,7 @@ from lanindex.library.texts import absolute, check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
 from lanindex.model.columns import Columns, Roster
 
-_BATCH = 64
+_BATCH = 256
 """Captures read at a time by `Store.tracks`."""
 
 
@@ -291,17 +291,17 @@ class Store(Choosing):
             If something of it is not what was stored.
         """
         only = None if parts is None else list(parts)
-        with self._reading() as connection:
-            if captures is None:
-                numbers = state.capture_numbers(connection)
-            else:
-                wanted = sorted({int(one) for one in captures if is_number(one)})
-                numbers = state.read_numbers(connection, wanted)
-                if len(numbers) < len(wanted):  # were they never there, or lost?
-                    state.capture_numbers(connection)
-        for first in range(0, len(numbers), _BATCH):
+        if captures is not None:
+            numbers = sorted({int(one) for one in captures if is_number(one)})
+        else:
             with self._reading() as connection:
-                chosen = read.read_captures(connection, numbers[first : first + _BATCH])
+                numbers = state.capture_numbers(connection)
+        for first in range(0, len(numbers), _BATCH):
+            some = numbers[first : first + _BATCH]
+            with self._reading() as connection:
+                chosen = read.read_captures(connection, some)
+                if len(chosen) < len(some):  # were they never there, or lost?
+                    state.capture_numbers(connection)
                 tracks = read.read_tracks(connection, chosen, only, listed=listed)
             for one in chosen:
                 yield one.capture, tracks[one.capture.id]

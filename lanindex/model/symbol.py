@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, field, fields
+from functools import lru_cache
 from itertools import repeat
 from typing import Any
 
@@ -70,8 +71,10 @@ class Field:
             return [known[code] for code in codes]
         if self.least >= 0:
             return codes
-        digits = len(str(self.scale)) - 1  # a float32 is none of the decimals that it stands for
-        return [None if it < 0 else round(it, digits) if digits else it for it in codes]
+        if self.scale == 1:
+            return [None if it < 0 else it for it in codes]
+        # a float32 is none of the decimals that it stands for
+        return [None if it < 0 else round(it * self.scale) / self.scale for it in codes]
 
 
 def kept(type: str, column: str, default: Any = MISSING, **how: Any) -> Any:
@@ -162,15 +165,20 @@ class Symbol:
     @property
     def words(self) -> str:
         """What it says, without the part: ``right mid``, ``left 90deg``."""
-        kind, amount = KINDS[kind_of(self.part)], None
-        if self.amount is not None and (kind.amounts or self.amount):
-            amount = kind.amount(self.amount)
-        return " ".join(word for word in (self.direction, self.level, amount) if word)
+        return _words(self.part, self.direction, self.level, self.amount)
 
     def __str__(self) -> str:
         """Return the symbol as a person would write it."""
         mark = "*" if self.passing else ""
         return f"{self.part} {self.words}{mark} [{self.start}, {self.stop})"
+
+
+@lru_cache(maxsize=1024)
+def _words(part: str, direction: str | None, level: str | None, amount: int | None) -> str:
+    kind, said = KINDS[kind_of(part)], None
+    if amount is not None and (kind.amounts or amount):
+        said = kind.amount(amount)
+    return " ".join(word for word in (direction, level, said) if word)
 
 
 FIELDS: dict[str, Field] = {
