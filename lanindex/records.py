@@ -186,7 +186,7 @@ def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
         "start": seconds(capture, hit.span.start),
         "end": seconds(capture, hit.span.stop),
         "fit": round(hit.fit, 3),
-        "symbols": [of_symbol(symbol) for symbol in hit.symbols],
+        "symbols": [of_symbol(symbol) for line in hit.lines for symbol in line],
         "labels": {
             name: of_label(capture, symbols) for name, symbols in hit.labels.items() if symbols
         },

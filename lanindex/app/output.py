@@ -122,7 +122,10 @@ class Output:
     def record(self, values: dict[str, Any]) -> None:
         """Print a result as a line of JSON."""
         spelled = _encode(ascii=not self.unicode)(values)
-        _say(spelled if spelled.isprintable() else spelled.translate(_IN_JSON), sys.stdout)
+        plain = spelled.isascii() and "\x7f" not in spelled  # JSON escapes all before the space
+        if not plain and not spelled.isprintable():
+            spelled = spelled.translate(_IN_JSON)
+        _say(spelled, sys.stdout)
 
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as fields between tabs."""
