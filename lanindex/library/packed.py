@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.library import codes, rows
+from lanindex.library import rows
 from lanindex.library.connect import is_sqlite
 from lanindex.library.link import Link, among, ask
 
@@ -21,22 +21,15 @@ _BITS = 20
 """A character has room for so many."""
 
 _FULL = 1 << _BITS
-_LOW = {
-    f"sign % {_FULL}": ("sign", 0),
-    f"notes % {_FULL}": ("notes", 0),
-    f"sign / {_FULL} % {_FULL}": ("sign", _BITS),  # faster than to shift and mask
-    f"notes / {_FULL} % {_FULL}": ("notes", _BITS),
-}
-_HIGH = {
-    f"sign >> {2 * _BITS}": ("sign", 2 * _BITS),  # below 0 where the number is
-    f"notes >> {2 * _BITS}": ("notes", 2 * _BITS),
-    **{name: (name, 0) for name in ("start", "length", "tick", "ticks")},
-}
-_PIECES = _LOW | _HIGH
-"""By character, its column and how far its bits are shifted there."""
+_LOW = (f"sign % {_FULL}", f"notes % {_FULL}")
+_MIDDLE = (f"sign / {_FULL} % {_FULL}", f"notes / {_FULL} % {_FULL}")  # faster than shift and mask
+_HIGH = (f"sign >> {2 * _BITS}", f"notes >> {2 * _BITS}")  # below 0 where the number is
+_SHORT = ("start", "length", "tick", "ticks")
+_CHARACTERS = (*_LOW, *_MIDDLE, *_HIGH, *_SHORT)
+"""Long numbers take three characters; almost all of the others fit into one."""
 
 _SPELLED = (
-    f"SELECT CAST(group_concat(char({', '.join(_PIECES)}), '') AS BLOB) FROM symbol_code "
+    f"SELECT CAST(group_concat(char({', '.join(_CHARACTERS)}), '') AS BLOB) FROM symbol_code "
     "WHERE +sign < '' AND +notes < '' AND"
 )
 """What is no number is left out, and so it is missed. The plus signs keep SQLite from trying to
@@ -45,7 +38,7 @@ make a number of the text, row by row."""
 _NONE = 0xFFFD
 """What SQLite takes for a character that there is not."""
 
-_FITS = f"(start | length | tick | ticks) >> {_BITS} = 0 AND"
+_FITS = f"({' | '.join(_SHORT)}) >> {_BITS} = 0 AND"
 
 
 def read_fields(
@@ -81,7 +74,7 @@ def read_fields(
     if not every:
         chosen += f" AND track IN {among({*ordinals})}"
     handed = _handed(connection, f"{_SPELLED} {chosen}")
-    if (handed[:, len(_LOW) :] == _NONE).any():
+    if (handed[:, 4:] == _NONE).any():
         handed = _handed(connection, f"{_SPELLED} {_FITS} {chosen}")
     if len(handed) != sum(counts):
         return None
@@ -92,11 +85,10 @@ def read_fields(
 def _handed(connection: Link, asked: str) -> NDArray[np.uint32]:
     ((text,),) = ask(connection, asked)
     spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
-    return np.frombuffer(spelled, "<u4").reshape(-1, len(_PIECES))
+    return np.frombuffer(spelled, "<u4").reshape(-1, len(_CHARACTERS))
 
 
 def _joined(handed: NDArray[np.uint32]) -> NDArray[np.int64]:
-    fields = np.zeros((len(handed), len(codes.COLUMNS)), np.int64)
-    for place, (name, shift) in enumerate(_PIECES.values()):
-        fields[:, codes.COLUMNS.index(name)] |= handed[:, place].astype(np.int64) << shift
-    return fields
+    wide = handed.astype(np.int64)
+    sign_notes = wide[:, :2] | wide[:, 2:4] << _BITS | wide[:, 4:6] << 2 * _BITS
+    return np.concatenate((sign_notes[:, :1], wide[:, 6:], sign_notes[:, 1:]), axis=1)
