@@ -74,7 +74,7 @@ def read_fields(
     if not every:
         chosen += f" AND track IN {among({*ordinals})}"
     handed = _handed(connection, f"{_SPELLED} {chosen}")
-    if (handed[:, 4:] == _NONE).any():
+    if (handed[:, len(_LOW + _MIDDLE) :] == _NONE).any():
         handed = _handed(connection, f"{_SPELLED} {_FITS} {chosen}")
     if len(handed) != sum(counts):
         return None

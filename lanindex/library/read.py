@@ -375,11 +375,11 @@ def read_wanted(
         if parts is not None:
             lists = [[row for row in held if row[_PART] in parts] for held in lists]
         place = np.repeat(np.arange(len(lists)), np.array(list(map(len, lists)), np.int64))
-        rows = list(chain.from_iterable(lists))
+        found = list(chain.from_iterable(lists))
     else:
-        rows = _unlisted(connection, numbers, parts)
-        place = np.searchsorted(numbers, [number for *_, number in rows])
-    columns = list(zip(*rows, strict=True)) or [()] * len(_LISTED)
+        found = _unlisted(connection, numbers, parts)
+        place = np.searchsorted(numbers, [row[-1] for row in found])
+    columns = list(zip(*found, strict=True)) or [()] * len(_LISTED)
     return Tracks(chosen, place, *columns[: len(_LISTED)])
 
 
