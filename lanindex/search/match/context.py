@@ -12,13 +12,12 @@ import numpy as np
 
 from lanindex.search.automaton import Companion, Group, Program, State, followers, reached
 from lanindex.search.language.clauses import Condition
-from lanindex.search.match import relations
-from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray, filled, together
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table
 from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch, Rows
 from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Told
 from lanindex.search.match.follow import NONE, roots
-from lanindex.search.match.matches import Claims, Nodes, nothing, one_each
+from lanindex.search.match.matches import Claims, nothing, one_each
 from lanindex.search.match.relations import Spans
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
 
@@ -27,7 +26,7 @@ MOST_TRIED = 1 << 22
 
 
 @dataclass(slots=True, eq=False)
-class CompanionMatches:
+class CompanionMatches(Table):
     """The matches of a line, of one side, that stands beside another."""
 
     lines: Spans
@@ -36,31 +35,15 @@ class CompanionMatches:
     seen: IntArray
     node: IntArray  # (N,) int64: where they end
     end: IntArray  # (N,) int64: numbers in `Joins`
-    nodes: Nodes | None  # which goes on in which, of a line that runs on as long as it can
 
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self.node)
 
-    def at(self, chosen: AnyArray) -> CompanionMatches:
-        """Return some of them."""
-        memory = self.claims.at(chosen), self.unmet[:, chosen], self.seen[:, chosen]
-        ends = self.node[chosen], self.end[chosen]
-        return CompanionMatches(self.lines.at(chosen), *memory, *ends, self.nodes)
-
     @property
     def free(self) -> bool:
         """Whether they remember nothing."""
         return not (self.claims or self.unmet.size) and int(self.seen.max(initial=-1)) < 0
-
-    def longest(self) -> CompanionMatches:
-        """Return those that do not go on in another one."""
-        if not self.nodes:
-            return self
-        line = np.zeros(len(self), np.int64)
-        longest = self.at(np.flatnonzero(~self.nodes.behind(line, self.node)))
-        longest.nodes = None
-        return longest
 
     def keys(self) -> list[IntArray]:
         """Return the columns that tell them apart from outside."""
@@ -68,19 +51,6 @@ class CompanionMatches:
         frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
         rest = [*self.claims.first, *self.claims.last, *self.unmet, *self.seen]
         return [*frames, lines.alone.astype(np.int64), *rest]
-
-
-def gathered(tables: list[CompanionMatches]) -> CompanionMatches:
-    """Return the matches of all sides, without which goes on in which."""
-    return CompanionMatches(
-        relations.gathered([it.lines for it in tables]),
-        together([it.claims for it in tables]),
-        filled([it.unmet for it in tables]),
-        np.concatenate([it.seen for it in tables], axis=1),
-        np.concatenate([it.node for it in tables]),
-        np.concatenate([it.end for it in tables]),
-        None,
-    )
 
 
 class Joins:
@@ -96,7 +66,7 @@ class Joins:
 
 
 @dataclass(slots=True, eq=False)
-class Hulls:
+class Hulls(Table):
     """Matches of lines together with what stands beside them."""
 
     line: IntArray  # (N,) int64: of which line
@@ -106,14 +76,6 @@ class Hulls:
     unmet: IntArray
     seen: IntArray
     link: IntArray
-
-    def at(self, chosen: AnyArray) -> Hulls:
-        """Return some of them."""
-        return Hulls(
-            *(self.line[chosen], self.low[chosen], self.high[chosen]),
-            *(self.claims.at(chosen), self.unmet[:, chosen], self.seen[:, chosen]),
-            self.link[chosen],
-        )
 
 
 class Closing(Protocol):

@@ -18,14 +18,13 @@ from lanindex.search.match.arrays import (
     BoolArray,
     IntArray,
     check_budget,
-    filled,
     in_pieces,
     spread,
     starts_of,
     together,
 )
-from lanindex.search.match.context import CompanionMatches, Context, Hulls, gathered
-from lanindex.search.match.matches import Claims, distinct, sets_together
+from lanindex.search.match.context import CompanionMatches, Context, Hulls
+from lanindex.search.match.matches import Claims, Nodes, distinct, sets_together
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
 from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.match.walk import Walk
@@ -128,13 +127,31 @@ class Standing(NamedTuple):
         return Standing(self.here.at(used[missing:]), place - missing, self.margins)
 
 
+class Beside(NamedTuple):
+    """A line beside another, of one side."""
+
+    relation: str
+    matches: CompanionMatches
+    nodes: Nodes | None  # which match goes on in which, of a line that runs on as long as it can
+
+    def moving(self) -> Beside:
+        """Return the same without starting positions alone."""
+        some = self.matches.at(np.flatnonzero(~self.matches.lines.alone))
+        return self._replace(matches=some)
+
+    def goes_on(self, line: IntArray, match: IntArray) -> BoolArray:
+        """Tell, of pairs of a line and a match, which go on in another pair of the line."""
+        assert self.nodes
+        return self.nodes.behind(line, self.matches.node[match])
+
+
 class Joiner:
     """Finds the lines beside others."""
 
     def __init__(self, context: Context) -> None:
         self._context, self._batch = context, context.batch
-        self._found: dict[tuple[Program, str | None], CompanionMatches] = {}
-        self._last: dict[Program, CompanionMatches] = {}
+        self._found: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
+        self._longest: dict[Program, CompanionMatches] = {}
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
         self._matches = matches.nothing(0)
 
@@ -175,29 +192,36 @@ class Joiner:
 
     def others(self, program: Program, companion: Companion) -> CompanionMatches:
         """Return the matches of a line that stands beside another, as far as they matter."""
+        return self._others(program, companion)[0]
+
+    def _others(
+        self, program: Program, companion: Companion
+    ) -> tuple[CompanionMatches, Nodes | None]:
         end = enough_beside(program, companion)
         if (program, end) not in self._found:
-            found = self._from_outside(program, self._walk(program, end))
+            walk = self._walk(program, end)
+            found = self._from_outside(program, walk)
             if not program.open_ended:
                 found = found.at(distinct(found.keys(), len(found))[0])
-            self._found[program, end] = found
+            self._found[program, end] = found, walk.nodes if program.open_ended else None
         return self._found[program, end]
 
     def _walk(self, program: Program, enough: str | None) -> Walk:
         return Walk(self._context, program, tracked=program.open_ended, enough=enough)
 
-    def _beside(self, program: Program, companion: Companion) -> CompanionMatches:
-        """Return the matches of a line that may stand beside another.
+    def _beside(self, program: Program, companion: Companion) -> Beside:
+        """Return a line that may stand beside another.
 
-        Of one that runs on as long as it can the longest are enough, if they stand wherever the
-        shorter ones do.
+        Of one that runs on as long as it can the longest matches are enough, if they stand wherever
+        the shorter ones do.
         """
-        others = self.others(program, companion)
-        if others.nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
-            if program not in self._last:
-                self._last[program] = others.longest()
-            return self._last[program]
-        return others
+        others, nodes = self._others(program, companion)
+        if nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
+            if program not in self._longest:
+                shorter = nodes.behind(np.zeros(len(others), np.int64), others.node)
+                self._longest[program] = others.at(np.flatnonzero(~shorter))
+            others, nodes = self._longest[program], None
+        return Beside(companion.relation, others, nodes)
 
     def _from_outside(self, program: Program, walk: Walk) -> CompanionMatches:
         """Return the matches of a line as others see them."""
@@ -210,11 +234,15 @@ class Joiner:
         matter = program in self._context.rewrites.outside
         claims = memory.claims if matter else matches.nothing(len(memory))
         seen = memory.columns[len(memory.columns) - clauses.width :]
-        nodes = walk.nodes if program.open_ended else None
         ends = self._context.joins.ended(walk, len(memory))
-        others = CompanionMatches(lines, claims, unmet, seen, found.node, ends, nodes)
+        others = CompanionMatches(lines, claims, unmet, seen, found.node, ends)
+        return others.at(self._known(found.capture, seen))
+
+    def _known(self, capture: IntArray, seen: IntArray) -> IntArray:
+        """Return the places of the matches that meet conditions on labels, or still lack one."""
+        clauses = self._context.clauses
         conditions = [it for it in clauses.conditions if it not in clauses.of_all]
-        return others.at(self._context.met_where_known(conditions, found.capture, seen))
+        return self._context.met_where_known(conditions, capture, seen)
 
     def _margins(self, companion: Companion) -> Margins:
         none = np.zeros(len(self._batch), np.int64)
@@ -246,24 +274,25 @@ class Joiner:
             here.low = here.start if "start" in compared else here.high + FAR - 1
             line = Standing(here, stands[hulls.line], self._margins(companion))
             for program in self._context.rewrites.programs(companion):
-                others = self._beside(program, companion)
+                beside = self._beside(program, companion)
                 if not alone:
-                    others = others.at(np.flatnonzero(~others.lines.alone))
-                join = self._with_free if others.free else self._with_each
-                for some in _pieces(relation, line, others):
-                    joined = join(relation, line.at(some), hulls.at(some), others, whole=whole)
+                    beside = beside.moving()
+                join = self._with_free if beside.matches.free else self._with_each
+                for some in _pieces(beside, line):
+                    joined = join(beside, line.at(some), hulls.at(some), whole=whole)
                     answered = self._context.tried(lines.capture[joined.line])
                     if answered is not None:
                         joined = joined.at(np.flatnonzero(answered))
                     pieces.append(joined if len(some) == len(line.place) else self._reduced(joined))
                     self._context.tick()
-        return self._reduced(_all_hulls(pieces))
+        hulls = together(pieces)
+        return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
 
     def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:
         """Return the hulls that have a line beside them at all, whatever it claims."""
         found = np.zeros(len(lines), bool)
         for program in self._context.rewrites.programs(companion):
-            others = self._beside(program, companion).lines
+            others = self._beside(program, companion).matches.lines
             for alone in (False, True):
                 own = np.flatnonzero(lines.alone == alone)
                 some = others if alone else others.at(~others.alone)
@@ -273,24 +302,20 @@ class Joiner:
                 )
         return hulls.at(np.flatnonzero(found[hulls.line]))
 
-    def _with_each(
-        self, relation: str, line: Standing, hulls: Hulls, others: CompanionMatches, *, whole: bool
-    ) -> Hulls:
+    def _with_each(self, beside: Beside, line: Standing, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return hulls with each of the others that can stand beside them."""
+        relation, others, nodes = beside
         place, other = paired(relation, line.here, others.lines, line.margins)
         match, place = relations.matched(line.place, place)
         other = other[place]
         fits = hulls.claims.at(match).apart(others.claims.at(other))
         match, other = match[fits], other[fits]
         seen = np.maximum(hulls.seen[:, match], others.seen[:, other])
-        if whole or not others.nodes:
-            clauses = self._context.clauses
-            conditions = [it for it in clauses.conditions if it not in clauses.of_all]
-            capture = others.lines.capture[other]
-            kept = self._context.met_where_known(conditions, capture, seen)
+        if whole or not nodes:
+            kept = self._known(others.lines.capture[other], seen)
             match, other, seen = match[kept], other[kept], seen[:, kept]
-        if others.nodes:
-            kept = np.flatnonzero(~others.nodes.behind(match, others.node[other]))
+        if nodes:
+            kept = np.flatnonzero(~beside.goes_on(match, other))
             match, other, seen = match[kept], other[kept], seen[:, kept]
         low, high = hulls.low[match], hulls.high[match]
         if RELATIONS[relation].adds_frames:
@@ -301,28 +326,24 @@ class Joiner:
         link = self._context.joins.add(hulls.link[match], others.end[other])
         return Hulls(hulls.line[match], low, high, claims, unmet, seen, link)
 
-    def _with_free(
-        self, relation: str, line: Standing, hulls: Hulls, others: CompanionMatches, *, whole: bool
-    ) -> Hulls:
+    def _with_free(self, beside: Beside, line: Standing, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return hulls with others that remember nothing: a join of places, not of matches."""
-        of_frames = self._context.clauses.of_frames
-        if not others.nodes and not RELATIONS[relation].adds_frames:
-            held = relations.holds(
-                relation, line.here, relations.SpanIndex(others.lines), line.margins
-            )
+        relation, lines, nodes = beside.relation, beside.matches.lines, beside.nodes
+        of_frames, adds_frames = self._context.clauses.of_frames, RELATIONS[relation].adds_frames
+        index = relations.SpanIndex(lines)
+        if not nodes and not adds_frames:
+            held = relations.holds(relation, line.here, index, line.margins)
             return hulls.at(np.flatnonzero(np.append(held, False)[line.place]))
-        if not others.nodes and not of_frames:
-            place, low, high = relations.hulls(
-                relation, line.here, relations.SpanIndex(others.lines), line.margins
-            )
+        if not nodes and not of_frames:
+            place, low, high = relations.hulls(relation, line.here, index, line.margins)
         else:
-            place, other = paired(relation, line.here, others.lines, line.margins)
-            if others.nodes:
-                kept = ~others.nodes.behind(place, others.node[other])
+            place, other = paired(relation, line.here, lines, line.margins)
+            if nodes:
+                kept = ~beside.goes_on(place, other)
                 place, other = place[kept], other[kept]
-            if not RELATIONS[relation].adds_frames:
+            if not adds_frames:
                 return hulls.at(np.flatnonzero(np.isin(line.place, place)))
-            low, high = others.lines.low[other], others.lines.high[other]
+            low, high = lines.low[other], lines.high[other]
             if not of_frames:
                 place, low, high = smallest(place, low, high)
         match, which = relations.matched(line.place, place)
@@ -391,7 +412,7 @@ class Joiner:
         """Return the matches of a line that must not happen, and where their numbers begin."""
         programs = self._context.rewrites.programs(companion)
         if programs not in self._alone:
-            others = gathered([self.others(program, companion) for program in programs])
+            others = together([self.others(program, companion) for program in programs])
             others = others.at(np.flatnonzero((others.unmet >= FAR).all(axis=0)))
             lines = others.lines
             keys = [lines.capture, lines.start, lines.until, lines.alone.astype(np.int64)]
@@ -402,24 +423,12 @@ class Joiner:
         return self._alone[programs]
 
 
-def _pieces(relation: str, line: Standing, others: CompanionMatches) -> Iterator[IntArray]:
+def _pieces(beside: Beside, line: Standing) -> Iterator[IntArray]:
     """Yield matches, so many at once that their pairs with others keep within the budget."""
+    relation, others, _ = beside
     few = len(line.place) * len(others) <= MOST_AT_ONCE
     if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
         yield np.arange(len(line.place))
         return
     many = relations.many(relation, line.here, relations.SpanIndex(others.lines), line.margins)
     yield from in_pieces(np.append(many, 0)[line.place])
-
-
-def _all_hulls(tables: list[Hulls]) -> Hulls:
-    """Return several tables as one, in order of their lines."""
-    line, low, high = (
-        np.concatenate([getattr(it, name) for it in tables]) for name in ("line", "low", "high")
-    )
-    claims = together([it.claims for it in tables])
-    unmet = filled([it.unmet for it in tables])
-    seen = np.concatenate([it.seen for it in tables], axis=1)
-    link = np.concatenate([it.link for it in tables])
-    hulls = Hulls(line, low, high, claims, unmet, seen, link)
-    return hulls.at(np.argsort(hulls.line, kind="stable"))

@@ -16,6 +16,7 @@ from lanindex.search.match.arrays import (
     FAR,
     BoolArray,
     IntArray,
+    Table,
     in_order,
     smallest_in,
     spread,
@@ -86,7 +87,7 @@ RELATIONS = {
 
 
 @dataclass(slots=True, eq=False)
-class Spans:
+class Spans(Table):
     """Lines that were found: their frames, and those of all beside them; (N,) int64 each."""
 
     capture: IntArray
@@ -100,25 +101,10 @@ class Spans:
         """Return how many there are."""
         return len(self.capture)
 
-    def at(self, chosen: IntArray | BoolArray) -> Spans:
-        """Return some of them."""
-        return Spans(*(getattr(self, name)[chosen] for name in _FIELDS))
-
     @property
     def plain(self) -> bool:
         """Whether nothing beside them adds frames."""
         return bool(((self.low == self.start) & (self.high == self.until)).all())
-
-
-_FIELDS = ("capture", "start", "until", "low", "high", "alone")
-
-
-def gathered(tables: list[Spans]) -> Spans:
-    """Return the lines of several tables as one."""
-    capture, start, until, low, high, alone = (
-        np.concatenate([getattr(it, name) for it in tables]) for name in _FIELDS
-    )
-    return Spans(capture, start, until, low, high, alone)
 
 
 class SpanIndex:

@@ -14,16 +14,16 @@ end is looked up, and the walk ends there.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from lanindex.search.automaton import Companion, Edge, Exit, Group, Program, components, open_groups
 from lanindex.search.match.arrays import (
     FAR,
-    AnyArray,
     BoolArray,
     IntArray,
+    Table,
     best_of_each,
     check_budget,
     in_pieces,
@@ -263,7 +263,7 @@ def _ends_later(companion: Companion) -> bool:
 
 
 @dataclass(slots=True, eq=False)
-class Ends:
+class Ends(Table):
     """Ends of matches of a line; all columns are (N,) and int64 but `alone`."""
 
     entry: IntArray  # by which entry of the program it began
@@ -279,11 +279,6 @@ class Ends:
     cost: IntArray  # what is missing to a fit of 1, in thousandths; -1: not known
     node: IntArray
     memory: Matches  # the rest
-
-    def at(self, chosen: AnyArray) -> Ends:
-        """Return some of them."""
-        columns = {it.name: getattr(self, it.name)[chosen] for it in fields(self)[:-1]}
-        return Ends(**columns, memory=self.memory.at(chosen))
 
 
 def ends_of(
