@@ -1,9 +1,9 @@
 """The matcher: programs and columns to hits, over all captures at once.
 
-It finds what the plain matcher of the tests finds. Rows become events (`scan`), arrows lead from
+It finds what the plain matcher of the tests finds. Rows become events (`batch`), arrows lead from
 events to ranges of others (`follow`), a line is run backwards over all of them (`backward`), or
-walked with what it has to remember (`walk`), and joined with the lines beside it (`join`); objects
-are made only of the hits that are asked for (`trace`).
+walked with what it has to remember (`walk`), and joined with the lines beside it (`join`). Hits
+that are looked at are traced to their symbols (`trace`).
 """
 
 from lanindex.search.match.finder import Finder, Watch, columns_in, find_in

@@ -1,8 +1,8 @@
 """Tables of columns, ranges of many lengths at once, and how large they may get.
 
-The engine hardly ever loops: whatever is asked of a million ranges is asked in a few operations on
-arrays. Tables that would be larger than the budget of a search are made in pieces, or refused; what
-is free changes while a search runs, so its budget is fixed when it begins.
+The engine hardly ever loops: a million ranges are worked on in a few operations on arrays. Tables
+that would be larger than the budget of a search are made in pieces, or refused; what is free
+changes while a search runs, so its budget is fixed when it begins.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class Rows:
     """The rows of one part in some captures, which are counted from 0.
 
     `places` (N,) int64 are those captures in the roster, growing, and `frames` (N,) their lengths.
-    Rows are many and little is asked of most of them, so their columns are as narrow as they can.
+    Rows are many and few are looked at, so their columns are as narrow as they can.
     """
 
     def __init__(self, columns: Columns, places: IntArray, frames: IntArray) -> None:
@@ -263,21 +263,21 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]
 
     One may also be so by the cell across its nearest border, if that is near enough.
     """
-    table, asked = cells_of(state, member), state.fits[member]
+    table, wanted = cells_of(state, member), state.fits[member]
     fits, cost = table[rows.cell], rows.cost
     if state.near:
         margin = THOUSANDTHS - cost.astype(np.int64)
         across = ~fits & table[rows.runner] & (margin < state.near)
         cost = np.where(across, nearly.across(margin, state.near), nearly.own(margin, state.near))
         fits |= across
-    if "change" in asked:
-        fits &= np.isin(rows.change, sorted(asked["change"]))
+    if "change" in wanted:
+        fits &= np.isin(rows.change, sorted(wanted["change"]))
     for kind in AMOUNTS:
-        if kind in asked:
-            fits &= _amounts(asked[kind])[rows.amount]
+        if kind in wanted:
+            fits &= _amounts(wanted[kind])[rows.amount]
     for kind in GRADES:
-        if kind in asked:
-            fits &= np.isin(rows.grade(kind), sorted(asked[kind]))
+        if kind in wanted:
+            fits &= np.isin(rows.grade(kind), sorted(wanted[kind]))
     return fits, cost
 
 
@@ -460,7 +460,7 @@ def _bounds(length: Length, clock: Clock) -> tuple[int, int]:
 @lru_cache(1024)
 def _key(state: State) -> object:
     """Return what the events of a state depend on; copies of a repeated step share it."""
-    fits = tuple(frozenset(asked.items()) for asked in state.fits)
+    fits = tuple(frozenset(wanted.items()) for wanted in state.fits)
     return state.members, state.manner, fits, state.names_passing, state.length, state.near
 
 
@@ -490,8 +490,8 @@ def possible(
                 if part not in columns:
                     own[:] = False
                     continue
-                asked = np.flatnonzero(cells_of(state, member)[: CELL + 1]).tolist()
-                own &= _cells_in(columns[part]) & np.uint64(sum(1 << it for it in asked)) > 0
+                wanted = np.flatnonzero(cells_of(state, member)[: CELL + 1]).tolist()
+                own &= _cells_in(columns[part]) & np.uint64(sum(1 << it for it in wanted)) > 0
         for companion in program.whole.companions:
             if companion.relation not in NEGATIONS:
                 own &= possible(companion.programs, columns, captures)

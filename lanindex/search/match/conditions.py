@@ -158,7 +158,7 @@ class Clauses:
         return fits
 
     def in_rhythm(self, beats: IntArray) -> BoolArray:
-        """Tell which steps last in the proportion that is asked for, (R, N) → (N,)."""
+        """Tell which steps last in the proportion of the rhythm, (R, N) → (N,)."""
         whole = sum(self.rhythm)
         beats = beats.astype(object) if whole >> 28 else beats
         total = beats.sum(axis=0)
@@ -191,7 +191,7 @@ Captures = Callable[[Sequence[int]], list[Capture]]
 
 
 @dataclass(slots=True, eq=False)
-class Told(Table):
+class Facts(Table):
     """What conditions need of matches."""
 
     capture: IntArray  # (N,)
@@ -217,40 +217,40 @@ class Evaluator:
         self._clauses, self._batch, self._captures = clauses, batch, captures
         self._values: dict[tuple[str, str], IntArray] = {}
 
-    def holds(self, condition: Condition, told: Told) -> BoolArray:
+    def holds(self, condition: Condition, facts: Facts) -> BoolArray:
         """Tell for which matches a condition is true, (N,) bool."""
-        met = np.zeros(len(told.capture), bool)
+        met = np.zeros(len(facts.capture), bool)
         for label in self._clauses.labels[condition]:
-            met |= told.seen[self._clauses.place(label)] == MET
+            met |= facts.seen[self._clauses.place(label)] == MET
         some = np.flatnonzero(~met)
-        met[some] = self._true_of(condition, told.at(some))
+        met[some] = self._true_of(condition, facts.at(some))
         return met
 
-    def _true_of(self, condition: Condition, told: Told) -> BoolArray:
+    def _true_of(self, condition: Condition, facts: Facts) -> BoolArray:
         """Tell for which matches a condition is true of which that is not noted."""
-        columns, found = self._clauses.columns, np.zeros(len(told.capture), bool)
+        columns, found = self._clauses.columns, np.zeros(len(facts.capture), bool)
         if isinstance(condition, Mirrors):
-            first = told.seen[columns[condition.first, "mirrored"]]
-            second = told.seen[columns[condition.second, "shown"]]
+            first = facts.seen[columns[condition.first, "mirrored"]]
+            second = facts.seen[columns[condition.second, "shown"]]
             found |= (first == second) & (first >= 0)
             return found
         clocks, own = self._batch.clocks()
         of_clip = CLIP in names_in([condition])
-        groups = told.capture if of_clip else own[told.capture]
+        groups = facts.capture if of_clip else own[facts.capture]
         numbers = once(groups).tolist()
         captures = self._captures(numbers) if of_clip else [None] * len(numbers)
         for number, capture in zip(numbers, captures, strict=True):
             here = np.flatnonzero(groups == number)
             clock = clocks[own[number] if of_clip else number]
-            found[here] = self._compared(condition, told.at(here), clock, capture)
+            found[here] = self._compared(condition, facts.at(here), clock, capture)
         return found
 
     def _compared(
-        self, condition: Comparison, told: Told, clock: Clock, capture: Capture | None
+        self, condition: Comparison, facts: Facts, clock: Clock, capture: Capture | None
     ) -> BoolArray:
         """Compare the two sides of a condition in captures that have one clock."""
         sides = [
-            [(sign, self._term(term, told, clock, capture)) for sign, term in side.terms]
+            [(sign, self._term(term, facts, clock, capture)) for sign, term in side.terms]
             for side in (condition.left, condition.right)
         ]
         terms = [it for side in sides for _, it in side]
@@ -281,19 +281,19 @@ class Evaluator:
         return there & _at_threshold(condition.compare, total, constant)
 
     def _term(
-        self, term: Term, told: Told, clock: Clock, capture: Capture | None
+        self, term: Term, facts: Facts, clock: Clock, capture: Capture | None
     ) -> _Column | Value:
         if isinstance(term, Reference) and term.name != CLIP:
-            return self._column(term, told)
+            return self._column(term, facts)
         return constant(term, clock, capture)
 
-    def _column(self, field: Reference, told: Told) -> _Column:
+    def _column(self, field: Reference, facts: Facts) -> _Column:
         """Return a field of a label, or of all that matched."""
         if field.name == MATCH:
-            noted = {"start": told.low, "end": told.high, "part": told.part, "row": told.row}
+            noted = {"start": facts.low, "end": facts.high, "part": facts.part, "row": facts.row}
         else:
             columns = self._clauses.columns
-            noted = {it: told.seen[at] for (name, it), at in columns.items() if name == field.name}
+            noted = {it: facts.seen[at] for (name, it), at in columns.items() if name == field.name}
         if field.field in TIMES:
             times = [noted[it] for it in TIMES[field.field]]
             values = times[1] - times[0] if len(times) > 1 else times[0]

@@ -15,7 +15,7 @@ from lanindex.search.language.clauses import Condition
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table
 from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch, Rows
-from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Told
+from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, nothing, one_each
 from lanindex.search.match.relations import Spans
@@ -278,7 +278,7 @@ class Context:
 
     def met(self, conditions: Iterable[Condition], capture: IntArray, seen: IntArray) -> IntArray:
         """Return the places of the matches that meet conditions on labels."""
-        labels = Told(capture, seen, capture, capture, capture, capture)
+        labels = Facts(capture, seen, capture, capture, capture, capture)
         fits = np.ones(len(capture), bool)
         for condition in conditions:
             fits &= self.evaluator.holds(condition, labels)

@@ -1,4 +1,4 @@
-"""A query searched in columns: where its hits are in all captures, objects of those asked for."""
+"""A query searched in columns: a table of its hits in all captures, and hits as objects."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ from lanindex.search.match.hits import (
     NO_HITS,
     Found,
     HitTable,
-    Parts,
     Trace,
     best,
     from_left,
@@ -34,7 +33,6 @@ from lanindex.search.match.hits import (
     nearest,
 )
 from lanindex.search.match.leading import hits_of
-from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.rewrites import Rewrites
 from lanindex.search.match.trace import traced
 
@@ -87,7 +85,6 @@ class Finder:
         self._tolerance, self._memory, self._recordings = tolerance, memory, recordings
         self._programs, self._clauses = plan(query), Clauses(query)
         self._rewrites = [Rewrites(it) for it in self._programs]
-        self._parts: Parts = []
         self._fetched: dict[int, Recording] = {}
         self._watch: Watch | None = None
 
@@ -124,7 +121,7 @@ class Finder:
             refused += [errors[place] for place in sorted(errors)]
         if (hits.capture[1:] < hits.capture[:-1]).any():
             hits = hits.at(np.argsort(hits.capture, kind="stable"))
-        hits = self._in_those_asked_for(hits)
+        hits = self._in_matching_captures(hits)
         found = Found(self, hits, self._kept(hits, overlaps))
         if best is not None:
             found = found.by_fit(best)[:best]
@@ -183,25 +180,19 @@ class Finder:
 
     def _traces(self, hits: HitTable) -> list[Trace]:
         """Return what hits are made of; rows are counted in their own captures."""
-        pieces = [np.arange(len(hits))]
-        if any(repeats(self._clauses, it) for it in self._programs):  # traced capture by capture
-            order = np.argsort(hits.capture, kind="stable")
-            pieces = np.split(order, np.flatnonzero(np.diff(hits.capture[order])) + 1)
         found: dict[int, Trace] = {}
-        for piece in pieces:
-            own = hits.at(piece)
-            for some, traces in self._in_parts(partial(self._traced, own), own.capture):
-                if isinstance(traces, LanindexError):
-                    raise traces
-                found.update(zip(piece[some].tolist(), traces, strict=True))
+        for some, traces in self._in_parts(partial(self._traced, hits), hits.capture):
+            if isinstance(traces, LanindexError):
+                raise traces
+            found.update(zip(some.tolist(), traces, strict=True))
         return [found[place] for place in range(len(hits))]
 
     def _traced(self, hits: HitTable, some: IntArray) -> list[Trace]:
         """Return what some of a table's hits are made of, all at once."""
         hits = hits.at(some)
         here, hits.capture = np.unique(hits.capture, return_inverse=True)
-        given = self._query, self._rewrites, self._batch(here)
-        found = traced(hits, self._parts, *given, self._captures(here), self._tick(here))
+        given = self._captures(here), self._tick(here)
+        found = traced(hits, self._query, self._rewrites, self._batch(here), *given)
         for place, one in enumerate(found):
             if one is None:
                 raise LanindexError(
@@ -238,7 +229,7 @@ class Finder:
                 todo += reversed(np.array_split(some, 2))
 
     def _possible(self) -> IntArray:
-        """Return the captures that can have a hit, as far as it is asked."""
+        """Return the captures that can have a hit; all of them where they are few."""
         every = np.arange(len(self._roster))
         if len(every) < MANY:
             return every
@@ -274,7 +265,7 @@ class Finder:
         rich = np.zeros(len(batch), bool)
         for rewrites in self._rewrites:
             context = Context(batch, rewrites, self._clauses, self._captures(here), tick)
-            found += hits_of(context, self._parts)
+            found += hits_of(context)
             rich |= context.refused
         hits = together(found)
         if rich.any():
@@ -300,7 +291,7 @@ class Finder:
             "the search ran out of memory in this capture", place=capture.path, remedy=NARROWER
         )
 
-    def _in_those_asked_for(self, hits: HitTable) -> HitTable:
+    def _in_matching_captures(self, hits: HitTable) -> HitTable:
         """Return the hits in captures that meet the conditions on the capture alone."""
         if not self._clauses.of_capture or not len(hits):
             return hits

@@ -1,15 +1,17 @@
-"""Hits: where a pattern begins and how it ends best, as columns; objects of those asked for."""
+"""Hits as a table: where a pattern begins and how it ends best; each is made an object lazily."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import itemgetter
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import TRACKS
 from lanindex.model import Hit, Symbol
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.search.automaton import State
@@ -26,9 +28,6 @@ from lanindex.search.match.arrays import (
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.placed import TOGETHER, Holder, Placed
 
-Parts = list[tuple[str, ...]]
-"""The parts that first symbols are of; those of an entry are added once it has hits."""
-
 
 @dataclass(slots=True, eq=False)
 class HitTable(Table):
@@ -40,7 +39,7 @@ class HitTable(Table):
     cost: (
         IntArray  # (H,) what is missing to a fit of 1, in thousandths; ~least if only that is known
     )
-    parts: IntArray  # (H,) of the first symbols: a place in `Parts`
+    parts: IntArray  # (H,) of the first symbols, as from `parts_number`
     rows: IntArray  # (2, H) of the first symbols, counted in their captures; -1: there is one only
 
     def __len__(self) -> int:
@@ -51,23 +50,21 @@ _NONE = np.empty(0, np.int64)
 NO_HITS = HitTable(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((2, 0), np.int64))
 
 
+def parts_number(parts: Sequence[str]) -> int:
+    """Return one number for some parts in order."""
+    return sum((1 + TRACKS.index(part)) << 10 * place for place, part in enumerate(parts))
+
+
 def table(
-    batch: Batch,
-    state: State,
-    parts: Parts,
-    events: Events,
-    ends: tuple[IntArray, IntArray, IntArray],
+    batch: Batch, state: State, events: Events, ends: tuple[IntArray, IntArray, IntArray]
 ) -> HitTable:
     """Return hits that begin at some events of a state, with low, high and cost of each."""
-    order = sorted(range(len(state.members)), key=state.members.__getitem__)
-    own = tuple(state.members[it] for it in order)
-    if own not in parts:
-        parts.append(own)
+    members = sorted(zip(state.members, events.first, strict=True), key=itemgetter(0))
+    parts = np.full(len(events), parts_number([part for part, _ in members]))
     rows = np.full((2, len(events)), -1)
-    for place, member in enumerate(order):
-        bounds = batch.rows(own[place]).bounds
-        rows[place] = events.first[member] - bounds[events.capture]
-    return HitTable(events.capture, *ends, np.full(len(events), parts.index(own)), rows)
+    for place, (part, first) in enumerate(members):
+        rows[place] = first - batch.rows(part).bounds[events.capture]
+    return HitTable(events.capture, *ends, parts, rows)
 
 
 def best(hits: HitTable) -> HitTable:

@@ -16,9 +16,9 @@ from lanindex.search.automaton import Program
 from lanindex.search.language.times import Length, Time
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, TooMuch, best_of_each
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.conditions import Told
+from lanindex.search.match.conditions import Facts
 from lanindex.search.match.context import Context
-from lanindex.search.match.hits import HitTable, Parts, table
+from lanindex.search.match.hits import HitTable, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import MirrorRuns, repeats
 from lanindex.search.match.rewrites import enough
@@ -28,20 +28,20 @@ SOON = 4
 """Seconds of the first horizon; each next one is so many times as far."""
 
 
-def hits_of(context: Context, parts: Parts) -> list[HitTable]:
+def hits_of(context: Context) -> list[HitTable]:
     """Return the best match from each beginning of a program.
 
     Raises `TooMuch` if one capture needs more than the budget.
     """
     lines = repeats(context.clauses, context.program)
     if lines:
-        return [MirrorRuns(context.batch, lines).hits(parts, context.tick)]
+        return [MirrorRuns(context.batch, lines).hits(context.tick)]
     program = context.program
     joiner = context.joiner = Joiner(context)
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
     ends = _best_ends(context, walk, joiner, walk.roots())
-    return [hits for found in ends for hits in _as_hits(context, parts, found)]
+    return [hits for found in ends for hits in _as_hits(context, found)]
 
 
 def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArray]) -> list[Ends]:
@@ -137,7 +137,7 @@ def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntAr
     own = set(context.due(context.program).own)
     for condition in clauses.conditions:
         if condition not in own:
-            labels = Told(
+            labels = Facts(
                 found.capture, memory.columns[width:], found.low, found.high, found.part, found.row
             )
             chosen = chosen[context.evaluator.holds(condition, labels.at(chosen))]
@@ -147,11 +147,11 @@ def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntAr
     return chosen
 
 
-def _as_hits(context: Context, parts: Parts, found: Ends) -> Iterator[HitTable]:
+def _as_hits(context: Context, found: Ends) -> Iterator[HitTable]:
     """Yield ends as hits, a table for each entry."""
     for place, entry in enumerate(context.program.entries):
         own = np.flatnonzero(found.entry == place)
         state = context.program.states[entry.state]
         events = context.batch.events(state).at(found.root[own])
         cost = np.where(found.cost[own] >= 0, found.cost[own], ~events.cost)
-        yield table(context.batch, state, parts, events, (found.low[own], found.high[own], cost))
+        yield table(context.batch, state, events, (found.low[own], found.high[own], cost))

@@ -21,7 +21,7 @@ from lanindex.search.language.query import NEXT
 from lanindex.search.match.arrays import BoolArray, IntArray, best_of_each
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.conditions import MIRRORED_CELLS, Clauses
-from lanindex.search.match.hits import BestTrace, HitTable, Matched, Parts, table, took
+from lanindex.search.match.hits import BestTrace, HitTable, Matched, parts_number, table, took
 
 
 class Repeats(NamedTuple):
@@ -91,7 +91,7 @@ class MirrorRuns:
             _goes_on(batch, *it) for it in ((part, self._own), (beside, self._other))
         )
 
-    def hits(self, parts: Parts, tick: Callable[[], None]) -> HitTable:
+    def hits(self, tick: Callable[[], None]) -> HitTable:
         """Return the best match from each event of the line."""
         own, other = self._own, self._other
         behind = np.searchsorted(own.capture, np.arange(len(self._batch)), "right")
@@ -113,7 +113,7 @@ class MirrorRuns:
         event, low, high = np.concatenate(found, axis=1)
         order = np.argsort(event)
         frames = low[order], high[order], np.full(len(event), -1)
-        return table(self._batch, self._lines.own, parts, own.at(event[order]), frames)
+        return table(self._batch, self._lines.own, own.at(event[order]), frames)
 
     def _side_by_side(self, runs: IntArray) -> IntArray:
         """Return the places of the pairs of runs that share a frame, and are long enough.
@@ -135,13 +135,15 @@ class MirrorRuns:
         low = np.minimum(own.start[event], other.start[beside])
         return low, np.maximum(own.end[event + length - 1], other.end[beside + length - 1])
 
-    def traced(self, hits: HitTable, parts: Parts) -> Iterator[tuple[int, BestTrace]]:
-        """Yield the places of hits in one capture, each with the clearest match of its frames."""
-        places = zip(hits.parts.tolist(), hits.rows[0].tolist(), strict=True)
-        for number, (place, row) in enumerate(places):
-            event = int(np.searchsorted(self._own.first[0], row))
-            there = row in self._own.first[0][event : event + 1]
-            if there and parts[place] == self._lines.own.members:
+    def traced(self, hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
+        """Yield the places of hits, each with the clearest match of its frames."""
+        own, bounds = self._own.first[0], self._batch.rows(self._lines.own.members[0]).bounds
+        rows = hits.rows[0] + bounds[hits.capture]
+        events = np.searchsorted(own, rows)
+        there = np.append(own, -1)[events] == rows
+        there &= hits.parts == parts_number(self._lines.own.members)
+        for number, event in enumerate(events.tolist()):
+            if there[number]:
                 best = self._clearest(event, int(hits.low[number]), int(hits.high[number]))
                 if best:
                     cost, beside, length = best
@@ -150,9 +152,10 @@ class MirrorRuns:
     def _clearest(self, event: int, low: int, high: int) -> tuple[int, int, int] | None:
         """Return cost, other event and length of the best runs from an event in some frames."""
         own, other, found, length = self._own, self._other, None, 0
-        here = np.flatnonzero(other.start >= low)
-        cost = np.zeros(len(here), np.int64)
-        while event + length < len(own) and own.end[event + length] <= high:
+        capture = own.capture[event]
+        here = np.flatnonzero((other.capture == capture) & (other.start >= low))
+        cost, last = np.zeros(len(here), np.int64), np.searchsorted(own.capture, capture, "right")
+        while event + length < last and own.end[event + length] <= high:
             on = self._shown[here + length] == self._image[event + length]
             here, cost = here[on], np.maximum(cost, own.cost[event + length])[on]
             cost, length = np.maximum(cost, other.cost[here + length]), length + 1

@@ -23,7 +23,7 @@ from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context, Joins
 from lanindex.search.match.follow import Transitions
-from lanindex.search.match.hits import BestTrace, HitTable, Matched, Parts, Trace, table, took
+from lanindex.search.match.hits import BestTrace, HitTable, Matched, Trace, table, took
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import complete
 from lanindex.search.match.matches import EVENT, Matches, Nodes, distinct
@@ -38,7 +38,6 @@ COST, STEPS = range(-2, 0)
 
 def traced(
     hits: HitTable,
-    parts: Parts,
     query: Query,
     rewrites: Iterable[Rewrites],
     batch: Batch,
@@ -47,17 +46,16 @@ def traced(
 ) -> list[Trace | None]:
     """Return what hits in a batch of their captures alone are made of, None: it is not there.
 
-    That is one capture, where a program is two repeats that mirror each other. Raises `TooMuch` if
-    there are too many partial matches.
+    Raises `TooMuch` if there are too many partial matches.
     """
     clauses = Clauses(query)
     best: list[BestTrace | None] = [None] * len(hits)
     for one in rewrites:
         lines = repeats(clauses, one.program)
         if lines:
-            found = MirrorRuns(batch, lines).traced(hits, parts)
+            found = MirrorRuns(batch, lines).traced(hits)
         else:
-            found = _Context(batch, one, query, captures, tick, hits).traced(hits, parts)
+            found = _Context(batch, one, query, captures, tick, hits).traced(hits)
         for number, trace in found:
             before = best[number]
             if before is None or trace[0] < before[0]:
@@ -108,7 +106,7 @@ class _Context(Context):
         """Refuse nothing: what was found can be traced."""
         return None
 
-    def traced(self, hits: HitTable, parts: Parts) -> Iterator[tuple[int, BestTrace]]:
+    def traced(self, hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
         """Yield the places of hits that this program can lead, each with its best match."""
         # where each beginning has one match, its value has all but the symbols
         only = ONLY if enough(self.program) == ONLY else None
@@ -119,7 +117,7 @@ class _Context(Context):
             state, chosen = self.program.states[entry.state], np.flatnonzero(fits)
             events, none = self.batch.events(state).at(chosen), np.zeros(len(chosen), np.int64)
             owner = np.full(len(fits), -1)
-            begins = table(self.batch, state, parts, events, (none, none, none))
+            begins = table(self.batch, state, events, (none, none, none))
             owner[chosen] = [places.get(it, -1) for it in _beginnings(begins)]
             fits &= owner >= 0
             owners.append(owner)
