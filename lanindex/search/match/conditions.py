@@ -249,8 +249,14 @@ class Evaluator:
         self, condition: Comparison, facts: Facts, clock: Clock, capture: Capture | None
     ) -> BoolArray:
         """Compare the two sides of a condition in captures that have one clock."""
+
+        def value_of(term: Term) -> _Column | Value:
+            if isinstance(term, Reference) and term.name != CLIP:
+                return self._column(term, facts)
+            return constant(term, clock, capture)
+
         sides = [
-            [(sign, self._term(term, facts, clock, capture)) for sign, term in side.terms]
+            [(sign, value_of(term)) for sign, term in side.terms]
             for side in (condition.left, condition.right)
         ]
         terms = [it for side in sides for _, it in side]
@@ -268,7 +274,7 @@ class Evaluator:
             there &= COMPARE[condition.compare](left, right)
             return there
         scale = clock.rate if kind == "frames" else Fraction(THOUSANDTHS)
-        total, constant = np.zeros(len(there), np.int64), Fraction(0)
+        total, rest = np.zeros(len(there), np.int64), Fraction(0)
         for side, signed in zip((1, -1), sides, strict=True):
             for sign, value in signed:
                 if isinstance(value, _Column):
@@ -277,15 +283,8 @@ class Evaluator:
                 number = number_of(value)
                 if number is None:  # a word is no number; in a sum nothing can be made of it
                     return there if len(signed) == 1 and condition.compare == "!=" else nowhere
-                constant -= side * sign * number * scale
-        return there & _at_threshold(condition.compare, total, constant)
-
-    def _term(
-        self, term: Term, facts: Facts, clock: Clock, capture: Capture | None
-    ) -> _Column | Value:
-        if isinstance(term, Reference) and term.name != CLIP:
-            return self._column(term, facts)
-        return constant(term, clock, capture)
+                rest -= side * sign * number * scale
+        return there & _at_threshold(condition.compare, total, rest)
 
     def _column(self, field: Reference, facts: Facts) -> _Column:
         """Return a field of a label, or of all that matched."""

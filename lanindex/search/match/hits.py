@@ -216,9 +216,8 @@ class Found(Placed):
         if most is None or most >= len(self):
             return super().by_fit()
         clearest = self.clearest(most)
-        rest = np.ones(len(self), np.bool_)
-        rest[clearest] = False
-        return self._some(np.append(clearest, np.flatnonzero(rest)))
+        rest = np.delete(np.arange(len(self)), clearest)
+        return self._some(np.append(clearest, rest))
 
     def clearest(self, most: int) -> IntArray:
         """Return the places of so many hits, the clearest first, ties as they stand.
