@@ -1,14 +1,15 @@
-"""Lines and symbols as the alignment takes them, for tests."""
+"""Lines and symbols as they are followed with costs, for tests."""
+
+from fractions import Fraction
 
 import numpy as np
 from hypothesis import strategies as st
 
-from lanindex.model.columns import PASSING, STARTING
+from lanindex.model.columns import roster_of
 from lanindex.search.automaton import plan
-from lanindex.search.fuzzy.align import Rows, blurs
-from lanindex.search.fuzzy.costs import kinds_of, substitutions
-from lanindex.search.fuzzy.net import Net, nets_of
+from lanindex.search.fuzzy.follow import Line, Net, followed, nets_of
 from lanindex.search.language import parse
+from lanindex.search.match.batch import Batch
 
 
 def net_of(text: str) -> Net:
@@ -18,31 +19,18 @@ def net_of(text: str) -> Net:
     return net
 
 
-def tables_of(net: Net, columns) -> np.ndarray:
-    """Return what all kinds of symbols cost as each of the steps."""
-    return np.array([kinds_of(columns).table(state) for state in net.states])
+def batch_of(columns, captures) -> Batch:
+    """Return all symbols of columns."""
+    roster = roster_of(captures)
+    return Batch(roster, {columns.part: columns}, np.arange(len(roster)), Fraction(1, 10))
 
 
-def costs_of(net: Net, columns) -> np.ndarray:
-    """Return what all symbols cost as each of the steps."""
-    every = np.arange(len(columns))
-    tables = tables_of(net, columns)
-    return np.array(
-        [
-            substitutions(state, table, columns, every)
-            for state, table in zip(net.states, tables, strict=True)
-        ]
-    ).reshape(len(net.states), len(columns))
-
-
-def rows_of(net: Net, columns) -> Rows:
-    """Return all symbols of columns; nothing is asked of a clip's start and end."""
-    new = columns.cell & STARTING != 0
-    new[columns.bounds[:-1][np.diff(columns.bounds) > 0]] = True
-    nothing = np.zeros((2, 1), np.int32)
-    shown, blur = columns.cell & PASSING == 0, blurs(columns.margin)
-    skipped = np.zeros(len(columns), np.int64)
-    return Rows(new, shown, skipped, costs_of(net, columns), blur, nothing, nothing)
+def keys_of(line: Line, batch: Batch, most: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the key of the best match that ends with each symbol, and what each one costs."""
+    code = batch.rows(line.net.part).own(line._kinds.code)
+    symbols = line._symbols(batch, np.arange(len(code)), code)
+    arrived, _ = followed(line.net, symbols, most, lambda: None)
+    return (arrived + symbols.exit).min(axis=0), symbols.costs
 
 
 _WORDS = ("low", "right mid", "place high", "any", "left", "mid/high", "not low", "(low or high)")

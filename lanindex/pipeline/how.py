@@ -133,4 +133,5 @@ class How:
             overlaps=self.overlaps,
             best=best,
             watch=watch,
+            refused=refused,
         )

@@ -14,6 +14,11 @@ from lanindex.search.match import arrays, context
 
 PATTERN = "r_arm any with a: l_arm any ... b: any where b.end - a.start > 0.1s"
 
+FUZZY = (  # the pattern itself is searched for exactly, too, or what must not happen
+    "r_arm any ... any without r_arm any ... low",
+    "r_arm any without (l_arm any ... any with r_arm any ... any) -> high",
+)
+
 
 @pytest.fixture
 def db(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -35,6 +40,18 @@ def test_a_search_names_them_and_answers_the_others(db: Path) -> None:
     assert "1 more captures are too rich for this pattern" in told[5]
     assert "a.lnd" in done.stdout
     assert "z.lnd" in done.stdout
+
+
+@pytest.mark.parametrize("pattern", FUZZY)
+def test_a_fuzzy_search_names_them_too(db: Path, pattern: str) -> None:
+    done = CliRunner().invoke(app, ["search", pattern, "--db", str(db), "--fuzzy", "0.5"])
+    assert done.exit_code == 2
+    told = done.stderr.splitlines()
+    assert [line.split(":")[0] for line in told[:5]] == [f"{it}.lnd" for it in "23456"]
+    assert "the pattern fits in too many ways. Put fewer" in told[0]
+    with open_library(db) as library:
+        hits = library.search(pattern, fuzzy="0.5")
+        assert {Path(hit.path).name for hit in hits} == {"a.lnd", "z.lnd"}
 
 
 def test_python_has_an_error_for_each(db: Path) -> None:

@@ -2,34 +2,34 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.errors import UsageError
+from lanindex.errors import LanindexError, UsageError
+from lanindex.model import Hit, Span, Symbol
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.automaton import plan
-from lanindex.search.fuzzy.align import Ask
 from lanindex.search.fuzzy.costs import BUCKETS, UNIT, Allowance
-from lanindex.search.fuzzy.found import Found, Source
-from lanindex.search.fuzzy.joining import Joining, Plan, Table, disturbed
-from lanindex.search.fuzzy.lines import LIFTED
-from lanindex.search.fuzzy.windows import BoolArray, IntArray
+from lanindex.search.fuzzy.follow import Line, Matches, joined
+from lanindex.search.fuzzy.join import Plan, fits
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match.arrays import best_of_each
-from lanindex.search.match.finder import Finder, Recordings, Watch
+from lanindex.search.match.arrays import FAR, AnyArray, IntArray, best_of_each, once
+from lanindex.search.match.batch import Batch, split
+from lanindex.search.match.finder import MOST_ROWS, Finder, Recordings, Watch
 from lanindex.search.match.hits import Found as Exact
+from lanindex.search.match.hits import staying
+from lanindex.search.placed import Placed
 
-CLEAR = (15, 14, 12, 8)
-"""How clear the best hits are looked for, in steps of a margin, one after the other."""
-
-MORE = 4
-"""How many times the captures are looked at that would be enough had each a hit."""
+CLEAR, MORE = (14, 12, 8), 4
+"""How clear the best hits are looked for, in steps of a margin, one after the other; and in how
+many times the captures that would be enough had each a hit."""
 
 
 def find(
@@ -43,30 +43,21 @@ def find(
     overlaps: str = "none",
     best: int | None = None,
     watch: Watch | None = None,
+    refused: list[LanindexError] | None = None,
 ) -> Found:
     """Find what is nearly a pattern.
 
     Parameters
     ----------
-    query : Query
-        What to find.
-    roster : Roster
-        Where.
-    columns : Mapping of str to Columns
-        Of all ``query.parts``.
-    recordings : callable
-        Gives captures with the tracks of some parts, by their places in the roster.
+    query, roster, columns, recordings, tolerance
+        As of `lanindex.search.match.Finder`; there are columns of all parts of the query.
     allowance : Allowance
         How much a match may differ.
-    tolerance : Fraction, optional
-        Seconds within which edges agree.
     overlaps : str, optional
         ``none``: of matches that share frames the one that differs least; ``all``: one for every
         place where some begin.
-    best : int, optional
-        Only so many, those that fit best, the clearest first.
-    watch : callable, optional
-        Is told now and then how many captures are done, of how many; it may raise.
+    best, watch, refused : optional
+        As of `lanindex.search.match.Finder.find`.
 
     Returns
     -------
@@ -78,24 +69,6 @@ def find(
     ------
     UsageError
         Where the pattern says what has no edits.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.search.fuzzy import Allowance, find
-    >>> from lanindex.search.language import parse
-    >>> query = parse("torso forward mid -> place high")
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     roster, columns = library.columns(query.parts)
-    ...     held = list(library.tracks(parts=query.parts))
-    ...     for allowed in ("0", "0.5"):
-    ...         hits = find(
-    ...             query, roster, columns, lambda places, parts: [held[it] for it in places],
-    ...             Allowance.read(allowed),
-    ...         )
-    ...         print(len(hits))
-    2
-    3
     """
     if query.rhythm or query.where:
         raise UsageError(
@@ -108,55 +81,70 @@ def find(
         for lines in dict.fromkeys(opened)
         for program in plan(Query(Choice((lines,))))
     ]
-    search = _Search(plans, roster, columns, recordings, tolerance, overlaps, watch)
+    for number, net in enumerate(net for one in plans for net in one.nets):
+        net.number = number
+    told = roster, columns, recordings, tolerance
+    search = _Search(Finder(query, *told), plans, *told, overlaps, watch)
     if any(one.leaps for one in plans):
-        exact = Finder(query, roster, columns, recordings, tolerance).find("all", watch)
-        every = search.found(exact)
-        return every if best is None else every.by_fit(best)[:best]
-    return search.found() if best is None else search.best(best)
+        found = search.found(search.exactly(query))
+        found = found if best is None else found.by_fit(best)[:best]
+    else:
+        found = search.found() if best is None else search.best(best)
+    errors = [error for _, error in sorted(search.refused.items())]
+    if refused is None and errors:
+        raise errors[0]
+    if refused is not None:
+        refused += errors
+    return found
 
 
 def _opened(pattern: Choice) -> Choice:
     """Return a pattern without brackets around all of it, such as a pasted score has."""
     opened: list[Lines] = []
     for lines in pattern.alternatives:
-        (item, *more) = lines.first.items
-        bare = Steps((Item(item.unit),)) == lines.first and not more
-        if isinstance(item.unit, Bracket) and bare:
+        unit = lines.first.items[0].unit
+        if isinstance(unit, Bracket) and lines.first == Steps((Item(unit),)):
             opened += [
                 Lines(inner.first, (*inner.others, *lines.others))
-                for inner in _opened(item.unit.pattern).alternatives
+                for inner in _opened(unit.pattern).alternatives
             ]
         else:
             opened.append(lines)
     return Choice(tuple(opened))
 
 
+@dataclass
 class _Search:
-    """A search for some plans."""
+    """A search for some plans; ``finder`` holds the captures of its hits."""
 
-    def __init__(
-        self,
-        plans: list[Plan],
-        roster: Roster,
-        columns: Mapping[str, Columns],
-        recordings: Recordings,
-        tolerance: Fraction,
-        overlaps: str,
-        watch: Watch | None,
-    ) -> None:
-        self._plans, self._roster, self._columns = plans, roster, columns
-        self._recordings, self._tolerance = recordings, tolerance
-        self._overlaps, self._watch = overlaps, watch
-        self._done = 0
+    finder: Finder
+    plans: list[Plan]
+    roster: Roster
+    columns: Mapping[str, Columns]
+    recordings: Recordings
+    tolerance: Fraction
+    overlaps: str
+    watch: Watch | None
+    refused: dict[int, LanindexError] = field(default_factory=dict)
+    done: int = 0
 
-    def _ask(self) -> None:
-        if self._watch:
-            self._watch(self._done, len(self._roster))
+    @cached_property
+    def lines(self) -> list[tuple[Line, int]]:
+        """All lines by their numbers, each with how many steps its plan has."""
+        plans = [one.within(self.columns, one.most) for one in self.plans]
+        return [(line, one.steps) for one in plans for sides in one.lines for line in sides]
+
+    def exactly(self, query: Query, among: IntArray | None = None) -> Exact:
+        """Return all exact hits, in some captures; None: in all."""
+        columns = {part: self.columns[part] for part in query.parts}
+        finder = Finder(query, self.roster, columns, self.recordings, self.tolerance)
+        found = finder.find("all", self.watch, refused=[], among=among)
+        self.refused |= finder.refused
+        return found
 
     def found(self, exact: Exact | None = None) -> Found:
         """Return all hits; of exact ones those, too, where none that costs nothing begins."""
-        return self._among(None, BUCKETS, exact)
+        return self._among(self._within(BUCKETS), None, exact)
 
     def best(self, number: int) -> Found:
         """Return so many hits that fit best, the clearest first.
@@ -165,139 +153,138 @@ class _Search:
         enough of them, no other can be among the best.
         """
         for clear in CLEAR:
-            places, bounds = self._possible(clear)
-            order = np.argsort(-bounds, kind="stable")
-            many = MORE * number
+            plans, bounds = self._within(BUCKETS - clear, clear), np.zeros(len(self.roster))
+            for batch in self._blocks(plans, None):
+                bounds[batch.places] = np.max([it.bounds(batch, self.ask) for it in plans], axis=0)
+            order = np.flatnonzero(bounds)
+            order, many = order[np.argsort(-bounds[order], kind="stable")], MORE * number
             while len(order):
-                some, rest = np.sort(places[order[:many]]), bounds[order[many:]]
-                found = self._among(some, BUCKETS - clear).by_fit()
+                some, rest = np.sort(order[:many]), bounds[order[many:]]
+                found = self._among(self._within(BUCKETS - clear), some).by_fit()
                 least = np.nextafter(rest[0], 1) if len(rest) else clear / BUCKETS
                 if (found.fit >= least).sum() >= number:
                     return found[:number]
                 order, many = order if len(rest) else order[:0], MORE * many
         return self.found().by_fit()[:number]
 
-    def _limit(self, one: Plan, most: int) -> int:
-        """Return what a match may cost that is to fit well enough, in steps of a margin less."""
-        return min(one.most, one.steps * UNIT * most // BUCKETS)
+    def _within(self, most: int, clear: int = 0) -> list[Plan]:
+        """Return the plans for matches that fit well enough, in steps of a margin less than 1."""
+        limit = UNIT * most // BUCKETS
+        return [it.within(self.columns, it.steps * limit, clear) for it in self.plans]
 
-    def _possible(self, clear: int) -> tuple[IntArray, NDArray[np.float64]]:
-        """Return the captures in which matches can be as clear, and how well they fit at most."""
-        most = np.zeros(len(self._roster))
-        for one in self._plans:
-            limit = self._limit(one, BUCKETS - clear)
-            joining = Joining(one, self._roster, self._columns, limit, clear)
-            places, bounds = joining.bounds(one.steps, self._ask)
-            most[places] = np.maximum(most[places], bounds)
-        found = np.flatnonzero(most)
-        return found, most[found]
+    def _blocks(self, plans: list[Plan], places: IntArray | None) -> Iterator[Batch]:
+        """Yield captures, of some, or of all that may match, so many at once as fit a block."""
+        if places is None:
+            places = np.flatnonzero(np.any([one.possible() for one in plans], axis=0))
+        for some in split(self.columns.values(), places, MOST_ROWS) or [places]:
+            self.done = int(some[0]) if len(some) else 0
+            self.ask()
+            yield self.finder.batch(some)
 
-    def _among(self, places: IntArray | None, most: int, exact: Exact | None = None) -> Found:
+    def ask(self) -> None:
+        """Ask whether to go on."""
+        if self.watch:
+            self.watch(self.done, len(self.roster))
+
+    def _among(
+        self, plans: list[Plan], places: IntArray | None, exact: Exact | None = None
+    ) -> Found:
         """Return all hits in some captures; None: in all."""
-        roster, columns, recordings = self._roster, self._columns, self._recordings
-        tables = []
-        for number, one in enumerate(self._plans):
-            if places is None:
-                self._done = len(roster) * number // len(self._plans)
-            self._ask()
-            joining = Joining(one, roster, columns, self._limit(one, most))
-            table = joining.table(places, self._tolerance, self._ask)
-            for apart in one.apart:
-                args = roster, columns, recordings, self._tolerance, self._watch
-                table = table.chosen(~disturbed(apart, table, *args))
-            tables.append((table, one.steps))
-        held = [table for table, _ in tables]
-        exact = None if exact is None else _besides(exact, held)
-        plan, match = _kept(held, exact, self._overlaps, self._ask)
-        return Found(Source(roster, recordings, list(columns), tables, exact), plan, match)
+        kept = [self._in_block(plans, batch, exact) for batch in self._blocks(plans, places)]
+        return Found(self, joined(kept), exact)
+
+    def _in_block(self, plans: list[Plan], batch: Batch, exact: Exact | None) -> Matches:
+        """Return all hits in some captures that are searched together."""
+        sets: list[Matches] = []
+        for one in plans:
+            found = one.matches(batch, self.exactly, self.ask)
+            sets.append(found._replace(capture=batch.places[found.capture]))
+        if exact is not None:
+            sets.append(self._besides(exact, joined(sets), batch.places))
+        found = joined(sets)
+        if len(sets) > 1:
+            parts = [one.sides[0][0].part for one in plans]
+            of_each = [*map(parts.index, parts), len(parts)][: len(sets)]
+            part = np.repeat(of_each, [len(it.cost) for it in sets])
+            keys = part, found.capture, found.taken[:, 0, 1]
+            found = found.at(best_of_each(keys, (found.cost, found.high, -found.low)))
+        if self.overlaps == "none":
+            rank = np.empty(len(found.cost), np.int64)
+            rank[np.lexsort((-found.low, found.high, found.cost))] = np.arange(len(rank))
+            found = found.at(staying(found.capture, found.low, found.high, rank, self.ask))
+        found = found.at(~np.isin(found.capture, list(self.refused)))
+        return found.at(np.lexsort((found.high, found.low, found.capture)))
+
+    def _besides(self, exact: Exact, found: Matches, places: IntArray) -> Matches:
+        """Return the exact hits of some captures where no match that costs nothing begins."""
+        begun = (found.capture * FAR + found.low)[found.cost == 0]
+        own = np.isin(exact.place, places) & ~np.isin(exact.place * FAR + exact.low, begun)
+        here = np.flatnonzero(own)
+        taken = np.full((len(here), 1, 5), len(self.lines))
+        taken[:, 0, 1] = here  # the number behind all lines, and for a first row the place
+        frames = exact.place[here], exact.low[here], exact.high[here]
+        return Matches(*frames, 0 * here, 0 * here, taken)
 
 
-def _besides(exact: Exact, tables: list[Table]) -> Exact:
-    """Return the exact hits where no match that costs nothing begins."""
-    free = [table.chosen(table.cost == 0) for table in tables]
-    begun = np.concatenate([table.capture * LIFTED + table.low for table in free])
-    own = exact.place * LIFTED + exact.low
-    return exact.arranged(np.flatnonzero(~np.isin(own, begun)).tolist())
+class Found(Placed):
+    """The hits of a search as columns; each is made an object when it is asked for."""
 
+    def __init__(self, search: _Search, matches: Matches, exact: Exact | None) -> None:
+        super().__init__(search.finder, matches.capture, matches.low, matches.high)
+        self._search, self._matches, self._exact = search, matches, exact
 
-def _kept(
-    tables: list[Table], exact: Exact | None, overlaps: str, ask: Ask
-) -> tuple[IntArray, IntArray]:
-    """Return which matches are shown, by capture, start and end: of which table, and which."""
-    leads = [(table.lines[0], table.places[:, 0]) for table in tables]
-    parts = [line.net.part for (line, _), _ in leads]
-    sets = [
-        (it.capture, it.low, it.high, it.cost, found.first[places], parts.index(line.net.part))
-        for it, ((line, found), places) in zip(tables, leads, strict=True)
-    ]
-    if exact is not None:
-        places = np.arange(len(exact))
-        sets.append((exact.place, exact.low, exact.high, 0 * places, places, len(parts)))
-    match = np.concatenate([np.arange(len(it[0])) for it in sets])
-    plan, part = (
-        np.repeat(of_each, [len(it[0]) for it in sets])
-        for of_each in (np.arange(len(sets)), [it[5] for it in sets])
-    )
-    capture, low, high, cost, first = (
-        np.concatenate([it[number] for it in sets]) for number in range(5)
-    )
-    once = best_of_each((part, first), (cost, high, -low)) if len(sets) > 1 else match
-    if overlaps == "none":
-        rank = np.empty(len(once), np.int64)
-        rank[np.lexsort((-low[once], high[once], cost[once]))] = np.arange(len(once))
-        once = once[staying(capture[once], low[once], high[once], rank, ask)]
-    order = once[np.lexsort((high[once], low[once], capture[once]))]
-    return plan[order], match[order]
+    @cached_property
+    def fit(self) -> NDArray[np.float64]:
+        """The smallest margin of what was asked for, less in proportion for what was edited."""
+        steps, found = np.array([*(it for _, it in self._search.lines), 1]), self._matches
+        fit: NDArray[np.float64] = fits(found.cost, found.blur, steps[found.taken[:, 0, 0]])
+        own, exact = self._exactly()
+        fit[own] = exact.clear() if exact else 0
+        return fit
 
+    def clear(self) -> NDArray[np.float64]:
+        """Return how clear each hit is, (H,) from 0 to 1."""
+        return self.fit
 
-PATIENCE = 1 << 12
-"""Matches after which it is asked again whether to go on."""
+    def by_fit(self, most: int | None = None) -> Found:
+        """Return the same hits, the clearest first; as `Placed.by_fit`."""
+        own, exact = self._exactly()
+        if not exact or most is None or most >= len(own):
+            return super().by_fit()
+        rest = np.delete(own, exact.clearest(most))  # of these nothing is made
+        likely = np.delete(np.arange(len(self)), rest)
+        likely = likely[np.argsort(-self._some(likely).fit, kind="stable")]
+        return self._some(np.append(likely, rest))
 
-ROUNDS = 24
-"""How often all knots are untied at once; what is left then is gone through one by one."""
+    def _exactly(self) -> tuple[IntArray, Exact | None]:
+        """Return which hits were found exactly, by place, and as such."""
+        number, place = self._matches.taken[:, 0, :2].T
+        own = np.flatnonzero(number == len(self._search.lines))
+        return own, self._exact.arranged(place[own].tolist()) if self._exact else None
 
+    def _some(self, chosen: AnyArray | slice) -> Found:
+        return Found(self._search, self._matches.at(chosen), self._exact)
 
-def staying(
-    capture: IntArray, low: IntArray, high: IntArray, rank: IntArray, ask: Ask
-) -> BoolArray:
-    """Return which matches stay if the best is taken first, and what overlaps it is left: (H,).
-
-    `rank` tells which is the better: all different, smaller is better.
-    """
-    kept = np.zeros(len(low), np.bool_)
-    begin, end = capture * LIFTED + low, capture * LIFTED + high
-    left = np.argsort(begin, kind="stable")
-    for _ in range(ROUNDS):
-        if not len(left):
-            return kept
-        ask()
-        # of what hangs together by overlaps the best one stays, which cuts it apart
-        behind = np.maximum.accumulate(end[left])
-        new = np.ones(len(left), np.bool_)
-        new[1:] = begin[left[1:]] >= behind[:-1]
-        first = np.flatnonzero(new)
-        sizes = np.diff(np.append(first, len(left)))
-        best = np.repeat(np.minimum.reduceat(rank[left], first), sizes)
-        stays = left[rank[left] == best]
-        kept[stays] = True
-        apart = (end[left] <= np.repeat(begin[stays], sizes)) | (
-            begin[left] >= np.repeat(end[stays], sizes)
-        )
-        left = left[apart]
-    _one_by_one(kept, begin, end, left[np.argsort(rank[left])], ask)
-    return kept
-
-
-def _one_by_one(kept: BoolArray, begin: IntArray, end: IntArray, order: IntArray, ask: Ask) -> None:
-    """Mark what stays of matches in order of their rank, which overlap nothing marked yet."""
-    ends: list[int] = []
-    begins: list[int] = []
-    for number, index in enumerate(order.tolist()):
-        if not number % PATIENCE:
-            ask()
-        low, high = int(begin[index]), int(end[index])
-        place = bisect_left(ends, low + 1)
-        if place == len(begins) or begins[place] >= high:
-            begins.insert(place, low)
-            ends.insert(place, high)
-            kept[index] = True
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        lines, finder = self._search.lines, self._search.finder
+        places = once(self.place[list(indices)])
+        if not finder.fetched.keys() >= {*places.tolist()}:
+            finder.fetch(places.tolist())
+        batch, hits = finder.batch(places), list[Hit]()
+        listed: dict[tuple[int, str], list[Symbol]] = {}
+        for index in indices:
+            taken = self._matches.taken[index].tolist()
+            if self._exact and taken[0][0] == len(lines):
+                hits.append(self._exact[taken[0][1]])
+                continue
+            place, told = int(self.place[index]), []
+            capture, tracks = finder.fetched[place]
+            for number, first, last, *_ in (it for it in taken if it[0] >= 0):
+                line, part = lines[number][0], lines[number][0].net.part
+                if (place, part) not in listed:
+                    listed[place, part] = tracks[part].listed()
+                rows = line.rows(batch, int(np.searchsorted(places, place)), first, last)
+                told.append(tuple(listed[place, part][row] for row, _ in rows))
+            span = Span(int(self.low[index]), int(self.high[index]))
+            hits.append(Hit(capture, span, float(self.fit[index]), tuple(told)))
+        return hits

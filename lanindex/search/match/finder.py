@@ -70,6 +70,13 @@ class Finder:
         Seconds within which edges agree.
     memory : int, optional
         Bytes that the search may take, besides its columns and hits; a quarter of what is free.
+
+    Attributes
+    ----------
+    refused : dict of int to LanindexError
+        The captures that the last search left out, by place in the roster.
+    fetched : dict of int to Recording
+        The captures of which hits are made objects, by place.
     """
 
     def __init__(
@@ -85,7 +92,8 @@ class Finder:
         self._tolerance, self._memory, self._recordings = tolerance, memory, recordings
         self._programs, self._clauses = plan(query), Clauses(query)
         self._rewrites = [Rewrites(it) for it in self._programs]
-        self._fetched: dict[int, Recording] = {}
+        self.fetched: dict[int, Recording] = {}
+        self.refused: dict[int, LanindexError] = {}
         self._watch: Watch | None = None
 
     def find(
@@ -94,6 +102,7 @@ class Finder:
         watch: Watch | None = None,
         best: int | None = None,
         refused: list[LanindexError] | None = None,
+        among: IntArray | None = None,
     ) -> Found:
         """Return all hits.
 
@@ -109,12 +118,15 @@ class Finder:
         refused : list of LanindexError, optional
             Takes an error for each capture that is too rich for the pattern, or for the memory;
             the others are answered. None: the first one is raised.
+        among : ndarray, optional
+            (N,) int64, growing: only in these captures, by their places in the roster.
         """
-        errors: dict[int, LanindexError] = {}
+        errors = self.refused = {}
         self._watch = watch
+        among = self._possible() if among is None else among
         with limited_to(self._memory):
-            batches = split(self._columns.values(), self._possible(), MOST_ROWS)
-            hits = together([NO_HITS, *(it for own in batches for it in self._among(own, errors))])
+            batches = split(self._columns.values(), among, MOST_ROWS)
+            hits = together([NO_HITS, *(it for own in batches for it in self._among(own))])
         if refused is None and errors:
             raise errors[min(errors)]
         if refused is not None:
@@ -130,7 +142,7 @@ class Finder:
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
-        self._fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
+        self.fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
 
     def captures(self, places: Sequence[int]) -> list[Capture]:
         """Return captures by their places in the roster."""
@@ -143,7 +155,7 @@ class Finder:
     def hits(self, hits: HitTable) -> list[Hit]:
         """Return the hits of a table as objects."""
         captures = hits.capture.tolist()
-        if not self._fetched.keys() >= {*captures}:
+        if not self.fetched.keys() >= {*captures}:
             self.fetch(sorted({*captures}))
         with limited_to(self._memory):
             traces = self._traces(hits)
@@ -153,7 +165,7 @@ class Finder:
                 wanted.setdefault(part, {})[place, row] = None
         symbols: dict[tuple[int, str, int], Symbol] = {}
         for part, rows in wanted.items():
-            tracks = ((self._fetched[place][1][part], row) for place, row in rows)
+            tracks = ((self.fetched[place][1][part], row) for place, row in rows)
             table = rows_joined(track.symbols[row : row + 1] for track, row in tracks)
             made = listed(part, table, [row for _, row in rows])
             symbols.update(
@@ -176,7 +188,7 @@ class Finder:
             for line in trace.lines
         )
         fit = (THOUSANDTHS - trace.cost) / THOUSANDTHS
-        return Hit(self._fetched[place][0], span, fit, lines, labelled(taken, own))
+        return Hit(self.fetched[place][0], span, fit, lines, labelled(taken, own))
 
     def _traces(self, hits: HitTable) -> list[Trace]:
         """Return what hits are made of; rows are counted in their own captures."""
@@ -192,12 +204,12 @@ class Finder:
         hits = hits.at(some)
         here, hits.capture = np.unique(hits.capture, return_inverse=True)
         given = self._captures(here), self._tick(here)
-        found = traced(hits, self._query, self._rewrites, self._batch(here), *given)
+        found = traced(hits, self._query, self._rewrites, self.batch(here), *given)
         for place, one in enumerate(found):
             if one is None:
                 raise LanindexError(
                     f"a hit at frame {hits.low[place]} is not there any more",
-                    place=self._fetched[int(here[hits.capture[place]])][0].path,
+                    place=self.fetched[int(here[hits.capture[place]])][0].path,
                     remedy="Please report this pattern.",
                 )
         return [it for it in found if it]
@@ -235,7 +247,8 @@ class Finder:
             return every
         return np.flatnonzero(possible(self._programs, self._columns, len(every)))
 
-    def _batch(self, places: IntArray) -> Batch:
+    def batch(self, places: IntArray) -> Batch:
+        """Return some captures as a batch."""
         return Batch(self._roster, self._columns, places, self._tolerance)
 
     def _captures(self, here: IntArray) -> Captures:
@@ -248,19 +261,19 @@ class Finder:
             return lambda: None
         return partial(self._watch, int(here[0]), len(self._roster))
 
-    def _among(self, places: IntArray, errors: dict[int, LanindexError]) -> Iterator[HitTable]:
+    def _among(self, places: IntArray) -> Iterator[HitTable]:
         """Yield all hits in some captures; captures that are refused get an error."""
         for some, found in self._in_parts(lambda some: self._in_batch(places[some]), places):
             if isinstance(found, LanindexError):
-                errors[int(places[some[0]])] = found
+                self.refused[int(places[some[0]])] = found
             else:
                 hits, rich = found
-                errors.update((place, self._too_many(place)) for place in rich)
+                self.refused.update((place, self._too_many(place)) for place in rich)
                 yield hits
 
     def _in_batch(self, here: IntArray) -> tuple[HitTable, list[int]]:
         """Return all hits in some captures, and those of them that are too rich."""
-        batch, tick, found = self._batch(here), self._tick(here), [NO_HITS]
+        batch, tick, found = self.batch(here), self._tick(here), [NO_HITS]
         tick()
         rich = np.zeros(len(batch), bool)
         for rewrites in self._rewrites:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,6 +28,44 @@ from lanindex.search.match.arrays import (
 )
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.placed import TOGETHER, Holder, Placed
+
+ROUNDS, PATIENCE = 24, 1 << 12
+"""How often all knots are untied at once, what is left is gone through one by one; and after how
+many of these it is asked again whether to go on."""
+
+
+def staying(
+    capture: IntArray, low: IntArray, high: IntArray, rank: IntArray, ask: Callable[[], None]
+) -> BoolArray:
+    """Return which matches stay if the best is taken first, and what overlaps it is left: (H,).
+
+    `rank` tells which is the better: all different, smaller is better.
+    """
+    kept = np.zeros(len(low), np.bool_)
+    begin, end = capture * FAR + low, capture * FAR + high
+    left = np.argsort(begin, kind="stable")
+    for _ in range(ROUNDS if len(left) else 0):
+        ask()
+        # of what hangs together by overlaps the best one stays, which cuts it apart
+        new = begin[left] >= np.append(0, np.maximum.accumulate(end[left])[:-1])
+        knot = np.cumsum(new) - 1
+        best = np.minimum.reduceat(rank[left], np.flatnonzero(new))[knot]
+        stays = left[rank[left] == best]
+        kept[stays] = True
+        left = left[(end[left] <= begin[stays[knot]]) | (begin[left] >= end[stays[knot]])]
+        if not len(left):
+            break
+    taken: list[tuple[int, int]] = []
+    for number, one in enumerate(left[np.argsort(rank[left])].tolist()):
+        if not number % PATIENCE:
+            ask()
+        span = int(begin[one]), int(end[one])
+        place = bisect_left(taken, span)
+        free = not place or taken[place - 1][1] <= span[0]
+        if free and (place == len(taken) or span[1] <= taken[place][0]):
+            taken.insert(place, span)
+            kept[one] = True
+    return kept
 
 
 @dataclass(slots=True, eq=False)

@@ -5,18 +5,27 @@ from itertools import combinations
 import made_patterns
 import numpy as np
 import pytest
-from fuzzy_lines import costs_of, counted_lines, net_of, rows_of, tables_of
-from hypothesis import given, settings
+from fuzzy_lines import batch_of, counted_lines, keys_of, net_of
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
-from lanindex.model.columns import PASSING, STARTING, columns_of, roster_of
+from lanindex.model.columns import PASSING, STARTING, columns_of
 from lanindex.search.automaton import plan
-from lanindex.search.fuzzy.align import NOTHING, Stretch, align, blur_of, cost_of, first_of, trace
-from lanindex.search.fuzzy.costs import MOST, UNIT, angles, kinds_of, middles
-from lanindex.search.fuzzy.lines import Line
-from lanindex.search.fuzzy.net import FREE, MISSING, SKIPPED, Net, nets_of
-from lanindex.search.fuzzy.windows import wanted
+from lanindex.search.fuzzy.costs import MOST, UNIT, angles, middles
+from lanindex.search.fuzzy.follow import (
+    BLUR,
+    COST,
+    FIRST,
+    FREE,
+    LATEST,
+    MISSING,
+    MOST_STEPS,
+    SKIPPED,
+    Line,
+    Net,
+    nets_of,
+)
 from lanindex.search.language import parse
 
 
@@ -24,9 +33,16 @@ def ask() -> None:
     """Go on."""
 
 
+def told(key: int, most: int) -> tuple[int, int, int] | None:
+    """Return cost, first row and blur of a match; None: there is none."""
+    if key >> COST > most:
+        return None
+    return key >> COST, LATEST - (key >> FIRST & LATEST), key & BLUR
+
+
 def by_trying_everything(net: Net, costs: list, cells: list, blur: list, most: int) -> list:
     """Return for each row the least cost of a match that ends there, where it begins, its blur."""
-    later = {before: free for before, _, free in net.edges}
+    later = net.edges[1].any(axis=1)
     best: list = [None] * len(cells)
     for count in range(1, len(net.states) + 1):
         for steps in combinations(range(len(net.states)), count):
@@ -56,20 +72,36 @@ def by_trying_everything(net: Net, costs: list, cells: list, blur: list, most: i
 def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
-    line = net_of(text)
-    rows = rows_of(line, columns)
-    keys = align(line, rows, most, ask)
+    net, batch = net_of(text), batch_of(columns, captures)
+    keys, costs = keys_of(Line(net, columns, most), batch, most)
+    unclear = batch.rows("r_arm").cost
     for begin, end in zip(columns.bounds[:-1].tolist(), columns.bounds[1:].tolist(), strict=True):
         own = slice(begin, end)
-        cells, blur = columns.cell[own].tolist(), rows.blur[own].tolist()
-        expected = by_trying_everything(line, rows.costs[:, own].tolist(), cells, blur, most)
-        found = [
-            None
-            if key == NOTHING
-            else (int(cost_of(key)), begin - int(first_of(key)), int(blur_of(key)))
-            for key in keys[own]
-        ]
+        cells, blur = columns.cell[own].tolist(), unclear[own].tolist()
+        expected = by_trying_everything(net, costs[:, own].tolist(), cells, blur, most)
+        found = [told(key, most) for key in keys[own].tolist()]
+        found = [it and (it[0], begin - it[1], it[2]) for it in found]
         assert found == expected
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    counted_lines(),
+    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+    st.integers(0, 300),
+)
+def test_an_open_count_goes_on_as_often_as_there_are_symbols(text, recordings, most):
+    captures, held = zip(*recordings, strict=True)
+    columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
+    net, batch = net_of(text), batch_of(columns, captures)
+    (program,) = plan(parse(text.replace("x1+", f"x1..{max(np.diff(columns.bounds))}")))
+    assume(len(program.states) <= MOST_STEPS)
+    (written_out,) = nets_of(program)
+    found, expected = (
+        [told(key, most) for key in keys_of(Line(it, columns, most), batch, most)[0].tolist()]
+        for it in (net, written_out)
+    )
+    assert found == expected
 
 
 @settings(max_examples=300, deadline=None)
@@ -78,25 +110,26 @@ def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
     st.lists(made_patterns.recordings(), min_size=1, max_size=3),
     st.integers(0, 300),
 )
-def test_windows_around_what_a_match_must_have_leave_out_no_match(text, recordings, most):
+def test_symbols_and_captures_that_are_left_out_have_no_match(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
-    net, kinds = net_of(text), kinds_of(columns)
-    line = Line(net, columns, roster_of(captures), most)
-    expected = align(net, rows_of(net, columns), line.most, ask)
-    ends = np.flatnonzero(expected != NOTHING)
-    expected = expected[ends]
-    seeds = kinds.where(wanted(net, list(tables_of(net, columns)), kinds.counts, line.most))
-    for rows, whole in (
-        (kinds.stretches[:-1], True),
-        (np.arange(len(columns)), False),
-        (seeds, False),
-    ):
-        keys, first, last = line.moves(rows, whole, ask)
-        assert last.tolist() == ends.tolist()
-        assert first.tolist() == first_of(expected).tolist()
-        assert cost_of(keys).tolist() == cost_of(expected).tolist()
-        assert blur_of(keys).tolist() == blur_of(expected).tolist()
+    batch, rows = batch_of(columns, captures), columns.bounds
+    line = Line(net_of(text), columns, most)
+    most = min(most, (MOST + MISSING) * len(line.net.states))
+    expected: dict[int, tuple] = {}
+    for last, key in enumerate(keys_of(line, batch, most)[0].tolist()):
+        if found := told(key, most):
+            cost, first, blur = found
+            alone = first == last and columns.start[last] == columns.stop[last]
+            match = (cost, int(columns.stop[last]), last, blur, alone)
+            expected[first] = min(match, expected.get(first, match))
+    found = line.matches(batch, ask)
+    assert line.possible()[found.capture].all()
+    first, last = (rows[found.capture] + found.taken[:, 0, it] for it in (1, 2))
+    columns_found = first, found.cost, found.high, last, found.blur
+    assert list(zip(*(it.tolist() for it in columns_found), strict=True)) == [
+        (first, *match) for first, (*match, alone) in sorted(expected.items()) if not alone
+    ]
 
 
 @settings(max_examples=100, deadline=None)
@@ -104,44 +137,39 @@ def test_windows_around_what_a_match_must_have_leave_out_no_match(text, recordin
 def test_the_way_that_is_told_is_the_one_that_was_found(text, recording):
     capture, tracks = recording
     columns = columns_of("r_arm", [capture], [tracks["r_arm"]])
-    line = net_of(text)
-    rows = rows_of(line, columns)
-    for last, key in enumerate(align(line, rows, 3 * UNIT, ask).tolist()):
-        if key == NOTHING:
-            continue
-        first = int(first_of(np.int64(key)))
-        own = slice(first, last + 1)
-        ends = list(line.entry[FREE]), list(line.exit[FREE])
-        stretch = Stretch(rows.costs[:, own], rows.blur[own], rows.shown[own], *ends)
-        told = trace(line, stretch, int(cost_of(np.int64(key))))
-        assert (told[0][0], told[-1][0]) == (0, last - first)
-        fitting = [row for row, step in told if rows.costs[step][first + row] == 0]
-        assert max([0, *rows.blur[own][fitting].tolist()]) == blur_of(np.int64(key))
+    net, batch = net_of(text), batch_of(columns, [capture])
+    line = Line(net, columns, 3 * UNIT)
+    keys, costs = keys_of(line, batch, 3 * UNIT)
+    unclear = batch.rows("r_arm").cost
+    for last, key in enumerate(keys.tolist()):
+        if found := told(key, 3 * UNIT):
+            _, first, blur = found
+            way = line.rows(batch, 0, first, last)
+            assert (way[0][0], way[-1][0]) == (first, last)
+            fitting = [row for row, step in way if costs[step][row] == 0]
+            assert max([0, *unclear[fitting].tolist()]) == blur
 
 
 def test_what_is_missing_before_and_behind_a_step():
-    line = net_of("r_arm right mid -> place high")
-    assert line.entry[FREE] == (0, MISSING)
-    assert line.exit[FREE] == (MISSING, 0)
+    net = net_of("r_arm right mid -> place high")
+    assert net.entry[FREE].tolist() == [0, MISSING]
+    assert net.exit[FREE].tolist() == [MISSING, 0]
 
 
 @pytest.mark.parametrize("steps", [10, 40])
 def test_steps_that_may_be_left_out_are_passed_over_once(steps):
-    line = net_of("r_arm low" + " -> high?" * (steps - 2) + " -> low")
-    assert len(line.edges) == steps * (steps - 1) // 2
-    assert len(line.doors) == steps - 1  # one waits for a step, wherever one comes from
-    assert len(line.missing(20 * UNIT)) == (steps - 1) * (steps - 2) // 2
+    net = net_of("r_arm low" + " -> high?" * (steps - 2) + " -> low")
+    assert net.edges.sum() == steps * (steps - 1) // 2
+    assert net.entry[FREE].tolist() == [0, *[MISSING] * (steps - 1)]
 
 
-def test_missing_steps_are_gone_around_a_circle_once():
-    line = net_of("(r_arm low -> mid -> high) x1+")
-    assert sorted(line.missing(9 * UNIT)) == [
-        *((0, 1, 1), (0, 2, 2), (1, 0, 2), (1, 2, 1), (2, 0, 1), (2, 1, 2)),
-    ]
+def cost(text, columns):
+    line, batch = Line(net_of(text), columns, MOST), batch_of(columns, [made_patterns.CAPTURE])
+    return keys_of(line, batch, MOST)[1][0, 0]
 
 
 @pytest.mark.parametrize(
-    ("asked", "symbol", "cost"),
+    ("asked", "symbol", "expected"),
     [
         ("right mid", ("right", "mid"), 0),
         ("right mid", ("r_forward", "mid"), UNIT / 2),
@@ -155,18 +183,17 @@ def test_missing_steps_are_gone_around_a_circle_once():
         ("place mid", ("right", "mid"), (60 - 22.5) / 45 * UNIT),
     ],
 )
-def test_a_neighbour_costs_less(asked, symbol, cost):
+def test_a_neighbour_costs_less(asked, symbol, expected):
     columns = made_patterns.one_symbol("r_arm", *symbol)
-    assert costs_of(net_of(f"r_arm {asked}"), columns)[0, 0] == pytest.approx(cost, abs=1)
+    assert cost(f"r_arm {asked}", columns) == pytest.approx(expected, abs=1)
 
 
 def test_a_symbol_at_the_border_to_what_is_asked_costs_nothing():
-    line = net_of("r_arm right mid")
     symbols = [
         made_patterns.one_symbol("r_arm", "r_forward", "mid", margin, ("right", "mid"))
         for margin in (0.0, 0.5, 1.0)
     ]
-    costs = [costs_of(line, one)[0, 0] for one in symbols]
+    costs = [cost("r_arm right mid", one) for one in symbols]
     assert costs[0] == 0 < costs[1] < costs[2]
 
 

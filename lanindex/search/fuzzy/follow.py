@@ -1,0 +1,300 @@
+"""Follow with costs: the cheapest match of a line from each symbol that begins one.
+
+Each state has a column of keys, one for each symbol: the cheapest match that stands at the state
+with that symbol. An arrow to the next state is a running minimum of such a column; over ``->`` it
+rises with each shown symbol that is passed over. Where a step is missing, what waits before its
+state waits behind it too, for an edit more.
+
+A key holds what a match costs, where it begins and how unclear it is: the smallest is the cheapest,
+of the cheapest the one that begins last, and of these the clearest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from lanindex.errors import UsageError
+from lanindex.model.columns import Columns
+from lanindex.search.automaton import Program
+from lanindex.search.fuzzy.costs import CHANGE, MOST, NEVER, UNIT, costs_of, kinds_of
+from lanindex.search.language.query import Arrow
+from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, best_of_each
+from lanindex.search.match.batch import Batch, unavoidable
+
+MISSING, SKIPPED = UNIT, UNIT // 2
+"""What a step costs that is missing, and a shown symbol between two steps joined by ``->``."""
+
+MOST_STEPS = 40
+"""Steps of a line that can be followed: the work grows with their number."""
+
+IMPOSSIBLE = 1 << 14
+"""What it costs to begin or end where a line cannot: more than any match."""
+
+FREE, NEXT, LATER = range(3)
+"""How a line lies to a clip's start or end: anywhere, right there (``->``), some way off."""
+
+COST, FIRST = 32, 10
+"""From which bit on a key tells the cost and the beginning; the blur stands below."""
+
+BLUR, LATEST, NOTHING = (1 << FIRST) - 1, (1 << COST - FIRST) - 1, 1 << 62
+"""The bits of the blur, the latest beginning, and the key where no match stands."""
+
+Ask = Callable[[], None]  # raises where a search may not go on
+
+
+class Net:
+    """A line, of one of the parts that move in it: its K states, and what joins them."""
+
+    def __init__(self, program: Program, member: int) -> None:
+        self.number = 0  # what `Matches` call it; a search counts its lines
+        self.part = program.states[0].members[member]
+        self.states = [
+            replace(state, members=(self.part,), fits=(state.fits[member],))
+            for state in program.states
+        ]
+        self.stays = self.states[0].manner == "at"  # asks where the part is, not where it goes
+        # (2, K, K) over -> and over ...: from which state one comes to which
+        self.edges = np.zeros((2, len(self.states), len(self.states)), np.bool_)
+        for it in (edge for leaving in program.edges for edge in leaving):
+            self.edges[int(it.arrow.later), it.exit.state, it.entry.state] = True
+        self.leaps = bool(self.edges[1].any())
+        joined = self.edges[0] | self.edges[1]
+        self.back = np.flatnonzero(np.tril(joined).any(axis=1))  # where an open count goes back
+        # (3, K) by way: what the steps cost that are missing before each state, and behind it
+        entries = [(it.state, it.from_start) for it in program.entries]
+        exits = [(it.state, it.to_end) for leaving in program.exits for it in leaving]
+        self.entry, self.exit = _missing(entries, joined), _missing(exits, joined.T)
+        # states that every match stands at, but for missing steps
+        self.needed = [state.number for state in unavoidable(program)]
+
+
+def _missing(ends: Sequence[tuple[int, tuple[Arrow, ...]]], joined: BoolArray) -> IntArray:
+    """Return by way and state what it costs to leave out all between it and an end of the line."""
+    ways = np.full((3, len(joined)), IMPOSSIBLE)
+    for state, arrows in ends:
+        near = LATER if all(arrow.later for arrow in arrows) else NEXT
+        ways[near if arrows else FREE, state] = 0
+    step = np.where(joined, MISSING, IMPOSSIBLE)
+    for _ in joined:
+        ways = np.minimum(ways, np.min(ways[:, :, None] + step, axis=1))
+    return ways
+
+
+def nets_of(program: Program) -> list[Net]:
+    """Return a program as nets, one a part that moves; a `UsageError` where it has no edits."""
+    states = program.states
+    edges = [edge for leaving in program.edges for edge in leaving]
+    ends = [it.from_start for it in program.entries]
+    ends += [it.to_end for leaving in program.exits for it in leaving]
+    arrows = [edge.arrow for edge in edges] + [arrow for it in ends for arrow in it]
+    stays = len(states) == 1 and states[0].manner == "at" and states[0].length is None
+    stays = stays and not any(ends) and len(states[0].members) == 1
+    cannot = {
+        "brackets with a length or a line beside them": any(
+            group.length or group.companions for group in program.brackets
+        ),
+        '"overlapping"': any(it.relation == "overlapping" for it in program.whole.companions),
+        '"hold", and "at" beside other steps or with a length': not stays
+        and any(state.manner in ("at", "hold") for state in states),
+        "the feet of a jump, degrees of turns and bends, what is touched or carries, "
+        "and how fast or large a movement is": any(it.beside_cells for it in states),
+        "arrows to another part": any(not edge.same for edge in edges),
+        "limits on an arrow": any(arrow.length or arrow.skips for arrow in arrows),
+    }
+    for what, said in cannot.items():
+        if said:
+            raise UsageError(
+                f"a fuzzy search cannot count edits in {what}",
+                remedy="Leave that out, or search without --fuzzy.",
+            )
+    if len(states) > MOST_STEPS:
+        raise UsageError(
+            f"a fuzzy search for {len(states)} steps in a row",
+            wanted=f"{MOST_STEPS} at most",
+            remedy="Look for a shorter piece of it, or search without --fuzzy.",
+        )
+    return [Net(program, member) for member in range(len(states[0].members))]
+
+
+class Symbols(NamedTuple):
+    """R symbols that a line of K states is followed over, in order."""
+
+    stretch: AnyArray  # (R,) in which stretch of known frames each lies
+    costs: AnyArray  # (K, R) what each costs at each state
+    blur: AnyArray  # (R,) what each lacks to a margin of 1, in thousandths
+    # (2, R) over -> and ...: keys of what it costs to pass over all before each, and over that one;
+    # from one stretch to the next it is more than a match may cost
+    before: IntArray
+    behind: IntArray
+    entry: IntArray  # (K, R) keys of matches that begin with each, but for what that one costs
+    exit: IntArray  # (K, R) keys of what it costs to end with each
+
+
+class Matches(NamedTuple):
+    """N matches of a line, or of L lines beside each other."""
+
+    capture: IntArray  # (N,) places in a batch, or in the roster
+    low: IntArray  # (N,) frames, half-open
+    high: IntArray
+    cost: IntArray  # (N,) parts of an edit
+    blur: IntArray  # (N,) what the symbols that fit lack to a margin of 1, in thousandths
+    # (N, L, 5) by line, the leading one first: its number, the first and the last row, counted in
+    # the capture, and its frames; -1: there is no such line
+    taken: IntArray
+
+    def at(self, chosen: AnyArray | slice) -> Matches:
+        """Return some of them."""
+        return Matches._make(column[chosen] for column in self)
+
+
+def joined(matches: Sequence[Matches]) -> Matches:
+    """Return several tables as one."""
+    lines = max(it.taken.shape[1] for it in matches)
+    more = [((0, 0), (0, lines - it.taken.shape[1]), (0, 0)) for it in matches]
+    wide = map(partial(np.pad, constant_values=-1), (it.taken for it in matches), more)
+    *columns, _ = zip(*matches, strict=True)
+    return Matches(*map(np.concatenate, (*columns, list(wide))))
+
+
+class Line:
+    """A line to be searched for, where a match costs no more than `most` parts of an edit.
+
+    `clear` is how many of `BUCKETS` steps of the margin symbols have at least which cost nothing.
+    """
+
+    def __init__(self, net: Net, columns: Columns, most: int, clear: int = 0) -> None:
+        self.net = net
+        self._most = min(most, (MOST + MISSING) * len(net.states))
+        kinds = self._kinds = kinds_of(columns)
+        self._tables = [kinds.table(state) for state in net.states]
+        for state, table in zip(net.states, self._tables, strict=True):
+            if "change" not in state.fits[0] or self._most < CHANGE:
+                table[(table == 0) & (kinds.bucket < clear)] = NEVER
+        self._able = np.any([table <= self._most for table in self._tables], axis=0)
+        self._captures = len(columns.bounds) - 1
+
+    def possible(self) -> BoolArray:
+        """Return which captures have a symbol for enough of the steps it needs, (captures,)."""
+        lacking = np.zeros(self._captures, np.int64)
+        for state in self.net.needed:
+            fits = self._tables[state] <= self._most
+            if 8 * self._kinds.counts[fits].sum() < len(self._kinds.code):  # else most have one
+                lacking += ~self._kinds.having(fits)
+        found: BoolArray = lacking * MISSING <= self._most
+        return found
+
+    def matches(self, batch: Batch, ask: Ask) -> Matches:
+        """Return the cheapest match from each symbol."""
+        rows = batch.rows(self.net.part)
+        code = rows.own(self._kinds.code)
+        row = np.flatnonzero(self._able[code])
+        symbols = self._symbols(batch, row, code[row])
+        arrived, _ = followed(self.net, symbols, self._most, ask)
+        keys = np.min(arrived + symbols.exit, axis=0)
+        ends = np.flatnonzero(keys >> COST <= self._most)
+        keys = keys[ends]
+        cost, first, last = keys >> COST, row[LATEST - (keys >> FIRST & LATEST)], row[ends]
+        frames = rows.start[first], rows.stop[last]
+        if self.net.stays:
+            frames = rows.arrival[first], rows.until(last)
+        capture, start, until = (it.astype(np.int64) for it in (rows.capture[first], *frames))
+        number, base = np.full(len(keys), self.net.number), rows.bounds[capture]
+        taken = np.stack((number, first - base, last - base, start, until), axis=1)[:, None]
+        best = best_of_each((first,), (cost, until))
+        best = best[start[best] < until[best]]  # a starting position alone is no match
+        return Matches(capture, start, until, cost, keys & BLUR, taken).at(best)
+
+    def _symbols(self, batch: Batch, row: IntArray, code: AnyArray) -> Symbols:
+        """Return some rows of a batch, each of a kind, as symbols."""
+        rows, net = batch.rows(self.net.part), self.net
+        stretch = rows.stretch[row]
+        pairs = zip(net.states, self._tables, strict=True)
+        costs = np.stack([costs_of(state, table[code], batch, row) for state, table in pairs])
+
+        def passed(at: IntArray, end: IntArray) -> IntArray:
+            """Return what it costs to pass over all rows up to some, in the stretches of others."""
+            apart = rows.stretch[at].astype(np.int64) * (self._most + 1)
+            return np.stack((apart + SKIPPED * rows.rank[end], apart))
+
+        before, behind = passed(row, row), passed(row, row + 1)
+        entry, leave = net.entry[FREE, :, None], net.exit[FREE, :, None]
+        if min(net.entry[NEXT:].min(), net.exit[NEXT:].min()) < IMPOSSIBLE:
+            capture = rows.capture[row]
+            first, last = rows.bounds[capture], rows.bounds[capture + 1] - 1
+            start = before - passed(first, first + rows.starting[first])
+            start[:, rows.starting[row] | (rows.stretch_begin[stretch] > 0)] = IMPOSSIBLE
+            end = passed(last, last + 1) - behind
+            end[:, rows.stretch_end[stretch] < batch.frames[capture]] = IMPOSSIBLE
+            entry = np.minimum(entry, np.min(net.entry[NEXT:, :, None] + start[:, None], axis=0))
+            leave = np.minimum(leave, np.min(net.exit[NEXT:, :, None] + end[:, None], axis=0))
+        entry = (entry << COST) + (LATEST - np.arange(len(row)) << FIRST)
+        leave = np.broadcast_to(leave << COST, costs.shape)
+        blur = rows.cost[row]
+        return Symbols(stretch, costs, blur, before << COST, behind << COST, entry, leave)
+
+    def rows(self, batch: Batch, capture: int, first: int, last: int) -> list[tuple[int, int]]:
+        """Return the rows, counted in their capture, and the states of the best match of a span.
+
+        Of equal ones it is the one whose last but one symbol comes first, and so on.
+        """
+        rows = batch.rows(self.net.part)
+        row = rows.bounds[capture] + np.arange(first, last + 1)
+        symbols = self._symbols(batch, row, rows.own(self._kinds.code)[row])
+        symbols.entry[:, 1:] = NOTHING
+        arrived, gone = followed(self.net, symbols, self._most, lambda: None)
+        state, at = int((arrived[:, -1] + symbols.exit[:, -1]).argmin()), last - first
+        taken = [(last, state)]
+        while at:
+            end, passed, missing = at, symbols.before, True
+            while missing:
+                came = gone[:, :end] + (passed[:, at, None] - symbols.behind[:, :end])[:, None]
+                came = np.where(self.net.edges[:, :, state, None], came, NOTHING).min(axis=0).T
+                at, state = (int(it) for it in np.unravel_index(came.argmin(), came.shape))
+                missing = bool(arrived[state, at] > gone[state, at])
+                end, passed = at + 1, symbols.behind
+            taken.append((first + at, state))
+        return taken[::-1]
+
+
+def followed(net: Net, symbols: Symbols, most: int, ask: Ask) -> tuple[IntArray, IntArray]:
+    """Return keys of the best match at each state with each symbol: (K, R) int64, twice.
+
+    The first are of matches that stand there with the symbol, the second of these and of those for
+    which the step is missing; `NOTHING` where there is none that costs no more than `most`.
+    """
+    arrived, gone = _once(net, symbols, most, np.full(symbols.entry.shape, NOTHING))
+    left, better = np.arange(len(symbols.blur)), (gone[net.back] < NOTHING).any(axis=0)
+    while better.any():  # once more where a step that may come again stands better than before
+        ask()
+        stretch = symbols.stretch[left]
+        left = left[np.isin(stretch, stretch[better])]
+        some, before = Symbols._make(it[..., left] for it in symbols), gone[:, left]
+        arrived[:, left], gone[:, left] = _once(net, some, most, before)
+        better = (gone[:, left] < before)[net.back].any(axis=0)
+    return arrived, gone
+
+
+def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the same as `followed`, going on from what is behind each state so far."""
+    arrived, gone = np.empty_like(gone), gone.copy()
+    for state in range(len(net.states)):
+        keys, waiting = symbols.entry[state].copy(), np.full(gone.shape[1], NOTHING)
+        for later in (0, 1):
+            if (before := net.edges[later, :, state]).any():
+                came = np.min(gone[before], axis=0) - symbols.behind[later]
+                np.minimum.accumulate(came, out=came)
+                ahead = came[:-1] + symbols.before[later, 1:]
+                np.minimum(keys[1:], ahead, out=keys[1:])
+                np.minimum(waiting, came + symbols.behind[later], out=waiting)
+        costs = symbols.costs[state]
+        keys += costs.astype(np.int64) << COST
+        keys = np.maximum(keys, keys & ~BLUR | np.where(costs == 0, symbols.blur, 0))
+        arrived[state] = np.where(keys >> COST <= most, keys, NOTHING)
+        waiting = np.where(waiting >> COST <= most, waiting + (MISSING << COST), NOTHING)
+        gone[state] = np.minimum(arrived[state], waiting)
+    return arrived, gone
