@@ -125,10 +125,10 @@ _FIELDS = {
     "size": "size (in degrees)",
     "touched": "thing touched",
 }
+_OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
+
 _AT_ONCE = 200
 """Captures in which steps are counted together."""
-
-_OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
 
 def sentence(query: Query) -> str:
