@@ -202,12 +202,12 @@ def _noun(kind: str) -> str:
     return with_article(WORD_KINDS[kind].noun if kind in WORD_KINDS else kind)
 
 
-def stages_at(cursor: Cursor, labels: Collection[str]) -> Iterator[Stage]:
-    """Read the stages that stand here, behind a pattern with some labels."""
+def stages_at(cursor: Cursor) -> Iterator[Stage]:
+    """Read the stages that stand here."""
     counted = False
     while bar := cursor.take("mark", "|"):
         begin = cursor.token
-        stage = _stage_at(cursor, labels, bar)
+        stage = _stage_at(cursor, bar)
         if counted and not isinstance(stage, First):
             found = 'After "count" there are no hits any more: only "first" may follow.'
             raise cursor.error_since(begin, found)
@@ -215,7 +215,7 @@ def stages_at(cursor: Cursor, labels: Collection[str]) -> Iterator[Stage]:
         yield stage
 
 
-def _stage_at(cursor: Cursor, labels: Collection[str], bar: Token) -> Stage:
+def _stage_at(cursor: Cursor, bar: Token) -> Stage:
     word = cursor.take("word", "count", "sort", "first")
     if word is None:
         found = 'A stage follows "|": count, count by clip.label, sort by match.start, first 10'
@@ -227,7 +227,7 @@ def _stage_at(cursor: Cursor, labels: Collection[str], bar: Token) -> Stage:
             raise cursor.error_since(word, "The first how many? first 10")
         return First(number)
     if cursor.take("word", "by"):
-        reference = _reference_at(cursor, labels)
+        reference = _reference_at(cursor)
         return Count(reference) if word.text == "count" else Sort(reference)
     if word.text == "sort":
         raise cursor.error("By what? sort by match.start", word)
@@ -236,19 +236,19 @@ def _stage_at(cursor: Cursor, labels: Collection[str], bar: Token) -> Stage:
     return Count()
 
 
-def conditions_at(cursor: Cursor, labels: Collection[str]) -> tuple[Condition, ...]:
-    """Read the conditions that begin here, behind a pattern with some labels."""
+def conditions_at(cursor: Cursor) -> tuple[Condition, ...]:
+    """Read the conditions that begin here."""
     conditions: list[Condition] = []
     while not conditions or cursor.take("word", "and"):
-        conditions.append(_condition_at(cursor, labels))
+        conditions.append(_condition_at(cursor))
     return tuple(conditions)
 
 
-def _condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
+def _condition_at(cursor: Cursor) -> Condition:
     if cursor.token.kind == "word" and cursor.ahead(1).text == "mirrors":
-        return _mirrors_at(cursor, labels)
+        return _mirrors_at(cursor)
     begin = cursor.token
-    left = _sum_at(cursor, labels)
+    left = _sum_at(cursor)
     compare = cursor.take("compare") or cursor.take("mark", "=", "!=")
     if compare is None:
         if cursor.stands("word", "mirrors"):
@@ -259,7 +259,7 @@ def _condition_at(cursor: Cursor, labels: Collection[str]) -> Condition:
     if again := cursor.take("mark", "="):
         remedy = "Write != once." if compare.text == "!=" else 'One "=" is enough.'
         raise cursor.error(remedy, compare, again)
-    right = _sum_at(cursor, labels)
+    right = _sum_at(cursor)
     types = [_type(side.terms[0][1]) for side in (left, right)]
     things = next((THINGS[it] for it in types if it in THINGS), {})
     said = Comparison(_with_things(left, things), compare.text, _with_things(right, things))
@@ -276,20 +276,20 @@ def _with_things(side: Sum, things: dict[str, tuple[str, str]]) -> Sum:
     return side
 
 
-def _mirrors_at(cursor: Cursor, labels: Collection[str]) -> Mirrors:
-    first = _label_at(cursor, labels)
+def _mirrors_at(cursor: Cursor) -> Mirrors:
+    first = _label_at(cursor)
     cursor.advance()
     if cursor.token.kind != "word":
         raise cursor.error("Another label follows: a mirrors b", cursor.before)
-    second = _label_at(cursor, labels)
+    second = _label_at(cursor)
     if first == second:
         raise cursor.error("Two labels: a mirrors b", cursor.before)
     return Mirrors(first, second)
 
 
-def _label_at(cursor: Cursor, labels: Collection[str]) -> str:
-    if cursor.token.text not in labels:
-        raise cursor.error(_no_label(cursor.token.text, labels))
+def _label_at(cursor: Cursor) -> str:
+    if cursor.token.text not in cursor.labels:
+        raise cursor.error(_no_label(cursor.token.text, cursor.labels))
     return cursor.advance().text
 
 
@@ -299,17 +299,17 @@ def _no_label(name: str, labels: Collection[str]) -> str:
     return f'There is no label "{name}". It stands before a step: {name}: r_arm high'
 
 
-def _reference_at(cursor: Cursor, labels: Collection[str]) -> Reference:
+def _reference_at(cursor: Cursor) -> Reference:
     """Read what a term or a stage speaks of: ``a.start``, ``match.length``, ``clip.label``."""
     token = cursor.token
-    name, names = token.text, (*labels, CLIP, MATCH)
+    name, names = token.text, (*cursor.labels, CLIP, MATCH)
     taken = name in (*LANGUAGE, *VALUES) and name not in (*names, *FIELDS)
     if token.kind != "word" or taken:
         raise cursor.error("Of what? match.start, match.length, clip.label, or a label: a.start")
     if cursor.ahead(1).text != ".":
-        raise cursor.error(_no_reference(name, labels))
+        raise cursor.error(_no_reference(name, cursor.labels))
     if name not in names:
-        raise cursor.error(_no_label(name, labels))
+        raise cursor.error(_no_label(name, cursor.labels))
     cursor.advance()
     dot, field = cursor.advance(), cursor.token
     if field.kind != "word":
@@ -340,12 +340,12 @@ def _no_field(name: str, field: str) -> str:
     return f'"{name}" has no "{field}". {meant}'
 
 
-def _sum_at(cursor: Cursor, labels: Collection[str]) -> Sum:
-    first = _term_at(cursor, labels)
+def _sum_at(cursor: Cursor) -> Sum:
+    first = _term_at(cursor)
     terms = [(1, first)]
     while sign := cursor.take("mark", "+", "-"):
         begin = cursor.token
-        term = _term_at(cursor, labels)
+        term = _term_at(cursor)
         terms.append((1 if sign.text == "+" else -1, term))
         for one in (first, term):
             if _type(one) not in ("time", "number", "clip"):
@@ -356,7 +356,7 @@ def _sum_at(cursor: Cursor, labels: Collection[str]) -> Sum:
     return Sum(tuple(terms))
 
 
-def _term_at(cursor: Cursor, labels: Collection[str]) -> Term:
+def _term_at(cursor: Cursor) -> Term:
     token, after = cursor.token, cursor.ahead(1)
     if token.kind == "number":
         timed = after.kind == "word" and after.text in UNITS
@@ -368,7 +368,7 @@ def _term_at(cursor: Cursor, labels: Collection[str]) -> Term:
         cursor.advance()
         return Text(said[1:-1])
     if after.text == "." and token.kind == "word":
-        return _reference_at(cursor, labels)
+        return _reference_at(cursor)
     if token.kind == "word" and (value := VALUES.get(token.text)):
         return _value_at(cursor, *value)
     if mover := cursor.mover():
@@ -379,14 +379,14 @@ def _term_at(cursor: Cursor, labels: Collection[str]) -> Term:
         return Text(mover.name)
     if any(token.text in known for known in THINGS.values()):
         return Text(cursor.advance().text)
-    raise _no_term(cursor, token, labels)
+    raise _no_term(cursor, token)
 
 
-def _no_term(cursor: Cursor, token: Token, labels: Collection[str]) -> PatternError:
+def _no_term(cursor: Cursor, token: Token) -> PatternError:
     if token.text in _NO_TERM:
         return cursor.error(_NO_TERM[token.text])
-    if token.text in (*labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
-        return cursor.error(_no_reference(token.text, labels))
+    if token.text in (*cursor.labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
+        return cursor.error(_no_reference(token.text, cursor.labels))
     if token.kind == "word" and token.text not in LANGUAGE and not COUNT.fullmatch(token.text):
         said = cursor.said(token)
         meant = f'A text has quotation marks: clip.label = "{said}"'

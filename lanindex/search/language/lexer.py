@@ -72,6 +72,7 @@ class Cursor:
         self.text, self.vocabulary = text, vocabulary
         self.tokens: Sequence[Token] = tokens(text)
         self.index = 0  # of the next token
+        self.labels: dict[str, tuple[Token, Token]] = {}  # by name, with the colon behind it
 
     @property
     def token(self) -> Token:

@@ -147,7 +147,6 @@ class _Parser(Cursor):
         self.lets: dict[str, tuple[str, list[Token]]] = {}  # what names stand for
         self.open_names: list[str] = []  # of the patterns that are being read
         self.words_named = 0
-        self.labels: dict[str, tuple[Token, Token]] = {}
         self.depth = 0
         self.mirror = False
         self.timed = False
@@ -510,14 +509,14 @@ class _Parser(Cursor):
                 raise self.error(f'"{said}" stands once{more}.', word)
             seen.append(said)
             if said == "where":
-                query = replace(query, where=conditions_at(self, self.labels))
+                query = replace(query, where=conditions_at(self))
             elif said == "rhythm":
                 query = replace(query, rhythm=self.rhythm(word, pattern))
             elif self.take("word", "side"):
                 query = replace(query, either_side=True)
             else:
                 raise self.error('"either side": the pattern or its mirror image.', word)
-        query = replace(query, stages=tuple(stages_at(self, self.labels)))
+        query = replace(query, stages=tuple(stages_at(self)))
         token = self.token
         if token.kind == "end":
             return query
