@@ -63,6 +63,8 @@ def _cut(told: list[str]) -> list[str]:
 
 
 def _damage(connection: Link) -> list[str]:
+    # quick_check takes two thirds of the time, but leaves out whether the keys of rows rise, and
+    # nothing else looks at the keys of symbols.
     try:
         pages = ask(connection, f"PRAGMA integrity_check({_MOST})").fetchall()
     except faults() as error:
