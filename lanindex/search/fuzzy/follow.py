@@ -39,7 +39,7 @@ FREE, NEXT, LATER = range(3)
 """How a line lies to a clip's start or end: anywhere, right there (``->``), some way off."""
 
 COST, FIRST = 32, 10
-"""From which bit on a key tells the cost and the beginning; the blur stands below."""
+"""From which bit on a key tells the cost, and the beginning among 4 million; below, the blur."""
 
 BLUR, LATEST, NOTHING = (1 << FIRST) - 1, (1 << COST - FIRST) - 1, 1 << 62
 """The bits of the blur, the latest beginning, and the key where no match stands."""
@@ -176,11 +176,11 @@ class Line:
             if "change" not in state.fits[0] or self._most < CHANGE:
                 table[(table == 0) & (kinds.bucket < clear)] = NEVER
         self._able = np.any([table <= self._most for table in self._tables], axis=0)
-        self._captures = len(columns.bounds) - 1
+        self._bounds = columns.bounds
 
     def possible(self) -> BoolArray:
         """Return which captures have a symbol for enough of the steps it needs, (captures,)."""
-        lacking = np.zeros(self._captures, np.int64)
+        lacking = np.zeros(len(self._bounds) - 1, np.int64)
         for state in self.net.needed:
             fits = self._tables[state] <= self._most
             if 8 * self._kinds.counts[fits].sum() < len(self._kinds.code):  # else most have one
@@ -242,9 +242,9 @@ class Line:
 
         Of equal ones it is the one whose last but one symbol comes first, and so on.
         """
-        rows = batch.rows(self.net.part)
-        row = rows.bounds[capture] + np.arange(first, last + 1)
-        symbols = self._symbols(batch, row, rows.own(self._kinds.code)[row])
+        row = np.arange(first, last + 1)
+        code = self._kinds.code[self._bounds[batch.places[capture]] + row]
+        symbols = self._symbols(batch, batch.rows(self.net.part).bounds[capture] + row, code)
         symbols.entry[:, 1:] = NOTHING
         arrived, gone = followed(self.net, symbols, self._most, lambda: None)
         state, at = int((arrived[:, -1] + symbols.exit[:, -1]).argmin()), last - first
@@ -281,7 +281,7 @@ def followed(net: Net, symbols: Symbols, most: int, ask: Ask) -> tuple[IntArray,
 
 def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArray, IntArray]:
     """Return the same as `followed`, going on from what is behind each state so far."""
-    arrived, gone = np.empty_like(gone), gone.copy()
+    arrived, gone, limit = np.empty_like(gone), gone.copy(), most + 1 << COST
     for state in range(len(net.states)):
         keys, waiting = symbols.entry[state].copy(), np.full(gone.shape[1], NOTHING)
         for later in (0, 1):
@@ -294,7 +294,7 @@ def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArr
         costs = symbols.costs[state]
         keys += costs.astype(np.int64) << COST
         keys = np.maximum(keys, keys & ~BLUR | np.where(costs == 0, symbols.blur, 0))
-        arrived[state] = np.where(keys >> COST <= most, keys, NOTHING)
-        waiting = np.where(waiting >> COST <= most, waiting + (MISSING << COST), NOTHING)
+        arrived[state] = np.where(keys < limit, keys, NOTHING)
+        waiting = np.where(waiting < limit, waiting + (MISSING << COST), NOTHING)
         gone[state] = np.minimum(arrived[state], waiting)
     return arrived, gone
