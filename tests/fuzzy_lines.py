@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lanindex.model.columns import roster_of
-from lanindex.search.automaton import plan
 from lanindex.search.fuzzy.follow import Line, Net, followed, nets_of
 from lanindex.search.language import parse
 from lanindex.search.match.batch import Batch
+from lanindex.search.plan import plan
 
 
 def net_of(text: str) -> Net:

@@ -8,9 +8,9 @@ from functools import cached_property
 from itertools import product
 
 from lanindex.model import Capture, Symbol, Track
-from lanindex.search.automaton import State
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.times import Clock, Length
+from lanindex.search.plan import State
 from plain_matcher.track import Claim, Event, Origin, Timeline
 
 First = frozenset[tuple[str, int]]

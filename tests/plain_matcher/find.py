@@ -7,9 +7,9 @@ from fractions import Fraction
 
 from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Track
-from lanindex.search.automaton import Program, counts, plan
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
+from lanindex.search.plan import Program, counts, plan
 from plain_matcher.candidates import First, Recording
 from plain_matcher.clauses import Clauses, labels_of
 from plain_matcher.walk import Walker

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from lanindex.search.automaton import Companion
+from lanindex.search.plan import Companion
 from plain_matcher.candidates import Recording
 
 

@@ -19,8 +19,8 @@ from lanindex.model import Track
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.model.measures import GRADES, graded, stored
 from lanindex.search import nearly
-from lanindex.search.automaton import State
 from lanindex.search.language.words import WORD_KINDS
+from lanindex.search.plan import State
 
 Symbol = tuple[str, int]
 """A symbol that is used: a part and a row."""

@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import floor
 
 from lanindex.errors import LanindexError
-from lanindex.search.automaton import Companion, Edge, Exit, Group, Program
+from lanindex.search.plan import Companion, Edge, Exit, Group, Program
 from plain_matcher.candidates import Recording
 from plain_matcher.clauses import Clauses
 from plain_matcher.relations import FORBIDDEN, Stretch, stands

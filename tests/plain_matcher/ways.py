@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from lanindex.search.automaton import State
+from lanindex.search.plan import State
 from plain_matcher.candidates import Match
 from plain_matcher.relations import NO_FRAMES, Stretch
 from plain_matcher.track import Claim, forgiving

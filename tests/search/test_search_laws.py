@@ -15,9 +15,9 @@ from plain_search import find_plainly
 from lanindex.alphabet import MIRRORED, mirrored_part
 from lanindex.errors import PatternError
 from lanindex.model import Track
-from lanindex.search.automaton import counts
 from lanindex.search.language import Query, parse
 from lanindex.search.language.query import Bracket, mirrored
+from lanindex.search.plan import counts
 
 LINES = made_patterns.lines(depth=1)
 PATTERNS = made_patterns.patterns(depth=1, most=2)

@@ -9,13 +9,13 @@ import pytest
 from query_cases import recordings_of
 
 import lanindex.search
-from lanindex.search.automaton import plan
 from lanindex.search.explain import planned
 from lanindex.search.language import parse
 from lanindex.search.match.backward import NONE, Backwards, end_of
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.finder import columns_in, find_in
 from lanindex.search.match.follow import Transitions
+from lanindex.search.plan import plan
 
 PAGE = Path(lanindex.search.__file__).with_name("README.md").read_text(encoding="utf-8")
 TRACKS = (

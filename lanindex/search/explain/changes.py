@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from lanindex.alphabet import LEVELS
-from lanindex.search.automaton import NEGATIONS
 from lanindex.search.explain.nearest import Limit, nearest_limit
 from lanindex.search.language.query import (
     ONCE,
@@ -28,6 +27,7 @@ from lanindex.search.language.query import (
 )
 from lanindex.search.language.times import Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, Mover, Vocabulary
+from lanindex.search.plan import NEGATIONS
 
 
 def query_of(lines: Line | Lines) -> Query:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lanindex.search.automaton import NEGATIONS, Companion, Edge, Program, State, plan
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import WORD_KINDS
 from lanindex.search.match.batch import unavoidable
@@ -13,6 +12,7 @@ from lanindex.search.match.leading import SOON
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside, free_states
+from lanindex.search.plan import NEGATIONS, Companion, Edge, Program, State, plan
 
 _ENDS = {
     FIRST: "the first end from each beginning is enough",

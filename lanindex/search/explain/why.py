@@ -11,7 +11,6 @@ from typing import Any
 from lanindex import records
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Symbol, Track
-from lanindex.search.automaton import NEGATIONS
 from lanindex.search.explain.changes import beginnings, conditions, query_of
 from lanindex.search.explain.nearest import away, doubts, nearest
 from lanindex.search.language.query import (
@@ -29,6 +28,7 @@ from lanindex.search.language.query import (
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
 from lanindex.search.match import find_in
+from lanindex.search.plan import NEGATIONS
 
 Symbols = tuple[Symbol, ...]
 _Near = tuple[Symbols, Symbol | None, str]

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTIONS, LEVELS, MID, PLACE
 from lanindex.errors import UsageError
 from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
-from lanindex.search.automaton import State
 from lanindex.search.language.words import WORD_KINDS
 from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray
 from lanindex.search.match.batch import Batch, cells_of
+from lanindex.search.plan import State
 
 Costs = NDArray[np.int16]
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Hit, Span, Symbol
 from lanindex.model.columns import Columns, Roster
-from lanindex.search.automaton import plan
 from lanindex.search.fuzzy.costs import BUCKETS, UNIT, Allowance
 from lanindex.search.fuzzy.follow import Line, Matches, joined
 from lanindex.search.fuzzy.join import Plan, fits
@@ -26,6 +25,7 @@ from lanindex.search.match.finder import MOST_ROWS, Finder, Recordings, Watch
 from lanindex.search.match.hits import Found as Exact
 from lanindex.search.match.hits import staying
 from lanindex.search.placed import Placed
+from lanindex.search.plan import plan
 
 CLEAR, MORE = (14, 12, 8), 4
 """How clear the best hits are looked for, in steps of a margin, one after the other; and in how

@@ -20,11 +20,11 @@ import numpy as np
 
 from lanindex.errors import UsageError
 from lanindex.model.columns import Columns
-from lanindex.search.automaton import Program
 from lanindex.search.fuzzy.costs import CHANGE, MOST, NEVER, UNIT, costs_of, kinds_of
 from lanindex.search.language.query import Arrow
 from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, best_of_each
 from lanindex.search.match.batch import Batch, unavoidable
+from lanindex.search.plan import Program
 
 MISSING, SKIPPED = UNIT, UNIT // 2
 """What a step costs that is missing, and a shown symbol between two steps joined by ``->``."""

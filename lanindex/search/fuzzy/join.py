@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lanindex.model.columns import THOUSANDTHS, Columns
-from lanindex.search.automaton import NEGATIONS, Companion, Program
 from lanindex.search.fuzzy.costs import UNIT, Allowance
 from lanindex.search.fuzzy.follow import Ask, Line, Matches, Net, joined, nets_of
 from lanindex.search.language.query import Beside, Choice, Lines, Query
@@ -22,6 +21,7 @@ from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.hits import Found
 from lanindex.search.match.relations import RELATIONS, Margins, Spans
+from lanindex.search.plan import NEGATIONS, Companion, Program
 
 NOBODY = 1 << 62
 """The place of the match that stands beside another, where none does."""

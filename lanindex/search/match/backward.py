@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lanindex.search.automaton import Edge, Exit, Program, components
 from lanindex.search.match.arrays import BoolArray, IntArray, once, spread
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.follow import NONE, Transitions, begins, ends
+from lanindex.search.plan import Edge, Exit, Program, components
 
 COST_BITS = 10
 """The lowest bits of a value are its cost: what is missing to a fit of 1, in thousandths."""

@@ -34,7 +34,6 @@ from lanindex.model.columns import (
 )
 from lanindex.model.measures import GRADES, graded
 from lanindex.search import nearly
-from lanindex.search.automaton import NEGATIONS, Program, State, followers, reached
 from lanindex.search.language.times import Clock, Length
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 from lanindex.search.match.arrays import (
@@ -48,6 +47,7 @@ from lanindex.search.match.arrays import (
     spread,
     starts_of,
 )
+from lanindex.search.plan import NEGATIONS, Program, State, followers, reached
 
 LARGE = 1 << 18
 """Rows of a part in a library whose batches are as large as any: in smaller ones they are smaller,

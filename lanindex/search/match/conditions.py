@@ -27,7 +27,6 @@ from lanindex.model import Capture
 from lanindex.model.bends import degree_of
 from lanindex.model.columns import CELL, THOUSANDTHS, cell_of, has_amount
 from lanindex.model.symbol import FIELDS
-from lanindex.search.automaton import State
 from lanindex.search.conditions import COMPARE, about, constant, names_in, number_of
 from lanindex.search.fields import Value
 from lanindex.search.language.clauses import (
@@ -45,6 +44,7 @@ from lanindex.search.language.times import Clock
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table, once
 from lanindex.search.match.batch import Batch
+from lanindex.search.plan import State
 
 MET = FAR  # noted of a label instead, once all its conditions are met: matches may be alike then
 

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from lanindex.search.automaton import Companion, Group, Program, State, followers, reached
 from lanindex.search.language.clauses import Condition
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table
 from lanindex.search.match.backward import Backwards
@@ -20,6 +19,7 @@ from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, nothing, one_each
 from lanindex.search.match.relations import Spans
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
+from lanindex.search.plan import Companion, Group, Program, State, followers, reached
 
 MOST_TRIED = 1 << 22
 """Partial matches and joins that are tried in one capture before it is refused."""

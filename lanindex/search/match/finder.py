@@ -14,7 +14,6 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
 from lanindex.model.symbol import joined as rows_joined
 from lanindex.model.symbol import listed
-from lanindex.search.automaton import counts, plan
 from lanindex.search.conditions import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
@@ -35,6 +34,7 @@ from lanindex.search.match.hits import (
 from lanindex.search.match.leading import hits_of
 from lanindex.search.match.rewrites import Rewrites
 from lanindex.search.match.trace import traced
+from lanindex.search.plan import counts, plan
 
 Recording = tuple[Capture, Mapping[str, Track]]
 """A capture, and its tracks by part."""

@@ -11,7 +11,6 @@ from functools import reduce
 
 import numpy as np
 
-from lanindex.search.automaton import Edge, Entry, Program, State
 from lanindex.search.language.query import Arrow
 from lanindex.search.match.arrays import (
     FAR,
@@ -23,6 +22,7 @@ from lanindex.search.match.arrays import (
     starts_of,
 )
 from lanindex.search.match.batch import Batch, Events, Rows
+from lanindex.search.plan import Edge, Entry, Program, State
 
 NONE = 1 << 42  # a value that is none: more than any
 FEW = 16  # what is less than one in so many rows is looked up, not counted

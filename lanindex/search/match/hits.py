@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from lanindex.alphabet import TRACKS
 from lanindex.model import Hit, Symbol
 from lanindex.model.columns import THOUSANDTHS
-from lanindex.search.automaton import State
 from lanindex.search.match.arrays import (
     FAR,
     AnyArray,
@@ -28,6 +27,7 @@ from lanindex.search.match.arrays import (
 )
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.placed import TOGETHER, Holder, Placed
+from lanindex.search.plan import State
 
 ROUNDS, PATIENCE = 24, 1 << 12
 """How often all knots are untied at once, what is left is gone through one by one; and after how

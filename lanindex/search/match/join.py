@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.automaton import NEGATIONS, Companion, Group, Program
 from lanindex.search.match import matches, relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -28,6 +27,7 @@ from lanindex.search.match.matches import Claims, Nodes, distinct, sets_together
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
 from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.match.walk import Walk
+from lanindex.search.plan import NEGATIONS, Companion, Group, Program
 
 
 def paired(

@@ -12,7 +12,6 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.search.automaton import Program
 from lanindex.search.language.times import Length, Time
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, TooMuch, best_of_each
 from lanindex.search.match.batch import Batch
@@ -23,6 +22,7 @@ from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import MirrorRuns, repeats
 from lanindex.search.match.rewrites import enough
 from lanindex.search.match.walk import Ends, Walk
+from lanindex.search.plan import Program
 
 SOON = 4
 """Seconds of the first horizon; each next one is so many times as far."""

@@ -15,13 +15,13 @@ import numpy as np
 
 from lanindex.alphabet import KINDS, kind_of, mirrored_part
 from lanindex.model.columns import CELL
-from lanindex.search.automaton import Program, State
 from lanindex.search.language.clauses import Mirrors
 from lanindex.search.language.query import NEXT
 from lanindex.search.match.arrays import BoolArray, IntArray, best_of_each
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.conditions import MIRRORED_CELLS, Clauses
 from lanindex.search.match.hits import BestTrace, HitTable, Matched, parts_number, table, took
+from lanindex.search.plan import Program, State
 
 
 class Repeats(NamedTuple):

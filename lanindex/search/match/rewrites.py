@@ -11,7 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 
-from lanindex.search.automaton import (
+from lanindex.search.match.relations import FIRST, RELATIONS
+from lanindex.search.plan import (
     NEGATIONS,
     Companion,
     Program,
@@ -21,7 +22,6 @@ from lanindex.search.automaton import (
     open_groups,
     reached,
 )
-from lanindex.search.match.relations import FIRST, RELATIONS
 
 MANNERS = ("move", "at", "hold")
 """What a symbol may be taken as."""

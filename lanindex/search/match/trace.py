@@ -15,7 +15,6 @@ from functools import partial
 
 import numpy as np
 
-from lanindex.search.automaton import Program, State
 from lanindex.search.language.query import Query
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.backward import cost_of, end_of, may_leave
@@ -31,6 +30,7 @@ from lanindex.search.match.mirror_runs import MirrorRuns, repeats
 from lanindex.search.match.relations import RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough
 from lanindex.search.match.walk import Ends, Walk
+from lanindex.search.plan import Program, State
 
 COST, STEPS = range(-2, 0)
 """The last columns of each partial match: what is missing to a fit of 1, and its steps."""

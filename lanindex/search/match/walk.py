@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lanindex.search.automaton import Companion, Edge, Exit, Group, Program, components, open_groups
 from lanindex.search.match.arrays import (
     FAR,
     BoolArray,
@@ -54,6 +53,7 @@ from lanindex.search.match.matches import (
 )
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS, Spans
 from lanindex.search.match.rewrites import MANNERS, ONLY, free_states
+from lanindex.search.plan import Companion, Edge, Exit, Group, Program, components, open_groups
 
 MATCH = 512
 """Bytes of a partial match that is followed, with all that is made of it."""

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
-from lanindex.search.automaton import plan
 from lanindex.search.fuzzy.costs import MOST, UNIT, angles, middles
 from lanindex.search.fuzzy.follow import (
     BLUR,
@@ -27,6 +26,7 @@ from lanindex.search.fuzzy.follow import (
     nets_of,
 )
 from lanindex.search.language import parse
+from lanindex.search.plan import plan
 
 
 def ask() -> None:

@@ -5,9 +5,9 @@ import pytest
 from query_cases import recordings_of
 
 from lanindex.model.columns import columns_of
-from lanindex.search.automaton import plan
 from lanindex.search.language import parse
 from lanindex.search.match.batch import possible, unavoidable
+from lanindex.search.plan import plan
 
 TRACKS = (
     "capture one fps 10 frames 60; r_arm: place low 0 0, right mid 5 12; "

@@ -8,7 +8,6 @@ from fast_search import find_fast, told
 from plain_matcher import find
 from random_library import random_library
 
-from lanindex.search.automaton import plan
 from lanindex.search.language import parse
 from lanindex.search.match import arrays, leading, walk
 from lanindex.search.match.arrays import FAR, filled
@@ -16,6 +15,7 @@ from lanindex.search.match.join import paired, unexcused
 from lanindex.search.match.matches import Claims, one_each
 from lanindex.search.match.relations import Margins, Spans
 from lanindex.search.match.rewrites import Rewrites
+from lanindex.search.plan import plan
 
 PATTERNS = [
     # the end that comes first, and the one that comes last

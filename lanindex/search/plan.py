@@ -1,11 +1,8 @@
-"""Query → programs: each line of a pattern as states that a match walks through.
+"""The plan of a query: each line as a program of states and edges; nothing here knows a capture.
 
-A state is one step of the line, with repeats written out; edges tell which state may come next,
-over which arrow, and which brackets end and begin on the way. Together they are a finite automaton
-(Glushkov's), so that a search never tries the same state twice, however often
-a pattern repeats. Nothing here knows a capture.
-
-A line that says ``arm`` becomes two programs, one a side.
+A state is one step of the line, with repeats written out. An edge says which state may come next,
+over which arrow, and which brackets close and open on the way. Together they are a finite automaton
+(Glushkov's). A line that says ``arm`` becomes two programs, one a side.
 """
 
 from __future__ import annotations
