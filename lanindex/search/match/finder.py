@@ -121,8 +121,18 @@ class Finder:
         among : ndarray, optional
             (N,) int64, growing: only in these captures, by their places in the roster.
         """
-        errors = self.refused = {}
         self._watch = watch
+        try:
+            found = self._found(overlaps, among, refused)
+            return found if best is None else found.by_fit(best)[:best]
+        finally:
+            self._watch = None  # hits that are looked at later on are not watched
+
+    def _found(
+        self, overlaps: str, among: IntArray | None, refused: list[LanindexError] | None
+    ) -> Found:
+        """Return all hits; the parameters are those of `find`."""
+        errors = self.refused = {}
         among = self._possible() if among is None else among
         with limited_to(self._memory):
             batches = split(self._columns.values(), among, MOST_ROWS)
@@ -134,11 +144,7 @@ class Finder:
         if (hits.capture[1:] < hits.capture[:-1]).any():
             hits = hits.at(np.argsort(hits.capture, kind="stable"))
         hits = self._in_matching_captures(hits)
-        found = Found(self, hits, self._kept(hits, overlaps))
-        if best is not None:
-            found = found.by_fit(best)[:best]
-        self._watch = None  # hits that are looked at later on are not watched
-        return found
+        return Found(self, hits, self._kept(hits, overlaps))
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
