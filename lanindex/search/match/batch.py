@@ -67,8 +67,14 @@ class Rows:
     def __init__(self, columns: Columns, places: IntArray, frames: IntArray) -> None:
         self.frames, self._columns = frames, columns
         self._grades: dict[str, AnyArray] = {}
-        self.bounds, here = ranges(columns.bounds[places], columns.bounds[places + 1])
-        self._here = here.astype(np.int32)
+        firsts, behind = columns.bounds[places], columns.bounds[places + 1]
+        self._here: AnyArray | slice
+        if len(places) and places[-1] - places[0] < len(places):  # views, where all are wanted
+            self.bounds = np.append(firsts, behind[-1]) - firsts[0]
+            self._here = slice(int(firsts[0]), int(behind[-1]))
+        else:
+            self.bounds, here = ranges(firsts, behind)
+            self._here = here.astype(np.int32)
         # (S,) int32 each but for the cell, uint8 as in `Columns`
         self.capture = np.repeat(np.arange(len(places), dtype=np.int32), np.diff(self.bounds))
         self.cell = columns.cell[self._here]
