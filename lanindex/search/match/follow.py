@@ -44,17 +44,19 @@ class Transitions:
         self._events = events = batch.events(self._target)
         self.targets: IntArray | None = None
         rows = [self._rows_ahead(*it) for it in enumerate(self._target.members)]
-        frames = self._frames_ahead() if edge.arrow.length else None
         ranges = [self._places(member, *it) for member, it in enumerate(rows)]
-        if frames and not events.passing.any():
+        frames = self._frames_ahead() if edge.arrow.length else None
+        if frames:
+            # rows stand in order, their first frames nearly so: these ranges may hold too much
             starts, own = events.capture * FAR + events.start, before.capture * FAR
+            latest, soonest = np.maximum.accumulate(starts), np.minimum.accumulate(starts[::-1])
             first, last = (own + it for it in frames)
-            ranges.append((np.searchsorted(starts, first), np.searchsorted(starts, last, "right")))
+            low = np.searchsorted(latest, first)
+            ranges.insert(0, (low, np.searchsorted(soonest[::-1], last, "right")))
         if events.ordered and not (frames and events.passing.any()):
-            self.low = reduce(np.maximum, (low for low, _ in ranges))
-            self.high = np.maximum(self.low, reduce(np.minimum, (high for _, high in ranges)))
+            self.low, self.high = _common(ranges)
             return
-        sources, targets = spread(*ranges[0])
+        sources, targets = spread(*_common(ranges[: len(ranges) - len(rows) + 1]))
         fits = np.ones(len(sources), bool)
         for (low, high), first in zip(rows[1:], events.first[1:], strict=True):
             fits &= (low[sources] <= first[targets]) & (first[targets] < high[sources])
@@ -158,6 +160,12 @@ class Transitions:
         firsts = zip(self._target.members, self._events.first, strict=True)
         stretches = [self._batch.rows(part).stretch[first] for part, first in firsts]
         return np.cumsum(starts_of(*stretches)) - 1
+
+
+def _common(ranges: list[Ranges]) -> Ranges:
+    """Return what several ranges have in common."""
+    low = reduce(np.maximum, (low for low, _ in ranges))
+    return low, np.maximum(low, reduce(np.minimum, (high for _, high in ranges)))
 
 
 def roots(batch: Batch, program: Program, entry: Entry) -> BoolArray:
