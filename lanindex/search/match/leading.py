@@ -2,7 +2,8 @@
 
 A match that ends soon is better than any that goes on for longer, so matches are looked for within
 a horizon that widens. Otherwise a line that may wander through a capture would be followed from
-each beginning to each of its ends: the square of its symbols.
+each beginning to each of its ends: the square of its symbols. Where nothing is compared with all of
+a line, and the capture is short, it is walked from all beginnings at once instead.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ from lanindex.search.match.rewrites import enough
 from lanindex.search.match.walk import Ends, Walk
 from lanindex.search.plan import Program
 
+SHORT = 1000
+"""Events of a capture up to which a line is walked from all beginnings at once."""
+
 SOON = 4
 """Seconds of the first horizon; each next one is so many times as far."""
 
@@ -40,8 +44,47 @@ def hits_of(context: Context) -> list[HitTable]:
     joiner = context.joiner = Joiner(context)
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
-    ends = _best_ends(context, walk, joiner, walk.roots())
-    return [hits for found in ends for hits in _as_hits(context, found)]
+    begun, hits = walk.roots(), list[HitTable]()
+    if not (walk.settled or program.whole.companions or context.clauses):
+        short = _short(context)
+        hits += _from_all(context, joiner, _within(context, begun, short))
+        begun = _within(context, begun, ~short)
+    ends = _best_ends(context, walk, joiner, begun)
+    return hits + [hits for found in ends for hits in _as_hits(context, found)]
+
+
+def _short(context: Context) -> BoolArray:
+    """Tell in which captures the line may stand at few events, (captures,) bool."""
+    many = np.zeros(len(context.batch), np.int64)
+    for state, alive in zip(context.program.states, context.alive(context.program), strict=True):
+        many += np.bincount(context.batch.events(state).capture[alive], minlength=len(many))
+    return many <= SHORT
+
+
+def _within(context: Context, begun: list[BoolArray], captures: BoolArray) -> list[BoolArray]:
+    """Return the beginnings, by entry, that lie in some captures."""
+    states = (context.program.states[entry.state] for entry in context.program.entries)
+    own = (context.batch.events(state).capture for state in states)
+    return [fits & captures[capture] for fits, capture in zip(begun, own, strict=True)]
+
+
+def _from_all(context: Context, joiner: Joiner, begun: list[BoolArray]) -> Iterator[HitTable]:
+    """Yield the best match from each of some beginnings, walked from all of them at once.
+
+    What follows a partial match does not depend on where it began: the best end of each beginning
+    is found backwards, over the links between partial matches.
+    """
+    program = context.program
+    walk = Walk(context, program, rooted=False)
+    found = walk.found(begun)
+    found = found.at(complete(context, walk, found, joiner))
+    lows, highs = walk.nodes.best_hulls(found.node, found.low, found.high)
+    bounds = np.cumsum([0, *map(len, walk.firsts)])
+    for place, (entry, first) in enumerate(zip(program.entries, walk.firsts, strict=True)):
+        own = bounds[place] + np.flatnonzero(highs[bounds[place] : bounds[place + 1]] >= 0)
+        state = program.states[entry.state]
+        events = context.batch.events(state).at(first[own - bounds[place]])
+        yield table(context.batch, state, events, (lows[own], highs[own], ~events.cost))
 
 
 def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArray]) -> list[Ends]:

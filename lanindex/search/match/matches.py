@@ -109,6 +109,10 @@ def sets_together(one: IntArray, other: IntArray) -> IntArray:
     return both[: int((both < FAR).any(axis=1).sum())]
 
 
+FRAME_BITS = 31
+LATEST = (1 << FRAME_BITS) - 1  # more than any frame
+NEVER = LATEST << FRAME_BITS
+
 ROOT, EVENT, GROUPS = range(3)
 """The first columns: where a match began, at which event it stands, and then three a group, of the
 whole line and of each bracket that is open, the inner ones last:"""
@@ -184,15 +188,40 @@ class Nodes:
     def __init__(self) -> None:
         self.many = 0
         self._pairs = [np.empty((2, 0), np.int64)]
+        self._lows: list[IntArray] = []  # of the pairs after the first ones, where they are noted
         self._edges: tuple[IntArray, IntArray] | None = None
 
-    def add(self, many: int, parent: IntArray, which: IntArray) -> IntArray:
-        """Add nodes with those that they come from, and return their numbers."""
+    def add(
+        self, many: int, parent: IntArray, which: IntArray, low: IntArray | None = None
+    ) -> IntArray:
+        """Add nodes with those that they come from, and return their numbers.
+
+        `low` is where the hull of what matched between the two begins.
+        """
         own = np.arange(self.many, self.many + many)
         self.many, self._edges = self.many + many, None
         fits = parent >= 0
         self._pairs.append(np.stack((parent[fits], own[which[fits]])))
+        if low is not None:
+            self._lows.append(low[fits])
         return own
+
+    def best_hulls(
+        self, node: IntArray, low: IntArray, high: IntArray
+    ) -> tuple[IntArray, IntArray]:
+        """Return low and high of the best end that each node leads to, (nodes,); high -1: none.
+
+        The best one ends first, and of those it begins last. `low` and `high` (N,) are those of
+        ends at some nodes.
+        """
+        best = np.full(self.many, NEVER)  # high, and by how much low lies before `LATEST`
+        np.minimum.at(best, node, high << FRAME_BITS | LATEST - np.minimum(low, LATEST))
+        for (before, after), low in zip(self._pairs[:0:-1], self._lows[::-1], strict=True):
+            early = LATEST - np.minimum(low, LATEST)
+            np.minimum.at(
+                best, before, best[after] & ~LATEST | np.maximum(best[after] & LATEST, early)
+            )
+        return LATEST - (best & LATEST), np.where(best < NEVER, best >> FRAME_BITS, -1)
 
     def leading_to(self, nodes: IntArray) -> BoolArray:
         """Return which nodes are some of these, or go on in one of them, (nodes,) bool."""

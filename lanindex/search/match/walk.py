@@ -292,10 +292,11 @@ def ends_of(
     memory = together([rows for _, rows in ends])
     many = [len(rows) for _, rows in ends]
     state = np.repeat([number for number, _ in ends], many)
-    columns, cost = np.full((4, len(memory)), -1), np.full(len(memory), -1)
+    columns, cost = np.full((5, len(memory)), -1), np.full(len(memory), -1)
     alone = np.zeros(len(memory), bool)
     settled = memory.columns[EVENT][state < 0]
     columns[:2, state < 0] = end_of(settled)
+    columns[4, state < 0] = captures_of(context, program, firsts)[memory.columns[ROOT, state < 0]]
     if not program.whole.companions:
         cost[state < 0] = cost_of(settled)
     for number in set(state[state >= 0].tolist()):
@@ -305,14 +306,13 @@ def ends_of(
         events = context.batch.events(ended).at(memory.columns[EVENT][own])
         until = np.where(events.starting, events.until, events.end)
         part = np.full(len(own), context.clauses.codes[ended.members[-1]])
-        columns[:, own] = until, events.end, part, events.last[-1]
+        columns[:, own] = until, events.end, part, events.last[-1], events.capture
         alone[own] = events.starting
-    until, end, part, row = columns
+    until, end, part, row, capture = columns
     high = np.maximum(memory.columns[GROUPS + BEYOND], end)
     bounds = np.cumsum([0, *map(len, firsts)])
     entry = np.searchsorted(bounds, memory.columns[ROOT], "right") - 1
     first = np.concatenate(firsts)[memory.columns[ROOT]]
-    capture = captures_of(context, program, firsts)[memory.columns[ROOT]]
     start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
     frames = (capture, start, until, low, high)
     return Ends(entry, first, *frames, alone, part, row, cost, memory.parent, memory)
@@ -329,7 +329,8 @@ class Walk:
     """Walks a line of a program.
 
     `timed`: the lengths of its steps have to be in a rhythm; `tracked`: it matters which match goes
-    on in which; `enough`: which of its ends is enough, as in `BestEnds`.
+    on in which; `enough`: which of its ends is enough, as in `BestEnds`; `rooted`: matches remember
+    where they began. If they do not, `nodes` tell what each beginning leads to.
     """
 
     def __init__(
@@ -340,9 +341,11 @@ class Walk:
         timed: bool = False,
         tracked: bool = False,
         enough: str | None = None,
+        rooted: bool = True,
     ) -> None:
         self._context, self._program, self._batch = context, program, context.batch
-        self._timed, self._tracked, self.nodes = timed, tracked, Nodes()
+        self._timed, self._rooted, self._tracked = timed, rooted, tracked or not rooted
+        self.nodes = Nodes()
         self._open = open_groups(program)
         self._depths = [len(groups) for groups in self._open]
         self._beats = GROUPS + 3 * (1 + max(self._depths))
@@ -354,6 +357,12 @@ class Walk:
             self._best_ends = BestEnds(context, program, enough)
         self._expiry = Expiry(context, program)
         self._reaches: dict[int, tuple[Transitions, IntArray | None]] = {}
+
+    @property
+    def settled(self) -> bool:
+        """Whether the best ends are looked up from the beginning on."""
+        best = self._best_ends
+        return best is not None and all(best.settled[it.state] for it in self._program.entries)
 
     @property
     def wanders(self) -> bool:
@@ -406,24 +415,22 @@ class Walk:
         ends = [(0, beginning(none)), *ends]
         if self._settling:
             ends.append((-1, self._with_best_ends()))
-        found = ends_of(self._context, program, self._firsts, ends)
-        if not self._best_ends or not all(
-            self._best_ends.settled[it.state] for it in program.entries
-        ):
+        found = ends_of(self._context, program, self.firsts, ends)
+        if not self.settled:
             found.cost[:] = -1  # the first steps of matches that settle later are not counted
         return found
 
     def _begun(self, begun: list[BoolArray]) -> Iterator[Matches]:
         """Yield the matches that begin by each entry."""
         before = 0
-        self._firsts: list[IntArray] = []
+        self.firsts: list[IntArray] = []
         for entry, fits in zip(self._program.entries, begun, strict=True):
             state, chosen = entry.state, np.flatnonzero(fits)
             events = self._batch.events(self._program.states[state])
             if self._within is not None:
                 start, end = events.start[chosen], events.end[chosen]
                 chosen = chosen[end - start <= self._within[events.capture[chosen]]]
-            self._firsts.append(chosen)
+            self.firsts.append(chosen)
             columns = np.full((self._seen + self._context.clauses.width, len(chosen)), -1)
             columns[ROOT] = before + np.arange(len(chosen))
             before += len(chosen)
@@ -431,7 +438,11 @@ class Walk:
                 group = GROUPS + 3 * level
                 columns[group + START] = columns[group + LOW] = events.start[chosen]
                 columns[group + BEYOND] = 0
-            yield self._matched(beginning(columns), state, chosen, self._due.at(None, state))
+            rows = beginning(columns)
+            if not self._rooted:
+                columns[ROOT] = columns[GROUPS + START] = 0
+                rows.parent = self.nodes.add(len(rows), rows.parent, columns[ROOT], rows.parent)
+            yield self._matched(rows, state, chosen, self._due.at(None, state))
 
     def _matched(self, rows: Matches, state: int, events: IntArray, due: Settled) -> Matches:
         """Return matches with the events that they take next, as far as they can take them."""
@@ -493,10 +504,13 @@ class Walk:
 
     def _settled(self, state: int, tables: list[Matches]) -> Matches:
         """Return matches, one of those that stand at the same event and remember the same."""
-        rows = self._standing(state, tables)
+        rows, low = self._standing(state, tables), None
+        if not self._rooted:
+            low = rows.columns[GROUPS + LOW].copy()
+            rows.columns[GROUPS + LOW] = FAR
         alike, which = rows.alike()
         if self._tracked:
-            alike.parent = self.nodes.add(len(alike), rows.parent, which)
+            alike.parent = self.nodes.add(len(alike), rows.parent, which, low)
         return alike
 
     def _standing(self, state: int, tables: list[Matches]) -> Matches:
@@ -572,7 +586,7 @@ class Walk:
         if not program.whole.companions:
             return rows
         end = end_of(rows.columns[EVENT])
-        capture = captures_of(self._context, program, self._firsts)[rows.columns[ROOT]]
+        capture = captures_of(self._context, program, self.firsts)[rows.columns[ROOT]]
         own = GROUPS + 3
         rows = self._beside(rows, program.whole, own, (capture, end, end, end < 0))
         carry_out(rows.columns, own, end_of(rows.columns[EVENT]))

@@ -121,6 +121,7 @@ def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
 
 
 def test_what_is_looked_for_soon_at_first_is_found_as_plainly(monkeypatch):
+    monkeypatch.setattr(leading, "SHORT", 0)
     monkeypatch.setattr(leading, "SOON", 2)
     monkeypatch.setattr(leading, "Time", lambda number, unit: Time(number, "f"))
     widened, once = [], leading.settled
