@@ -39,6 +39,7 @@ class Relation:
     holds_of_longer_beside: bool = False  # of the other line, if of one that ends sooner
     ends_later: bool = False  # the other line ends after the first one begins
     shares_frame: bool = False  # unless it has a limit
+    shares_nothing: bool = False  # neither frames nor symbols
 
 
 RELATIONS = {
@@ -70,6 +71,7 @@ RELATIONS = {
         holds_of_shorter=True,
         holds_of_longer=True,
         enough_beside=FIRST,
+        shares_nothing=True,
     ),
     "before": Relation(
         adds_frames=False,
@@ -78,6 +80,7 @@ RELATIONS = {
         enough_beside=FIRST,
         holds_of_longer_beside=True,
         ends_later=True,
+        shares_nothing=True,
     ),
     "without": Relation(adds_frames=False, holds_of_shorter=True, enough_beside=LAST),
     "never": Relation(

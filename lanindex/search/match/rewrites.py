@@ -82,6 +82,8 @@ class Rewrites:
             enumerate(self._lines), 2
         ):
             again = [it for it in self._lines if it.again and it.holds(one) and it.holds(other)]
+            if second.apart_from == one and not again:
+                continue
             if (one != other or again) and self._compete(first, second):
                 parting = [it for it in self._lines if it.holds(one) != it.holds(other)]
                 self.outside.update(it.program for it in (*parting, *again))
@@ -90,9 +92,16 @@ class Rewrites:
         """Return the lines, one a side, that can stand beside another or disturb it."""
         return self.standing.get(companion, companion.programs)
 
-    def _list(self, program: Program, *, again: bool = False, denied: int = 0) -> None:
+    def _list(
+        self,
+        program: Program,
+        *,
+        again: bool = False,
+        denied: int = 0,
+        apart_from: int | None = None,
+    ) -> None:
         """List a line and all lines beside it."""
-        own = _Line(program, again, denied, len(self._lines), 0)
+        own = _Line(program, again, denied, apart_from, len(self._lines), 0)
         self._lines.append(own)
         repeated = {
             group
@@ -105,8 +114,14 @@ class Rewrites:
         for group in (program.whole, *program.brackets):
             for companion in group.companions:
                 deeper = denied + (companion.relation in NEGATIONS)
+                apart = group is program.whole and RELATIONS[companion.relation].shares_nothing
                 for inner in self.programs(companion):
-                    self._list(inner, again=group in repeated, denied=deeper)
+                    self._list(
+                        inner,
+                        again=group in repeated,
+                        denied=deeper,
+                        apart_from=own.first if apart else None,
+                    )
         own.last = len(self._lines)
 
     def _compete(self, one: _Line, other: _Line) -> bool:
@@ -134,6 +149,7 @@ class _Line:
     program: Program
     again: bool  # it stands beside a bracket that repeats without end
     denied: int  # how many negations it is in
+    apart_from: int | None  # the line with which it shares nothing
     first: int
     last: int
 

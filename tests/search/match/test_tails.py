@@ -50,6 +50,12 @@ PATTERNS = [
     "arm any -> any without arm low",
     "arm any -> any with[0.5s] arm low",
     "arm any with head without arm low",
+    # share no symbol
+    "r_arm low ... any after r_arm any ... any",
+    "arm any -> any before arm any x2+",
+    "arms any after (r_arm any with r_arm at any)",
+    "(r_arm any after r_arm any) x2+",
+    "r_arm any x1+ after r_arm low -> any with r_arm at any",
 ]
 RUNNING = [
     "r_arm low ... high without head",
@@ -103,6 +109,20 @@ def test_lines_of_one_part_are_abreast_only_where_they_can_be() -> None:
         (program,) = plan(parse(pattern))
         found = Rewrites(program).programs(program.whole.companions[-1])
         assert {line.states[0].members[0] for line in found} == parts, pattern
+
+
+def test_lines_that_are_over_before_others_claim_nothing_from_them() -> None:
+    wanted = {
+        "r_arm any after r_arm any": False,
+        "r_arm any before r_arm any x2+": False,
+        "r_arm any with l_arm any after r_arm any": False,
+        "r_arm any with (l_arm any after r_arm any)": True,
+        "(r_arm any after r_arm any) x2+": True,
+        "r_arm any after r_arm any after r_arm any": True,
+    }
+    for pattern, contested in wanted.items():
+        (program,) = plan(parse(pattern))
+        assert bool(Rewrites(program).contested) is contested, pattern
 
 
 @pytest.mark.parametrize("seed", range(30))
