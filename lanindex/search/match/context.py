@@ -13,10 +13,10 @@ import numpy as np
 from lanindex.search.language.clauses import Condition
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table
 from lanindex.search.match.backward import Backwards
-from lanindex.search.match.batch import Batch, Rows
+from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
-from lanindex.search.match.matches import Claims, nothing, one_each
+from lanindex.search.match.matches import Claims, in_sets, nothing, one_each
 from lanindex.search.match.relations import Spans
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
 from lanindex.search.plan import Companion, Group, Program, State, followers, reached
@@ -81,7 +81,9 @@ class Hulls(Table):
 class Closing(Protocol):
     """What finds the lines beside another."""
 
-    def close(self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
+    def close(
+        self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool, since: IntArray | None
+    ) -> Hulls:
         """Return the hulls with which a group can close."""
 
     def others(self, program: Program, companion: Companion) -> CompanionMatches:
@@ -245,9 +247,20 @@ class Context:
             found = found.with_those(one_each(begin, end))
         return found
 
-    def claimed(self) -> list[tuple[str, Rows]]:
-        """Return the parts of which anything is claimed, with their rows."""
-        return [(part, self.batch.rows(part)) for part in self._lanes]
+    def unexpired(self, claims: Claims, capture: IntArray, since: IntArray) -> Claims:
+        """Return the claims of movements, stays and rests that do not end before a frame."""
+        first = claims.first.copy()
+        for part in self._lanes:
+            rows = self.batch.rows(part)
+            for manner in MANNERS:
+                lane = self.lane(manner, part)
+                shown = rows.shown
+                ends = rows.stop[shown] if manner == "move" else rows.until(shown)
+                keys = rows.capture[shown].astype(np.int64) * FAR + ends
+                begin = lane + np.searchsorted(keys, capture * FAR + since)
+                own = (first >= lane) & (first <= lane + len(rows))
+                first = np.where(own, np.maximum(first, begin), first)
+        return in_sets(first, claims.last)
 
     def lane(self, manner: str, part: str) -> int:
         """Return the number from which a part's movements, stays or rests are counted."""

@@ -155,11 +155,13 @@ class Joiner:
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
         self._matches = matches.nothing(0)
 
-    def close(self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
+    def close(
+        self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool, since: IntArray | None
+    ) -> Hulls:
         """Return the hulls with which a group can close.
 
         `lines` are its own line as far as it has come, with one of `hulls` each; `whole`: the group
-        is all of a leading line.
+        is all of a leading line. Claims matter `since` a frame of each line once it has closed.
         """
         needed = [it for it in group.companions if it.relation not in NEGATIONS]
         for companion in needed if len(needed) > 1 else ():
@@ -168,7 +170,8 @@ class Joiner:
         for companion in needed:
             if len(hulls.line):
                 self._context.tick()
-                hulls = self._with(companion, lines, hulls, whole=whole)
+                last = since if companion is needed[-1] else None
+                hulls = self._with(companion, lines, hulls, whole=whole, since=last)
         for companion in group.companions:
             if (
                 companion.relation in NEGATIONS
@@ -253,7 +256,15 @@ class Joiner:
             return Margins(none, none + (FAR >> 1), self._context.slack)
         return Margins(none, none - 1, self._context.slack)
 
-    def _with(self, companion: Companion, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
+    def _with(
+        self,
+        companion: Companion,
+        lines: Spans,
+        hulls: Hulls,
+        *,
+        whole: bool,
+        since: IntArray | None,
+    ) -> Hulls:
         """Return hulls with a line that must be there."""
         relation = companion.relation
         wanted = np.zeros(len(lines), bool)
@@ -280,6 +291,11 @@ class Joiner:
                 join = self._with_free if beside.matches.free else self._with_each
                 for some in _pieces(beside, line):
                     joined = join(beside, line.at(some), hulls.at(some), whole=whole)
+                    if since is not None and joined.claims:
+                        capture = lines.capture[joined.line]
+                        joined.claims = self._context.unexpired(
+                            joined.claims, capture, since[joined.line]
+                        )
                     answered = self._context.tried(lines.capture[joined.line])
                     if answered is not None:
                         joined = joined.at(np.flatnonzero(answered))

@@ -43,16 +43,14 @@ from lanindex.search.match.matches import (
     LOW,
     ROOT,
     START,
-    Claims,
     Matches,
     Nodes,
     beginning,
     carry_out,
-    in_sets,
     telling,
 )
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS, Spans
-from lanindex.search.match.rewrites import MANNERS, ONLY, free_states
+from lanindex.search.match.rewrites import ONLY, free_states
 from lanindex.search.plan import Companion, Edge, Exit, Group, Program, components, open_groups
 
 MATCH = 512
@@ -196,6 +194,7 @@ class Expiry:
         groups = (program.whole, *program.brackets)
         self._companions = [it for group in groups for it in group.companions]
         self._earliest: dict[Companion, tuple[IntArray, IntArray]] = {}
+        self._ahead: dict[int, IntArray] = {}
         self.known = (
             bool(context.rewrites.contested.get(program) or self._companions)
             and program not in context.rewrites.outside
@@ -209,17 +208,46 @@ class Expiry:
         events = self._context.batch.events(self._program.states[state])
         event = rows.columns[EVENT]
         capture, here = events.capture[event], events.start[event]
-        since = here
-        for group in (self._program.whole, *self._open[state], *self._program.brackets):
+        since = self._since(self._open[state], rows, capture, here)
+        rows.claims = self._context.unexpired(rows.claims, capture, since)
+        return rows
+
+    def once_closed(self, state: int, depth: int, rows: Matches) -> IntArray | None:
+        """Return since when claims matter once a group closes at a state, (N,); None: always."""
+        if not self.known:
+            return None
+        events = self._context.batch.events(self._program.states[state])
+        event = rows.columns[EVENT]
+        if state not in self._ahead:
+            self._ahead[state] = self._starts_ahead(state)
+        here = self._ahead[state][event]
+        return self._since(self._open[state][: depth - 1], rows, events.capture[event], here)
+
+    def _starts_ahead(self, state: int) -> IntArray:
+        """Return the first frame of all events that may follow each event of a state, (N,)."""
+        batch, program = self._context.batch, self._program
+        before = batch.events(program.states[state])
+        found = np.full(len(before), FAR - 1)
+        for edge in program.edges[state]:
+            after = batch.events(program.states[edge.entry.state])
+            found = np.minimum(
+                found, Transitions(batch, program, edge, before).smallest(after.start)
+            )
+        return found
+
+    def _since(
+        self, groups: tuple[Group, ...], rows: Matches, capture: IntArray, here: IntArray
+    ) -> IntArray:
+        """Return from which frame on claims matter to what is beside some open groups, or opens."""
+        since, levels = here, [self._program.whole, *groups]
+        for group in (*levels, *self._program.brackets):
             if not group.companions:
                 continue
-            levels = [self._program.whole, *self._open[state]]
             level = levels.index(group) if group in levels else None
             begun = here if level is None else rows.columns[GROUPS + 3 * level + START]
             for companion in group.companions:
                 since = np.minimum(since, self._from(companion, capture, begun))
-        rows.claims = self._after(rows.claims, capture, since)
-        return rows
+        return since
 
     def _from(self, companion: Companion, capture: IntArray, begun: IntArray) -> IntArray:
         """Return the first frame of all lines that can stand beside what began in some frames."""
@@ -238,20 +266,6 @@ class Expiry:
         place = np.searchsorted(keys, capture * FAR + begun - slack)
         frames: IntArray = np.minimum(earliest[place] - capture * FAR, FAR - 1)
         return frames
-
-    def _after(self, claims: Claims, capture: IntArray, since: IntArray) -> Claims:
-        """Return the claims of movements, stays and rests that do not end before a frame."""
-        first = claims.first.copy()
-        for part, rows in self._context.claimed():
-            for manner in MANNERS:
-                lane = self._context.lane(manner, part)
-                shown = rows.shown
-                ends = rows.stop[shown] if manner == "move" else rows.until(shown)
-                keys = rows.capture[shown].astype(np.int64) * FAR + ends
-                begin = lane + np.searchsorted(keys, capture * FAR + since)
-                own = (first >= lane) & (first <= lane + len(rows))
-                first = np.where(own, np.maximum(first, begin), first)
-        return in_sets(first, claims.last)
 
 
 def _ends_later(companion: Companion) -> bool:
@@ -609,7 +623,8 @@ class Walk:
                 capture = events.capture[event]
             if group.companions:
                 until = np.where(alone, events.until[event], end)
-                rows = self._beside(rows, group, own, (capture, until, end, alone))
+                since = self._expiry.once_closed(state, depth, rows)
+                rows = self._beside(rows, group, own, (capture, until, end, alone), since)
                 end = events.end[rows.columns[EVENT]]
             else:
                 rows = rows.at(np.arange(len(rows)))
@@ -623,6 +638,7 @@ class Walk:
         group: Group,
         own: int,
         frames: tuple[IntArray, IntArray, IntArray, BoolArray],
+        since: IntArray | None = None,
     ) -> Matches:
         """Return matches with what stands beside a group that closes in some frames.
 
@@ -637,7 +653,7 @@ class Walk:
         memory = rows.claims, rows.unmet, seen, rows.link
         hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, *memory)
         whole = group is self._program.whole
-        hulls = self._context.joiner.close(group, lines, hulls, whole=whole)
+        hulls = self._context.joiner.close(group, lines, hulls, whole=whole, since=since)
         rows = rows.at(hulls.line)
         rows.columns[self._seen :] = hulls.seen
         rows.columns[own + LOW], rows.columns[own + BEYOND] = hulls.low, hulls.high

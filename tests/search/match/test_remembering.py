@@ -12,8 +12,9 @@ from query_cases import recordings_of
 from random_library import random_library
 
 from lanindex.search.language import parse
-from lanindex.search.match import arrays, matches, walk
+from lanindex.search.match import arrays, leading, matches, walk
 from lanindex.search.match.arrays import FAR, TooMuch, together
+from lanindex.search.match.context import Context
 from lanindex.search.match.matches import Claims, Nodes, one_each
 from lanindex.search.nearly import NEAR
 
@@ -86,8 +87,10 @@ PATTERNS = [
 ]
 
 
+@pytest.mark.parametrize("short", [0, leading.SHORT])
 @pytest.mark.parametrize("pattern", PATTERNS)
-def test_what_ways_remember_is_found_as_plainly(pattern: str) -> None:
+def test_what_ways_remember_is_found_as_plainly(pattern: str, short: int, monkeypatch) -> None:
+    monkeypatch.setattr(leading, "SHORT", short)
     query, hits = parse(pattern), 0
     for seed in range(6):
         recordings = random_library(Random(seed))
@@ -97,6 +100,25 @@ def test_what_ways_remember_is_found_as_plainly(pattern: str) -> None:
             assert told(found) == told(find(query, recordings, **options))
             hits += len(found)
     assert hits or "clip.nothing" in pattern
+
+
+def test_beginnings_do_not_multiply_what_is_followed(monkeypatch) -> None:
+    tried, count = [], Context.tried
+
+    def counted(self, capture):
+        tried.append(len(capture))
+        return count(self, capture)
+
+    monkeypatch.setattr(Context, "tried", counted)
+    query = parse("(r_arm any x2+ with l_arm any) x3+")
+    recordings = random_library(Random(7), captures=1, most=120)
+    found = {}
+    for short in (0, leading.SHORT):
+        tried.clear()
+        monkeypatch.setattr(leading, "SHORT", short)
+        found[short] = told(find_fast(query, recordings, overlaps="all")), sum(tried)
+    assert found[0][0] == found[leading.SHORT][0] != []
+    assert 10 * found[leading.SHORT][1] < found[0][1]
 
 
 @pytest.mark.parametrize(
