@@ -169,6 +169,7 @@ class Context:
         self._backwards: dict[Program, Backwards] = {}
         self._alive: dict[Program, list[BoolArray]] = {}
         self._wanted: dict[tuple[Program, str], IntArray] = {}
+        self._ends_of: dict[tuple[str, str], IntArray] = {}
         self._lanes: dict[str, int] = {}
         self._widths: list[int] = []
         self._begins = [0]
@@ -251,16 +252,21 @@ class Context:
         """Return the claims of movements, stays and rests that do not end before a frame."""
         first = claims.first.copy()
         for part in self._lanes:
-            rows = self.batch.rows(part)
             for manner in MANNERS:
-                lane = self.lane(manner, part)
-                shown = rows.shown
-                ends = rows.stop[shown] if manner == "move" else rows.until(shown)
-                keys = rows.capture[shown].astype(np.int64) * FAR + ends
-                begin = lane + np.searchsorted(keys, capture * FAR + since)
-                own = (first >= lane) & (first <= lane + len(rows))
+                lane, ends = self.lane(manner, part), self._ends(part, manner)
+                begin = lane + np.searchsorted(ends, capture * FAR + since)
+                own = (first >= lane) & (first <= lane + len(self.batch.rows(part)))
                 first = np.where(own, np.maximum(first, begin), first)
         return in_sets(first, claims.last)
+
+    def _ends(self, part: str, manner: str) -> IntArray:
+        """Return capture and end of all movements, stays or rests of a part as one number."""
+        if (part, manner) not in self._ends_of:
+            rows = self.batch.rows(part)
+            shown = rows.shown
+            ends = rows.stop[shown] if manner == "move" else rows.until(shown)
+            self._ends_of[part, manner] = rows.capture[shown].astype(np.int64) * FAR + ends
+        return self._ends_of[part, manner]
 
     def lane(self, manner: str, part: str) -> int:
         """Return the number from which a part's movements, stays or rests are counted."""

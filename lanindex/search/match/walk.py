@@ -422,9 +422,11 @@ class Walk:
                 edge.entry.state == states[0] for edge in program.edges[states[0]]
             )
             waves = self._in_time(states, at) if circles else self._at_once(states[0], at)
+            ending: dict[Exit, list[Matches]] = {}
             for state, rows in waves:
                 self._context.tick()
-                ends += self._leave(state, rows, at)
+                self._leave(state, rows, at, ending)
+            ends += [(it.state, self._ended(it, tables)) for it, tables in ending.items()]
         none = np.empty((self._seen + self._context.clauses.width, 0), np.int64)
         ends = [(0, beginning(none)), *ends]
         if self._settling:
@@ -539,39 +541,44 @@ class Walk:
         return self._expiry.dropped(state, rows)
 
     def _leave(
-        self, state: int, rows: Matches, at: dict[int, list[Matches]]
-    ) -> list[tuple[int, Matches]]:
-        """Let matches go on from a state, and return those that end there."""
-        left: dict[tuple[object, ...], Matches] = {}
-        ending = rows
+        self,
+        state: int,
+        rows: Matches,
+        at: dict[int, list[Matches]],
+        ending: dict[Exit, list[Matches]],
+    ) -> None:
+        """Let matches go on from a state, or end there."""
+        last = rows
         if self._best_ends and self._best_ends.free[state]:
-            ending, rows = self._settled_best(state, rows)
-
-        def leaving(leave: Exit, rows: Matches) -> Matches:
-            key = (leave.closes, leave.to_end, id(rows))
-            if key not in left:
-                fits = may_leave(self._batch, self._program, leave)[rows.columns[EVENT]]
-                left[key] = self._closed(rows.at(np.flatnonzero(fits)), state, leave.closes)
-            return left[key]
-
+            last, rows = self._settled_best(state, rows)
+        closed: dict[Exit, Matches] = {}
         for edge in self._program.edges[state]:
-            for gone in self._over(edge, leaving(edge.exit, rows)):
+            if edge.exit not in closed:
+                closed[edge.exit] = self._closed(rows, edge.exit)
+            for gone in self._over(edge, closed[edge.exit]):
                 at[edge.entry.state].append(gone)
                 self._context.tick()
-        ends = []
-        own = self._program.states[state]
-        passing = self._batch.events(own).passing
         for leave in self._program.exits[state]:
-            ended = leaving(leave, ending)
-            if own.manner != "via":
-                ended = ended.at(np.flatnonzero(~passing[ended.columns[EVENT]]))
-            late = self._due.late(state)
-            if late:
-                capture = self._batch.events(own).capture[ended.columns[EVENT]]
-                fits = self._context.met(late, capture, ended.columns[self._seen :])
-                ended = ended.at(fits)
-            ends.append((state, ended))
-        return ends
+            shared = self._goes_on_over(leave)
+            ending.setdefault(leave, []).append(closed[leave] if shared else last)
+
+    def _goes_on_over(self, leave: Exit) -> bool:
+        """Tell whether the matches that end by an exit also go on over it."""
+        settled = self._best_ends and self._best_ends.free[leave.state]
+        return not settled and any(it.exit == leave for it in self._program.edges[leave.state])
+
+    def _ended(self, leave: Exit, tables: list[Matches]) -> Matches:
+        """Return the matches that end by an exit, closed already if they also go on over it."""
+        state, rows = leave.state, together(tables)
+        ended = rows if self._goes_on_over(leave) else self._closed(rows, leave)
+        events = self._batch.events(self._program.states[state])
+        if self._program.states[state].manner != "via":
+            ended = ended.at(np.flatnonzero(~events.passing[ended.columns[EVENT]]))
+        late = self._due.late(state)
+        if late:
+            capture = events.capture[ended.columns[EVENT]]
+            ended = ended.at(self._context.met(late, capture, ended.columns[self._seen :]))
+        return ended
 
     def _settled_best(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
         """Settle matches by their best ends; return those that still end here, and go on.
@@ -606,11 +613,14 @@ class Walk:
         carry_out(rows.columns, own, end_of(rows.columns[EVENT]))
         return rows
 
-    def _closed(self, rows: Matches, state: int, closes: tuple[Group, ...]) -> Matches:
-        """Return matches with some groups closed, inner ones first."""
+    def _closed(self, rows: Matches, leave: Exit) -> Matches:
+        """Return the matches that may take an exit, with its groups closed, inner ones first."""
+        state = leave.state
         events = self._batch.events(self._program.states[state])
         depth = self._depths[state]
-        for group in closes:
+        fits = may_leave(self._batch, self._program, leave)[rows.columns[EVENT]]
+        rows = rows.at(np.flatnonzero(fits))
+        for group in leave.closes:
             event = rows.columns[EVENT]
             end, alone, capture = events.end[event], events.starting[event], events.capture[event]
             own = GROUPS + 3 * depth
