@@ -18,6 +18,7 @@ from lanindex.search.match.arrays import (
     IntArray,
     check_budget,
     in_pieces,
+    once,
     spread,
     starts_of,
     together,
@@ -66,12 +67,15 @@ def unexcused(
     margins : Margins
         How near matches must lie.
     """
-    line, match = _touching(excusing, claims)
     limit = relations.limits(relation, lines, margins)
-    start, until = matches.start[match], matches.until[match]
-    fits = lines.capture[line] == matches.capture[match]
-    fits &= (start <= limit.begin_last[line]) & (until >= limit.end_first[line])
-    excused = np.bincount(line[fits], minlength=len(lines))
+    excused = np.zeros(len(lines), np.int64)
+    for line, match in _touching(excusing, claims):
+        start, until = matches.start[match], matches.until[match]
+        fits = lines.capture[line] == matches.capture[match]
+        fits &= (start <= limit.begin_last[line]) & (until >= limit.end_first[line])
+        if fits.any():
+            line = line[fits]
+            excused[line[0] : line[-1] + 1] += np.bincount(line - line[0])
     base, behind = lines.capture * FAR, matches.capture * FAR
     starts, ends = np.sort(behind + matches.start), np.sort(behind + matches.until)
     many = np.searchsorted(starts, base + limit.begin_last, "right")
@@ -80,22 +84,26 @@ def unexcused(
     return found
 
 
-def _touching(one: Claims, other: Claims) -> tuple[IntArray, IntArray]:
-    """Return all pairs of a line and another that share a claim, each once."""
+def _touching(one: Claims, other: Claims) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield all pairs of a line and another that share a claim, each once, some lines at a time."""
     first, last, line = _ranges(one)
     begin, end, match = _ranges(other)
     order = np.argsort(begin, kind="stable")
     begin, end, match = begin[order], end[order], match[order]
-    latest = np.maximum.accumulate(end)
-    which, place = spread(np.searchsorted(latest, first), np.searchsorted(begin, last, "right"))
-    common = end[place] >= first[which]
-    pairs = line[which[common]] * (len(other) + 1) + match[place[common]]
-    return np.divmod(np.unique(pairs), len(other) + 1)
+    low = np.searchsorted(np.maximum.accumulate(end), first)
+    high = np.searchsorted(begin, last, "right")
+    many = np.bincount(line, np.maximum(high - low, 0), len(one)).astype(np.int64)
+    for some in in_pieces(many) if len(one) else ():
+        own = slice(*np.searchsorted(line, [some[0], some[-1] + 1]))
+        which, place = spread(low[own], high[own])
+        common = end[place] >= first[own][which]
+        pairs = line[own][which[common]] * (len(other) + 1) + match[place[common]]
+        yield np.divmod(once(pairs), len(other) + 1)
 
 
 def _ranges(claims: Claims) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the ranges of all claims, and whose they are."""
-    column, line = np.nonzero(claims.first < FAR)
+    """Return the ranges of all claims, and whose they are, growing."""
+    line, column = np.nonzero(claims.first.T < FAR)
     return claims.first[column, line], claims.last[column, line], line
 
 
@@ -290,6 +298,7 @@ class Joiner:
                     beside = beside.moving()
                 join = self._with_free if beside.matches.free else self._with_each
                 for some in _pieces(beside, line):
+                    some = some[~self._context.refused[lines.capture[hulls.line[some]]]]
                     joined = join(beside, line.at(some), hulls.at(some), whole=whole)
                     if since is not None and joined.claims:
                         capture = lines.capture[joined.line]
@@ -302,6 +311,7 @@ class Joiner:
                     pieces.append(joined if len(some) == len(line.place) else self._reduced(joined))
                     self._context.tick()
         hulls = together(pieces)
+        hulls = hulls.at(np.flatnonzero(~self._context.refused[lines.capture[hulls.line]]))
         return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
 
     def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:

@@ -13,6 +13,7 @@ end is looked up, and the walk ends there.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -55,6 +56,9 @@ from lanindex.search.plan import Companion, Edge, Exit, Group, Program, componen
 
 MATCH = 512
 """Bytes of a partial match that is followed, with all that is made of it."""
+
+TOGETHER = 1 << 10
+"""Matches that end and wait to be joined with the lines beside them at once: fewer cost more."""
 
 
 def ranks_of(batch: Batch, program: Program, states: list[int]) -> dict[int, IntArray]:
@@ -422,10 +426,13 @@ class Walk:
                 edge.entry.state == states[0] for edge in program.edges[states[0]]
             )
             waves = self._in_time(states, at) if circles else self._at_once(states[0], at)
-            ending: dict[Exit, list[Matches]] = {}
+            ending: defaultdict[Exit, list[Matches]] = defaultdict(list)
             for state, rows in waves:
                 self._context.tick()
                 self._leave(state, rows, at, ending)
+                for it in self._program.exits[state]:
+                    if sum(map(len, ending[it])) > TOGETHER:
+                        ends.append((state, self._ended(it, ending.pop(it))))
             ends += [(it.state, self._ended(it, tables)) for it, tables in ending.items()]
         none = np.empty((self._seen + self._context.clauses.width, 0), np.int64)
         ends = [(0, beginning(none)), *ends]
@@ -545,7 +552,7 @@ class Walk:
         state: int,
         rows: Matches,
         at: dict[int, list[Matches]],
-        ending: dict[Exit, list[Matches]],
+        ending: defaultdict[Exit, list[Matches]],
     ) -> None:
         """Let matches go on from a state, or end there."""
         last = rows
@@ -560,7 +567,7 @@ class Walk:
                 self._context.tick()
         for leave in self._program.exits[state]:
             shared = self._goes_on_over(leave)
-            ending.setdefault(leave, []).append(closed[leave] if shared else last)
+            ending[leave].append(closed[leave] if shared else last)
 
     def _goes_on_over(self, leave: Exit) -> bool:
         """Tell whether the matches that end by an exit also go on over it."""
