@@ -194,9 +194,20 @@ class Context:
         return self._backwards[program]
 
     def alive(self, program: Program) -> list[BoolArray]:
-        """Return the same as `alive_in`."""
+        """Tell by state at which of its events a line may stand, whatever it remembers.
+
+        An end can be reached from there, and the line may begin there if no state leads there.
+        """
         if program not in self._alive:
-            self._alive[program] = alive_in(self.batch, program, self.backwards(program).values)
+            entered = {edge.entry.state for edges in program.edges for edge in edges}
+            values = self.backwards(program).values
+            self._alive[program] = found = []
+            for state, exits, value in zip(program.states, program.exits, values, strict=True):
+                fits = (value < NONE) | (self.batch.events(state).starting & bool(exits))
+                if state.number not in entered:
+                    entries = [it for it in program.entries if it.state == state.number]
+                    fits &= np.any([roots(self.batch, program, it) for it in entries], axis=0)
+                found.append(fits)
         return self._alive[program]
 
     def _wanting(self, program: Program, part: str) -> IntArray:
@@ -316,19 +327,3 @@ class Context:
             fits[some] = False
             fits[some[self.met([condition], capture[some], seen[:, some])]] = True
         return np.flatnonzero(fits)
-
-
-def alive_in(batch: Batch, program: Program, values: list[IntArray]) -> list[BoolArray]:
-    """Tell by state at which of its events a line may stand, whatever it remembers.
-
-    An end can be reached from there; where no other state leads there, the line may begin there.
-    """
-    found = []
-    entered = {edge.entry.state for edges in program.edges for edge in edges}
-    for state, exits, value in zip(program.states, program.exits, values, strict=True):
-        fits = (value < NONE) | (batch.events(state).starting & bool(exits))
-        if state.number not in entered:
-            entries = [it for it in program.entries if it.state == state.number]
-            fits &= np.any([roots(batch, program, it) for it in entries], axis=0)
-        found.append(fits)
-    return found

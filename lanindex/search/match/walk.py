@@ -150,8 +150,8 @@ def _best(context: Context, program: Program, wanted: list[BoolArray], end: str)
     else:
         ahead = _Ahead(context, program, wanted, end).values
     for values in ahead:
-        told = values if end == FIRST else value_of(_LATEST - end_of(values), values * 0)
-        found.append(np.where(values < NONE, told, -1))
+        best = values if end == FIRST else value_of(_LATEST - end_of(values), values * 0)
+        found.append(np.where(values < NONE, best, -1))
     return found
 
 
