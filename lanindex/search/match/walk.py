@@ -41,6 +41,7 @@ from lanindex.search.match.matches import (
     BEYOND,
     EVENT,
     GROUPS,
+    LATEST,
     LOW,
     ROOT,
     START,
@@ -88,9 +89,6 @@ def by_rank(ranks: IntArray, rows: Matches) -> Iterator[tuple[int, Matches]]:
 
 FEW = 4
 """Contested events a capture that are few."""
-
-_LATEST = 1 << 31
-"""More than any frame."""
 
 
 class BestEnds:
@@ -150,7 +148,7 @@ def _best(context: Context, program: Program, wanted: list[BoolArray], end: str)
     else:
         ahead = _Ahead(context, program, wanted, end).values
     for values in ahead:
-        best = values if end == FIRST else value_of(_LATEST - end_of(values), values * 0)
+        best = values if end == FIRST else value_of(LATEST - end_of(values), values * 0)
         found.append(np.where(values < NONE, best, -1))
     return found
 
@@ -169,7 +167,7 @@ class _Ahead(Backwards):
         values = super().own(state)
         if self._end == FIRST:
             return values
-        return np.where(values < NONE, value_of(_LATEST - end_of(values), values * 0), NONE)
+        return np.where(values < NONE, value_of(LATEST - end_of(values), values * 0), NONE)
 
     def _entered(self, edge: Edge, values: IntArray) -> IntArray:
         values = super()._entered(edge, values)
