@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
+from itertools import chain
 from typing import TypeVar
 
 import numpy as np
@@ -25,11 +26,14 @@ from lanindex.search.match.hits import (
     NO_HITS,
     Found,
     HitTable,
+    Row,
+    Step,
     Trace,
     best,
     from_left,
     labelled,
     nearest,
+    rows_of,
 )
 from lanindex.search.match.leading import hits_of
 from lanindex.search.match.rewrites import Rewrites
@@ -160,65 +164,40 @@ class Finder:
 
     def hits(self, hits: HitTable) -> list[Hit]:
         """Return the hits of a table as objects."""
-        captures = hits.capture.tolist()
+        captures = once(hits.capture).tolist()
         if not self.fetched.keys() >= {*captures}:
-            self.fetch(sorted({*captures}))
+            self.fetch(captures)
+        made: dict[int, Hit] = {}
         with limited_to(self._memory):
-            traces = self._traces(hits)
-        wanted: dict[str, dict[tuple[int, int], None]] = {}
-        for place, one in zip(captures, traces, strict=True):
-            for part, row in (row for line in one.lines for it in line for row in it.rows):
-                wanted.setdefault(part, {})[place, row] = None
-        symbols: dict[tuple[int, str, int], Symbol] = {}
-        for part, rows in wanted.items():
-            tracks = ((self.fetched[place][1][part], row) for place, row in rows)
-            table = rows_joined(track.symbols[row : row + 1] for track, row in tracks)
-            made = listed(part, table, [row for _, row in rows])
-            symbols.update(
-                ((place, part, row), it) for (place, row), it in zip(rows, made, strict=True)
-            )
-        spans = map(Span, hits.low.tolist(), hits.high.tolist())
-        return [
-            self._hit(one, place, span, symbols)
-            for one, place, span in zip(traces, captures, spans, strict=True)
-        ]
+            for some, found in self._in_parts(partial(self._made, hits), hits.capture):
+                if isinstance(found, LanindexError):
+                    raise found
+                made.update(zip(some.tolist(), found, strict=True))
+        return [made[place] for place in range(len(hits))]
 
-    def _hit(
-        self, trace: Trace, place: int, span: Span, symbols: Mapping[tuple[int, str, int], Symbol]
-    ) -> Hit:
-        """Return a hit as an object."""
-        taken = [it for line in trace.lines for it in line]
-        own = {row: symbols[(place, *row)] for it in taken for row in it.rows}
-        lines = tuple(
-            tuple(own[row] for row in dict.fromkeys(row for it in line for row in it.rows))
-            for line in trace.lines
-        )
-        fit = (THOUSANDTHS - trace.cost) / THOUSANDTHS
-        return Hit(self.fetched[place][0], span, fit, lines, labelled(taken, own))
-
-    def _traces(self, hits: HitTable) -> list[Trace]:
-        """Return what hits are made of; rows are counted in their own captures."""
-        found: dict[int, Trace] = {}
-        for some, traces in self._in_parts(partial(self._traced, hits), hits.capture):
-            if isinstance(traces, LanindexError):
-                raise traces
-            found.update(zip(some.tolist(), traces, strict=True))
-        return [found[place] for place in range(len(hits))]
-
-    def _traced(self, hits: HitTable, some: IntArray) -> list[Trace]:
-        """Return what some of a table's hits are made of, all at once."""
+    def _made(self, hits: HitTable, some: IntArray) -> list[Hit]:
+        """Return some of a table's hits as objects, all at once."""
         hits = hits.at(some)
         here, hits.capture = np.unique(hits.capture, return_inverse=True)
-        given = self._captures(here), self._tick(here)
-        found = traced(hits, self._query, self._rewrites, self.batch(here), *given)
-        for place, one in enumerate(found):
+        batch, given = self.batch(here), (self._captures(here), self._tick(here))
+        recordings = [self.fetched[place] for place in here.tolist()]
+        traces: list[Trace] = []
+        for place, one in enumerate(traced(hits, self._query, self._rewrites, batch, *given)):
             if one is None:
                 raise LanindexError(
                     f"a hit at frame {hits.low[place]} is not there any more",
-                    place=self.fetched[int(here[hits.capture[place]])][0].path,
+                    place=recordings[hits.capture[place]][0].path,
                     remedy="Please report this pattern.",
                 )
-        return [it for it in found if it]
+            traces.append(one)
+        steps = {step for one in traces for line in one.lines for step in line}
+        symbols = _symbols_of(batch, steps, [tracks for _, tracks in recordings])
+        owners = [recordings[place][0] for place in hits.capture.tolist()]
+        spans = map(Span, hits.low.tolist(), hits.high.tolist())
+        return [
+            Hit(capture, span, *_told(batch, trace, symbols))
+            for trace, capture, span in zip(traces, owners, spans, strict=True)
+        ]
 
     def _in_parts(
         self, work: Callable[[IntArray], Result], captures: IntArray
@@ -330,6 +309,35 @@ class Finder:
         if not counts(self._query.pattern):
             kept = np.flatnonzero(nearest(*where))
         return kept[from_left(*(column[kept] for column in where))]
+
+
+def _symbols_of(
+    batch: Batch, steps: Iterable[Step], tracks: Sequence[Mapping[str, Track]]
+) -> dict[Step, list[Symbol]]:
+    """Return the symbols that steps took; `tracks` are those of the captures of the batch."""
+    taken = rows_of(batch, steps)
+    rows: dict[str, list[int]] = {}
+    for part, row in set(chain.from_iterable(taken.values())):
+        rows.setdefault(part, []).append(row)
+    symbols: dict[Row, Symbol] = {}
+    for part, own in rows.items():
+        held, every = batch.rows(part), rows_joined(it[part].symbols for it in tracks if part in it)
+        ordinals = (own - held.bounds[held.capture[own]]).tolist()
+        made = listed(part, every[own], ordinals)
+        symbols.update(((part, row), it) for row, it in zip(own, made, strict=True))
+    return {step: [symbols[row] for row in own] for step, own in taken.items()}
+
+
+def _told(
+    batch: Batch, trace: Trace, symbols: Mapping[Step, Sequence[Symbol]]
+) -> tuple[float, tuple[tuple[Symbol, ...], ...], dict[str, tuple[Symbol, ...]]]:
+    """Return fit, lines and labels of a hit."""
+    lines = tuple(
+        tuple({id(it): it for step in line for it in symbols[step]}.values())
+        for line in trace.lines
+    )
+    labels = labelled(batch, chain.from_iterable(trace.lines), symbols)
+    return (THOUSANDTHS - trace.cost) / THOUSANDTHS, lines, labels
 
 
 def find_in(

@@ -6,6 +6,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import repeat
 from operator import itemgetter
 from typing import NamedTuple, Protocol
 
@@ -143,50 +144,59 @@ def from_left(capture: IntArray, low: IntArray, high: IntArray) -> BoolArray:
     return kept
 
 
-class Matched(NamedTuple):
-    """What matched a state: parts and rows, and the frames of it."""
+Step = tuple[State, int]
+"""A state, and the event that matched it."""
 
-    state: State
-    rows: tuple[tuple[str, int], ...]
-    start: int
-    end: int
+Row = tuple[str, int]
+"""A part, and one of its rows in a batch."""
 
 
 class Trace(NamedTuple):
-    """What a hit is made of: its cost, and what each line took, the leading one first."""
+    """What a hit is made of: its cost, and the steps of each line, the leading one first."""
 
     cost: int
-    lines: list[list[Matched]]
+    lines: list[list[Step]]
 
 
-BestTrace = tuple[tuple[int, int], Callable[[], Iterable[list[Matched]]]]
+BestTrace = tuple[tuple[int, int], Callable[[], Iterable[list[Step]]]]
 """Cost and negative number of steps of the best match, and what gives the lines of its trace."""
 
 
-def took(batch: Batch, state: State, event: int) -> Matched:
-    """Return what a state took at one of its events; rows are counted in their own capture."""
-    events, rows = batch.events(state), []
-    capture = events.capture[event]
-    for part, first, last in zip(state.members, events.first, events.last, strict=True):
-        held = batch.rows(part)
-        begin, end, base = int(first[event]), int(last[event]), int(held.bounds[capture])
-        if begin == end:
-            rows.append((part, begin - base))
-        else:
-            rows += [(part, it - base) for it in range(begin, end + 1) if not held.passing[it]]
-    return Matched(state, tuple(rows), int(events.start[event]), int(events.end[event]))
+def rows_of(batch: Batch, steps: Iterable[Step]) -> dict[Step, list[Row]]:
+    """Return the rows that some steps took."""
+    by_state: dict[State, list[int]] = {}
+    for state, event in steps:
+        by_state.setdefault(state, []).append(event)
+    found: dict[Step, list[Row]] = {}
+    for state, chosen in by_state.items():
+        events = batch.events(state)
+        rows: list[list[Row]] = [[] for _ in chosen]
+        for part, *ends in zip(state.members, events.first, events.last, strict=True):
+            passing = batch.rows(part).passing
+            first, last = (it[chosen].tolist() for it in ends)
+            for own, begin, end in zip(rows, first, last, strict=True):
+                if begin == end:
+                    own.append((part, begin))
+                else:
+                    own += [(part, it) for it in range(begin, end + 1) if not passing[it]]
+        found.update(zip(zip(repeat(state), chosen, strict=False), rows, strict=False))
+    return found
 
 
 def labelled(
-    taken: Iterable[Matched], symbols: Mapping[tuple[str, int], Symbol]
+    batch: Batch, steps: Iterable[Step], symbols: Mapping[Step, Sequence[Symbol]]
 ) -> dict[str, tuple[Symbol, ...]]:
     """Return, by label, what matched under it; a stay or rest lends its symbols its frames."""
     labels: dict[str, tuple[Symbol, ...]] = {}
-    for it in taken:
-        found = tuple(symbols[row] for row in it.rows)
-        if it.state.manner in ("at", "hold"):
-            found = tuple(replace(symbol, start=it.start, stop=it.end) for symbol in found)
-        for label in it.state.labels:
+    for state, event in steps:
+        if not state.labels:
+            continue
+        found = symbols[state, event]
+        if state.manner in ("at", "hold"):
+            events = batch.events(state)
+            start, stop = events.start.item(event), events.end.item(event)
+            found = [replace(symbol, start=start, stop=stop) for symbol in found]
+        for label in state.labels:
             labels[label] = (*labels.get(label, ()), *found)
     return labels
 

@@ -20,7 +20,7 @@ from lanindex.search.language.query import NEXT
 from lanindex.search.match.arrays import BoolArray, IntArray, best_of_each
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.conditions import MIRRORED_CELLS, Clauses
-from lanindex.search.match.hits import BestTrace, HitTable, Matched, parts_number, table, took
+from lanindex.search.match.hits import BestTrace, HitTable, Step, parts_number, table
 from lanindex.search.plan import Program, State
 
 
@@ -170,10 +170,10 @@ class MirrorRuns:
             here, cost = here[on], cost[on]
         return found
 
-    def _taken(self, event: int, beside: int, length: int) -> list[list[Matched]]:
-        """Return what the line took, then what the one beside it took."""
+    def _taken(self, event: int, beside: int, length: int) -> list[list[Step]]:
+        """Return the steps of the line, then those of the one beside it."""
         return [
-            [took(self._batch, state, first + it) for it in range(length)]
+            [(state, first + it) for it in range(length)]
             for state, first in ((self._lines.own, event), (self._lines.other, beside))
         ]
 

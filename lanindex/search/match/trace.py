@@ -22,7 +22,7 @@ from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context, Joins
 from lanindex.search.match.follow import Transitions
-from lanindex.search.match.hits import BestTrace, HitTable, Matched, Trace, table, took
+from lanindex.search.match.hits import BestTrace, HitTable, Step, Trace, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import complete
 from lanindex.search.match.matches import EVENT, Matches, Nodes, distinct
@@ -200,11 +200,11 @@ class _Walk(Walk):
             lines = partial(self.lines, int(chosen[fits[place]]))
             yield int(owner[fits[place]]), (rank, lines)
 
-    def lines(self, end: int) -> Iterator[list[Matched]]:
-        """Yield what the line took up to an end, then what each one beside it took."""
-        steps, joined = list[tuple[int, int]](), [int(self.ends.memory.link[end])]
-        node = int(self.ends.node[end])
-        if self.ends.row[end] < 0:
+    def lines(self, end: int) -> Iterator[list[Step]]:
+        """Yield the steps of the line up to an end, then those of each one beside it."""
+        steps, joined = list[tuple[int, int]](), [self.ends.memory.link.item(end)]
+        node = self.ends.node.item(end)
+        if self.ends.row.item(end) < 0:
             state, event, _, _ = self._node(node)
             steps = self._by_values(state, event)[:0:-1]
         while node >= 0:
@@ -212,7 +212,7 @@ class _Walk(Walk):
             steps.append((state, event))
             joined.append(link)
         states = self._program.states
-        yield [took(self._batch, states[state], event) for state, event in reversed(steps)]
+        yield [(states[state], event) for state, event in reversed(steps)]
         for link in reversed(joined):
             for line, place in self._context.joins.listed(link):
                 yield from line.lines(place)
@@ -246,8 +246,8 @@ class _Walk(Walk):
         number = bisect(self._begins, node) - 1
         state, rows = self._tables[number]
         place = node - self._begins[number]
-        event, parent, link = rows.columns[EVENT, place], rows.parent[place], rows.link[place]
-        return state, int(event), int(parent), int(link)
+        event = rows.columns.item(EVENT, place)
+        return state, event, rows.parent.item(place), rows.link.item(place)
 
 
 class _Joins(Joins):
