@@ -134,7 +134,7 @@ def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
     if said(number, label, metadata) != stored:
         raise checksums.damaged(number, location, "its label or metadata (say them again, too)")
     try:
-        encoding = Encoding.stored(facts[-2] or "", facts[-1] or "", _options(options))
+        encoding = _encoding(facts[-2] or "", facts[-1] or "", options)
         capture = Capture(
             *(number, path, form, sha256, label, _fraction(rate), frames, _meter(*meter)),
             metadata=metadata,
@@ -162,9 +162,8 @@ def _meter(speed: str, beats: int, beat: int, division: int) -> Meter:
 
 
 @lru_cache(maxsize=64)
-def _options(text: str) -> Mapping[str, str]:
-    found: dict[str, str] = json.loads(text)
-    return found
+def _encoding(profile: str, digest: str, options: str) -> Encoding:
+    return Encoding.stored(profile, digest, json.loads(options))
 
 
 @lru_cache(maxsize=64)
