@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 
 from lanindex.model.capture import Capture
 from lanindex.model.span import Span
@@ -99,4 +100,4 @@ class Hit:
     @property
     def symbols(self) -> tuple[Symbol, ...]:
         """All symbols that matched, those of the leading line first."""
-        return tuple(symbol for line in self.lines for symbol in line)
+        return tuple(chain.from_iterable(self.lines))

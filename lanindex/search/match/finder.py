@@ -192,11 +192,11 @@ class Finder:
             traces.append(one)
         steps = {step for one in traces for line in one.lines for step in line}
         symbols = _symbols_of(batch, steps, [tracks for _, tracks in recordings])
-        owners = [recordings[place][0] for place in hits.capture.tolist()]
+        captures = (recordings[place][0] for place in hits.capture.tolist())
         spans = map(Span, hits.low.tolist(), hits.high.tolist())
         return [
-            Hit(capture, span, *_told(batch, trace, symbols))
-            for trace, capture, span in zip(traces, owners, spans, strict=True)
+            _hit(batch, trace, symbols, capture, span)
+            for trace, capture, span in zip(traces, captures, spans, strict=True)
         ]
 
     def _in_parts(
@@ -323,21 +323,25 @@ def _symbols_of(
     for part, own in rows.items():
         held, every = batch.rows(part), rows_joined(it[part].symbols for it in tracks if part in it)
         ordinals = (own - held.bounds[held.capture[own]]).tolist()
-        made = listed(part, every[own], ordinals)
+        made = listed(part, every[own], ordinals)  # one object a row, so that lines can tell them
         symbols.update(((part, row), it) for row, it in zip(own, made, strict=True))
     return {step: [symbols[row] for row in own] for step, own in taken.items()}
 
 
-def _told(
-    batch: Batch, trace: Trace, symbols: Mapping[Step, Sequence[Symbol]]
-) -> tuple[float, tuple[tuple[Symbol, ...], ...], dict[str, tuple[Symbol, ...]]]:
-    """Return fit, lines and labels of a hit."""
+def _hit(
+    batch: Batch,
+    trace: Trace,
+    symbols: Mapping[Step, Sequence[Symbol]],
+    capture: Capture,
+    span: Span,
+) -> Hit:
+    """Return a hit as an object."""
     lines = tuple(
         tuple({id(it): it for step in line for it in symbols[step]}.values())
         for line in trace.lines
     )
     labels = labelled(batch, chain.from_iterable(trace.lines), symbols)
-    return (THOUSANDTHS - trace.cost) / THOUSANDTHS, lines, labels
+    return Hit(capture, span, (THOUSANDTHS - trace.cost) / THOUSANDTHS, lines, labels)
 
 
 def find_in(

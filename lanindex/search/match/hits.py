@@ -6,7 +6,6 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import repeat
 from operator import itemgetter
 from typing import NamedTuple, Protocol
 
@@ -179,7 +178,7 @@ def rows_of(batch: Batch, steps: Iterable[Step]) -> dict[Step, list[Row]]:
                     own.append((part, begin))
                 else:
                     own += [(part, it) for it in range(begin, end + 1) if not passing[it]]
-        found.update(zip(zip(repeat(state), chosen, strict=False), rows, strict=False))
+        found |= {(state, event): own for event, own in zip(chosen, rows, strict=True)}
     return found
 
 
