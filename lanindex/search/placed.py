@@ -13,7 +13,7 @@ from lanindex.model import Capture, Hit, Span
 
 IntArray = NDArray[np.int64]
 
-TOGETHER = 256  # captures fetched at once where all hits are made objects
+TOGETHER = 512  # captures fetched at once where all hits are made objects
 
 
 class Holder(Protocol):
