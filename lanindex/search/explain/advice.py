@@ -6,11 +6,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import islice
 from math import inf
 from time import monotonic, process_time
 
-from lanindex.search.explain.changes import Condition, conditions, edited, places, query_of
+from lanindex.search.explain.changes import Change, changes, places, query_of
 from lanindex.search.language.query import Item, Line, Query, Step
 
 SECONDS = 2.0
@@ -22,13 +21,9 @@ MOST = 5
 _PATIENCE = 4
 """How many times as long it may take where others use the machine as well."""
 
-_LEFT_OUT = 2.5
-_OTHER_NUMBER = 1.05
-"""What it costs to leave a condition out, and to ask for the nearest number; see `edited`."""
-
 _FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
-"""The shares of the time until which lengths and counts are left out, and until which patterns
-alike are tried; the rest is for the other conditions."""
+"""The shares of the time until which limits are left out, and until which patterns alike are
+tried; the rest is for the other conditions."""
 
 _COMBINED = 60
 """Changes, and changes of what they led to, that are tried where no single one helps."""
@@ -195,76 +190,67 @@ class _Adviser:
     ) -> None:
         self.query, self.count, self.read, self.budget = query, count, read, budget
         self.untried = 0
-        self.tried: set[Query] = {query}
-        self.found: list[tuple[float, Suggestion]] = []
-        self.left_out: dict[Condition, LeftOut] = {}
+        self.counted: dict[Query, Found | None] = {query: None}
+        self.left_out: dict[Change, LeftOut] = {}
+        self.instead: list[tuple[Change, Suggestion]] = []
 
     def advice(self) -> Advice:
         """Try what is likeliest first: limits, then what is alike, then all other conditions."""
-        every = list(conditions(self.query))
-        often = Counter(it.said for it in every)
-        every = [it if often[it.said] > 1 else replace(it, step="") for it in every]
-        self.without([it for it in every if it.limit], _FOR_LIMITS)
-        self.offer(edited(self.query), _FOR_EDITS)
+        every = changes(self.query)
+        conditions = [it for it in every if it.condition]
+        often = Counter(it.condition for it in conditions)
+        conditions = [it if often[it.condition] > 1 else replace(it, step="") for it in conditions]
+        self.attempt([it for it in conditions if it.limit], _FOR_LIMITS)
+        self.attempt([it for it in every if not it.condition], _FOR_EDITS)
         never = tuple(self.never())
-        self.without([it for it in every if not it.limit], 1)
-        if all(cost == _LEFT_OUT for cost, _ in self.found) and not self.untried:
-            self.offer(self.combined(), 1)
+        self.attempt([it for it in conditions if not it.limit])
+        if all(it.condition for it, _ in self.instead) and not self.untried:
+            self.attempt(self.combined())
             self.untried = 0
-        best = sorted(self.found, key=lambda it: (it[0], -it[1].hits))[:MOST]
-        left_out = tuple(self.left_out[it] for it in every if it in self.left_out)
+        best = sorted(self.instead, key=lambda it: (it[0].cost, -it[1].hits))[:MOST]
+        left_out = tuple(self.left_out[it] for it in conditions if it in self.left_out)
         instead = tuple(suggestion for _, suggestion in best)
         return Advice(str(self.query), never, left_out, instead, self.untried)
 
-    def offer(self, changes: Iterable[tuple[float, Query]], share: float) -> None:
-        """Keep what finds something, until there are enough; what costs alike is compared."""
+    def attempt(self, several: Iterable[Change], share: float = 1) -> None:
+        """Count what changes find; once enough find something, skip those that cost more."""
         dearest = inf
-        for cost, query in changes:
-            if cost > dearest:
+        for change in several:
+            if change.cost > dearest:
                 return
             if self.budget.late(share):
                 self.untried += 1
-            elif self.readable(query) and query not in self.tried:
-                self.keep(cost, query)
-                if sum(other != _LEFT_OUT for other, _ in self.found) >= MOST:
-                    dearest = min(dearest, cost)
+            elif self.readable(change.query):
+                found = self.keep(change)
+                if change.condition and found and found[0]:
+                    near = self.nearest(change)
+                    self.left_out[change] = LeftOut(change.condition, *found, near, change.step)
+                if sum(not it.condition for it, _ in self.instead) >= MOST:
+                    dearest = change.cost
 
-    def keep(self, cost: float, query: Query) -> Found | None:
-        """Return how much a query finds, and offer it if that is anything."""
-        self.tried.add(query)
-        found = self.count(query)
-        if found is None:
-            self.untried += 1
-        elif found[0]:
-            self.found.append((cost, Suggestion(str(query), *found)))
-        return found
+    def keep(self, change: Change) -> Found | None:
+        """Return how much a change finds, and offer it if that is anything."""
+        query = change.query
+        if query not in self.counted:
+            found = self.counted[query] = self.count(query)
+            self.untried += found is None
+            if found and found[0]:
+                self.instead.append((change, Suggestion(str(query), *found)))
+        return self.counted[query]
 
     def readable(self, query: Query) -> bool:
         """Tell whether the text of a query says just that."""
         return self.read(str(query)) == query
 
     def never(self) -> Iterator[str]:
-        """Yield the steps of which there is none by itself."""
+        """Yield the steps that match nothing even alone."""
         steps = _alone(self.query)
         for said, alone in steps.items() if len(steps) > 1 else ():
             if self.readable(alone) and self.count(alone) == (0, 0):
                 yield said
 
-    def without(self, several: Iterable[Condition], share: float) -> None:
-        """Keep what is found without each of some conditions."""
-        for condition in several:
-            if not self.readable(condition.rest):
-                continue
-            if self.budget.late(share):
-                self.untried += 1
-                continue
-            found = self.keep(_LEFT_OUT, condition.rest)
-            if found and found[0]:
-                near = self.nearest(condition)
-                self.left_out[condition] = LeftOut(condition.said, *found, near, condition.step)
-
-    def nearest(self, condition: Condition) -> str:
-        """Return how near a condition came to be met, and offer what that would find."""
+    def nearest(self, change: Change) -> str:
+        """Return how near a limit came to be met, and offer the query with that limit."""
 
         def finds(query: Query) -> bool:
             found = self.count(query)
@@ -273,37 +259,32 @@ class _Adviser:
             return bool(found[0])
 
         with suppress(TimeoutError):
-            if near := condition.nearest(finds):
-                query, number = near
-                if self.readable(query):
-                    self.keep(_OTHER_NUMBER, query)
-                return condition.told.format(number)
+            if near := change.nearest(finds):
+                other, number = near
+                if self.readable(other.query):
+                    self.keep(other)
+                return change.number.format(number)
         return ""
 
-    def combined(self) -> list[tuple[float, Query]]:
+    def combined(self) -> list[Change]:
         """Return what two changes make, the smallest ones first."""
         both = [
-            (cost + more, other)
-            for cost, query in islice(_changes(self.query), _COMBINED)
-            for more, other in islice(_changes(query), _COMBINED)
+            Change(second.query, first.cost + second.cost)
+            for first in changes(self.query)[:_COMBINED]
+            for second in changes(first.query)[:_COMBINED]
         ]
-        return sorted(both, key=lambda it: it[0])
-
-
-def _changes(query: Query) -> Iterator[tuple[float, Query]]:
-    yield from edited(query)
-    yield from ((_LEFT_OUT, condition.rest) for condition in conditions(query))
+        return sorted(both, key=lambda it: it.cost)
 
 
 def _alone(query: Query) -> dict[str, Query]:
-    """Return each step of a query as one of its own; the first of a line may be a beginning."""
+    """Return each step of a query on its own; the first of a line may be a starting position."""
     alone: dict[str, Query] = {}
-    nodes = [it.node for it in places(query)]
+    nodes = [node for node, _ in places(query)]
     firsts = [it.items[0] for it in nodes if isinstance(it, Line)]
     for item in nodes:
         if isinstance(item, Item) and isinstance(item.unit, Step):
             step = replace(item.unit, named=True)
-            beginning = step.manner == "move" and step.words and item in firsts
-            there = replace(step, manner="at") if beginning else step
+            may_begin = step.manner == "move" and step.words and item in firsts
+            there = replace(step, manner="at") if may_begin else step
             alone[str(step)] = query_of(Line((Item(there),)))
     return alone

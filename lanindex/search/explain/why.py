@@ -11,7 +11,7 @@ from typing import Any
 from lanindex import records
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Symbol, Track
-from lanindex.search.explain.changes import beginnings, conditions, query_of
+from lanindex.search.explain.changes import beginnings, changes, query_of
 from lanindex.search.explain.nearest import away, doubts, nearest
 from lanindex.search.language.query import (
     ONCE,
@@ -306,12 +306,12 @@ class _Walk:
         """Return by how much the count or the whole length of a step is missed, if it is that."""
         item = tried.first.items[-1]
         whole = isinstance(item.unit, Bracket) and len(tried.first.items) == 1
-        for condition in reversed([*conditions(query_of(tried))]):  # its count first
-            if condition.limit is item.repeat:
-                if near := condition.nearest(lambda it: bool(self.hits(it))):
+        for change in reversed(changes(query_of(tried))):  # its count first
+            if change.limit is item.repeat:
+                if near := change.nearest(lambda it: bool(self.hits(it))):
                     return f'"{replace(item, repeat=ONCE)}" is there {near[1]} in a row at most'
-            elif whole and condition.limit is item.length and item.length:
-                frames = [it.span.stop - it.span.start for it in self.hits(condition.rest)]
+            elif whole and change.limit is item.length and item.length:
+                frames = [it.span.stop - it.span.start for it in self.hits(change.query)]
                 if frames:
                     best = self.seconds(min(frames, key=lambda it: self.off(it, item.length)))
                     return f'"{replace(item, length=None)}" takes {best}, wanted {item.length}'
