@@ -398,15 +398,16 @@ def _state(
         number,
         members,
         step.manner,
-        tuple(_fits(step, member) for member in members),
+        tuple(fits(step, member) for member in members),
         step.manner == "via" or (step.manner == "move" and bool(positive) and not changing),
         length,
         labels,
     )
 
 
-def _fits(step: Step, part: str) -> dict[str, frozenset[int]]:
-    said = dict.fromkeys(word.kind for word in step.words if word.values != (ANY,))
+def fits(step: Step, part: str) -> dict[str, frozenset[int]]:
+    """Return the codes that fit a step, said of one part, by the kinds of its words."""
+    said = dict.fromkeys(word.kind for word in step.words if ANY not in word.values)
     return {kind: _codes(kind, meaning(step.words, kind, part)) for kind in said}
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.alphabet import DIRECTION_CODES, FEET, LEVEL_CODES, PLACE
+from lanindex.alphabet import PLACE
 from lanindex.model import Symbol
 from lanindex.model.measures import GRADES, graded, stored
-from lanindex.search.language.query import Repeat, Skips, Step, meaning
+from lanindex.search.language.query import Repeat, Skips, Step
 from lanindex.search.language.times import Clock, Length, Time
 from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, UNITS, WORD_KINDS
+from lanindex.search.plan import fits
 
 Limit = Length | Skips | Repeat
 """A condition on a number."""
@@ -27,24 +29,11 @@ _DOUBLINGS = 24
 _AROUND = 6
 """How far from a number of skipped movements the next one is looked for."""
 
-_Met = Callable[[int, int | None], bool]
-"""Tells whether anything is found from one number to another, None: without end."""
-
 
 def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, str] | None:
-    """Return the limit that finds something and is nearest to one that does not.
+    """Return the limit nearest to one that finds nothing, and the number it allows; None: none.
 
-    Parameters
-    ----------
-    limit : Length, Skips or Repeat
-        Which finds nothing.
-    found : callable
-        Tells whether another limit in its place finds something.
-
-    Returns
-    -------
-    tuple of Limit and str, or None
-        The other limit, and the number that was met; None where there is no such thing.
+    `found` tells whether another limit in its place finds something.
     """
     if isinstance(limit, Skips) and not limit.form:  # just so many: no range, so look around
         around = (limit.count + sign * away for away in range(1, _AROUND) for sign in (-1, 1))
@@ -54,8 +43,32 @@ def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, 
     scale = _scale(limit)
     if scale is None:
         return None
-    met = _nearest(scale, lambda *bounds: found(scale.limit(*bounds)))
-    return None if met is None else (scale.limit(*met[1]), scale.words(met[0]))
+
+    def met(least: int, most: int | None) -> bool:
+        return found(scale.limit(least, most))
+
+    least, most = scale.least, scale.most
+    above = None if most is None else _above(least, most, met)
+    below = None
+    if least > scale.smallest and met(scale.smallest, most):
+        numbers = range(least)
+        below = bisect_left(numbers, True, scale.smallest, key=lambda it: not met(it, most)) - 1
+    if above is not None and (below is None or above - (most or 0) <= least - below):
+        return scale.limit(least, above), scale.words(above)
+    return None if below is None else (scale.limit(below, most), scale.words(below))
+
+
+def _above(least: int, most: int, met: Callable[[int, int | None], bool]) -> int | None:
+    """Return the least number above a range up to which something is found."""
+    if not met(least, None):
+        return None
+    fails = most
+    for doubling in range(_DOUBLINGS):
+        fits = max(2 * most, 1) << doubling
+        if met(least, fits):
+            return bisect_left(range(fits), True, fails + 1, key=lambda it: met(least, it))
+        fails = fits
+    return None
 
 
 class _Scale(NamedTuple):
@@ -94,37 +107,6 @@ def _scale(limit: Limit) -> _Scale | None:
     return _Scale(*bounds, length, lambda number: f"{float(number * finest):g} {UNITS[unit]}")
 
 
-def _nearest(scale: _Scale, met: _Met) -> tuple[int, tuple[int, int | None]] | None:
-    """Return the number nearest to a range in which there is none, and the range with it."""
-    least, most = scale.least, scale.most
-    above = None if most is None else _above(least, most, met)
-    below = None
-    if least > scale.smallest and met(scale.smallest, most):
-        below = _bisected(scale.smallest, least, lambda middle: met(middle, most))
-    if above is not None and (below is None or above - (most or 0) <= least - below):
-        return above, (least, above)
-    return None if below is None else (below, (below, most))
-
-
-def _above(least: int, most: int, met: _Met) -> int | None:
-    if not met(least, None):
-        return None
-    fails, fits = most, max(2 * most, most + 1)
-    for _ in range(_DOUBLINGS):
-        if met(least, fits):
-            return _bisected(fits, fails, lambda middle: met(least, middle))
-        fails, fits = fits, 2 * fits
-    return None
-
-
-def _bisected(fits: int, fails: int, met: Callable[[int], bool]) -> int:
-    """Return the number that fits and is next to one that fails."""
-    while abs(fits - fails) > 1:
-        middle = (fits + fails) // 2
-        fits, fails = (middle, fails) if met(middle) else (fits, middle)
-    return fits
-
-
 # Symbols.
 
 _RUNNER_UP = 0.5
@@ -138,13 +120,16 @@ def away(symbol: Symbol, step: Step) -> float:
     """Return how far a symbol is from what a step says: 0 where it fits.
 
     Less than 1 where its runner-up fits, the less the nearer it is to that border; else how many
-    levels and directions lie between. Changes of level are not looked at.
+    levels and directions lie between, and how many of its other words do not fit. Changes of level
+    are not looked at.
     """
-    exact = _apart((symbol.direction, symbol.level), symbol.part, step)
-    beside = _words_apart(symbol, step)
-    if exact and symbol.runner_up and not _apart(symbol.runner_up, symbol.part, step):
-        return _RUNNER_UP * (0.01 + symbol.margin) + beside
-    return exact + beside
+    wanted = fits(step, symbol.part)
+    others = [kind for kind in wanted if kind in BESIDE_CELLS]
+    wrong = sum(_code(symbol, kind) not in wanted[kind] for kind in others)
+    cell = _apart((symbol.direction, symbol.level), wanted)
+    if cell and symbol.runner_up and not _apart(symbol.runner_up, wanted):
+        cell = _RUNNER_UP * (0.01 + symbol.margin)
+    return cell + wrong
 
 
 def nearest(symbols: Iterable[Symbol], step: Step) -> Symbol | None:
@@ -158,41 +143,33 @@ def doubts(symbol: Symbol) -> str:
     return f"margin {symbol.margin:.2f}{other}"
 
 
-def _apart(cell: tuple[str | None, str | None], part: str, step: Step) -> float:
+def _apart(cell: tuple[str | None, str | None], wanted: Mapping[str, frozenset[int]]) -> float:
+    """Return how many directions and levels lie between a cell and those that are wanted."""
     total = 0.0
     for (kind, between), value in zip(_BETWEEN.items(), cell, strict=True):
-        wanted = meaning(step.words, kind, part)
-        if (value or ABSENT) not in wanted:
-            total += min((between(value, it) for it in wanted if value and it), default=_FAR)
+        if kind in wanted:
+            code = WORD_KINDS[kind].codes.get(value or ABSENT)
+            total += _FAR if code is None else min(between(code, it) for it in wanted[kind])
     return total
 
 
-def _turned(first: str, second: str) -> float:
+def _turned(one: int, other: int) -> int:
     """Return how many directions lie between two; upright is next to all of them."""
-    one, other = DIRECTION_CODES[first], DIRECTION_CODES[second]
-    return 1.0 if PLACE in (one, other) else min((one - other) % 8, (other - one) % 8)
+    if one != other and PLACE in (one, other):
+        return 1
+    return min((one - other) % 8, (other - one) % 8)
 
 
-def _raised(first: str, second: str) -> float:
-    return abs(LEVEL_CODES[first] - LEVEL_CODES[second])
+def _raised(one: int, other: int) -> int:
+    return abs(one - other)
 
 
 _BETWEEN = {"direction": _turned, "level": _raised}
 
 
-def _words_apart(symbol: Symbol, step: Step) -> int:
-    """Return how many kinds of words of a step are not true of how far, fast or large it is."""
-    kinds = {word.kind for word in step.words if word.kind in BESIDE_CELLS}
-    return sum(_called(symbol, it) not in meaning(step.words, it, symbol.part) for it in kinds)
-
-
-def _called(symbol: Symbol, kind: str) -> str:
-    """Return what a symbol's amount, speed or size is called: ``90``, ``fast``; of none nothing."""
-    if kind in AMOUNTS:
-        number = symbol.amount
-        return ABSENT if number is None else FEET[number] if kind == "feet" else str(number)
-    measure = getattr(symbol, GRADES[kind])
-    if measure is None:
-        return ABSENT
-    (code,) = graded(symbol.part, kind, stored(GRADES[kind], np.array([measure]))).tolist()
-    return next((name for name, own in WORD_KINDS[kind].codes.items() if own == code), ABSENT)
+def _code(symbol: Symbol, kind: str) -> int:
+    """Return the code of a symbol's amount, speed or size; -1: it has none."""
+    measured = symbol.amount if kind in AMOUNTS else getattr(symbol, GRADES[kind])
+    if measured is None or kind in AMOUNTS:
+        return -1 if measured is None else int(measured)
+    return int(graded(symbol.part, kind, stored(GRADES[kind], np.array([measured])))[0])

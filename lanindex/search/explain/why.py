@@ -14,6 +14,7 @@ from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.search.explain.changes import beginnings, changes, query_of
 from lanindex.search.explain.nearest import away, doubts, nearest
 from lanindex.search.language.query import (
+    NEXT,
     ONCE,
     Arrow,
     Beside,
@@ -107,8 +108,8 @@ def trace(
     try:
         found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
         hits = tuple((hit, tuple(_matched(hit, steps))) for hit in found)
-        walk = _Walk(plain, capture, tracks, tolerance)
-        return Trace(query, capture, hits, () if hits else tuple(map(walk.stop, alternatives)))
+        stops = _Stops(plain, capture, tracks, tolerance)
+        return Trace(query, capture, hits, () if hits else tuple(map(stops.of, alternatives)))
     except LanindexError as error:
         return Trace(query, capture, refused=error)
 
@@ -163,23 +164,24 @@ def _record(matched: Matched) -> dict[str, Any]:
 def _labelled(pattern: Choice, before: str, steps: dict[str, str]) -> Choice:
     """Return a pattern with a label on every step; keep by label what each says, as written."""
 
-    def line_of(line: Line, before: str) -> Line:
-        arrows = (before, *map(str, line.arrows))
-        return replace(line, items=tuple(map(item_of, line.items, arrows)))
+    def labelled(line: Line, before: str) -> Line:
+        items = []
+        for arrow, item in zip((before, *map(str, line.arrows)), line.items, strict=True):
+            label = item.label
+            if isinstance(item.unit, Bracket):
+                unit: Step | Bracket = Bracket(_labelled(item.unit.pattern, arrow, steps))
+            else:
+                unit, label = item.unit, label or f"step {len(steps) + 1}"
+                steps[label] = f"{arrow} {item}".strip()
+            items.append(replace(item, unit=unit, label=label))
+        return replace(line, items=tuple(items))
 
-    def item_of(item: Item, before: str) -> Item:
-        if isinstance(item.unit, Bracket):
-            return replace(item, unit=Bracket(_labelled(item.unit.pattern, before, steps)))
-        label = item.label or f"step {len(steps) + 1}"
-        steps[label] = f"{before} {item}".strip()
-        return replace(item, label=label)
-
-    def beside_of(it: Beside) -> Beside:
-        return it if it.relation in NEGATIONS else replace(it, line=line_of(it.line, it.relation))
+    def beside(it: Beside) -> Beside:
+        return it if it.relation in NEGATIONS else replace(it, line=labelled(it.line, it.relation))
 
     return Choice(
         tuple(
-            Lines(line_of(lines.first, before), tuple(map(beside_of, lines.others)))
+            Lines(labelled(lines.first, before), tuple(map(beside, lines.others)))
             for lines in pattern.alternatives
         )
     )
@@ -194,8 +196,8 @@ def _matched(hit: Hit, steps: Mapping[str, str]) -> Iterator[Matched]:
             yield Matched(step, hit.labels[label])
 
 
-class _Walk:
-    """Looks for ever longer beginnings in one capture."""
+class _Stops:
+    """Looks for longer and longer beginnings of a query in one capture."""
 
     def __init__(
         self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
@@ -212,7 +214,7 @@ class _Walk:
         here = [(self.capture, self.tracks)]
         return list(find_in(here, query, tolerance=self.tolerance, overlaps="all"))
 
-    def stop(self, lines: Lines) -> Stop:
+    def of(self, lines: Lines) -> Stop:
         """Return how far one alternative comes that is not found."""
         flat = Lines(_flat(lines.first), lines.others)
         begun: Lines | None = None
@@ -220,17 +222,17 @@ class _Walk:
         reached: list[Symbols] = []
         for tried in beginnings(flat):
             before, hits = hits, self.hits(query_of(tried))
-            resting = self.resting(flat.first) if begun is None else []
+            resting = [] if begun else self.resting(flat.first)
             if not hits and not resting:
-                return self.stop_at(begun, tried, before, reached)
+                return self.between(begun, tried, before, reached)
             begun, reached = tried, [*resting, *(hit.lines[0] for hit in hits)]
         # all is there but what is said of the whole pattern
         whole = replace(self.query, either_side=False)
         wanted = str(whole).removeprefix(str(whole.pattern)).strip()
-        reason = f"{_at(hits[0])}, but not {wanted}"
+        reason = f"{_listed(hits[0].lines[0])}, but not {wanted}"
         return Stop(str(lines), hits[0].symbols, wanted, None, reason)
 
-    def stop_at(
+    def between(
         self, begun: Lines | None, tried: Lines, hits: list[Hit], reached: list[Symbols]
     ) -> Stop:
         """Return the stop between a beginning, with its hits, and what has one condition more."""
@@ -246,7 +248,7 @@ class _Walk:
         elif begun:
             symbols, near, reason = self.missing(tried.first, reached)
         elif isinstance(first.unit, Bracket):
-            return self.stop(first.unit.pattern.alternatives[0])
+            return self.of(first.unit.pattern.alternatives[0])
         else:
             symbols, near, reason = self.nowhere(tried.first)
         return Stop(str(begun or ""), symbols, wanted, near, reason)
@@ -263,37 +265,37 @@ class _Walk:
             return [tuple(fitting)] if len(fitting) == 2 else []
         return [(it,) for it in fitting]
 
-    # What came instead of the next step.
-
     def missing(self, line: Line, reached: list[Symbols]) -> _Near:
         """Return what came nearest to the last step of a line."""
         arrow, item = line.arrows[-1], line.items[-1]
         step = _first(item)
+
+        def distance(found: tuple[Symbols, str, Symbol | None]) -> float:
+            return away(found[-1], step) if found[-1] else inf
+
         worst = max if step.mover.form == "both" else min  # of two together both must fit
         tries = []
         for symbols in reached:
-            nearest_of = []
-            for part in _partners(step, symbols):
-                later = self.after(part, symbols)
-                near = nearest(later if arrow.later else later[:1], step)
-                nearest_of.append((away(near, step) if near else inf, part, near))
-            tries.append((symbols, *worst(nearest_of, key=lambda it: it[0])))
-        symbols, _, part, near = min(tries, key=lambda it: it[1])
-        reason = f"after {_last(symbols)} {self.instead(arrow, item, symbols, part, near)}"
-        return symbols, near, reason
+            later = {part: self.after(part, symbols) for part in _going_on(step, symbols)}
+            nearest_of = [
+                (symbols, part, nearest(rows if arrow.later else rows[:1], step))
+                for part, rows in later.items()
+            ]
+            tries.append(worst(nearest_of, key=distance))
+        symbols, part, near = min(tries, key=distance)
+        return symbols, near, f"after {_ended(symbols)} {self.instead(line, symbols, part, near)}"
 
-    def instead(
-        self, arrow: Arrow, item: Item, symbols: Symbols, part: str, near: Symbol | None
-    ) -> str:
-        """Return what follows, and why it is not what was wanted."""
-        step, last = _first(item), symbols[-1]
+    def instead(self, line: Line, symbols: Symbols, part: str, near: Symbol | None) -> str:
+        """Return what follows, and why it is not the last step of a line."""
+        arrow, item, last = line.arrows[-1], line.items[-1], symbols[-1]
+        step = _first(item)
         if step.manner == "hold":
             until = near.start if near else self.capture.frames
             rests = f"rests for {self.seconds(until - last.stop)}"
             return f'{part} {rests if until > last.stop else "goes on at once"}, wanted "{item}"'
         if near is None:
             return f"{part} does not move again"
-        said = _where(near) if part == last.part else str(near)
+        said = _moved(near) if part == last.part else str(near)
         if away(near, step):
             which = "the nearest movement" if arrow.later else "the next movement"
             return f"{which} is {said}, {_not(step)} ({doubts(near)})"
@@ -303,7 +305,7 @@ class _Walk:
         return self.unlasting(item, said, near) or f'{said} comes, but not "{arrow} {item}"'
 
     def measured(self, tried: Lines) -> str:
-        """Return by how much the count or the whole length of a step is missed, if it is that."""
+        """Return by how much the count or the whole length of the last step is missed, if so."""
         item = tried.first.items[-1]
         whole = isinstance(item.unit, Bracket) and len(tried.first.items) == 1
         for change in reversed(changes(query_of(tried))):  # its count first
@@ -328,7 +330,7 @@ class _Walk:
         elif near is None:
             reason = f"{step.mover} does not move"
         elif away(near, step):
-            reason = f"no movement of {step.mover} is {_said(step)}; "
+            reason = f"no movement of {step.mover} is {_words(step)}; "
             reason += f"the nearest is {near} ({doubts(near)})"
         elif line.start and moving[0] is not near:
             reason = f"the first movement is {moving[0]}, {_not(step)}"
@@ -348,32 +350,32 @@ class _Walk:
 
     def going_on(self, symbols: Symbols) -> _Near:
         """Return what comes before the end of the clip."""
-        later = self.after(symbols[-1].part, symbols)[:1]
-        reason = f"after {_last(symbols)} the clip does not end"
-        reason += "".join(f": the next movement is {_where(it)}" for it in later)
-        return symbols, later[0] if later else None, reason
+        reason = f"after {_ended(symbols)} the clip does not end"
+        later = self.after(symbols[-1].part, symbols)
+        if not later:
+            return symbols, None, reason
+        return symbols, later[0], f"{reason}: the next movement is {_moved(later[0])}"
 
     def unaccompanied(self, beside: Beside, hits: list[Hit]) -> _Near:
         """Return what came nearest to a line that does not lie beside the others as it should."""
         hit, near, step = hits[0], None, _first(beside.line.items[0])
+        there = f"{step.mover} does not move"
         others = self.hits(query_of(beside.line))
-        pairs = [(_between(it, other), it, other) for it in hits for other in others]
-        if pairs:
-            gap, hit, other = min(pairs, key=lambda it: it[0])
+        if others:
+            gap, hit, other = min(
+                ((_between(it, other), it, other) for it in hits for other in others),
+                key=lambda it: it[0],
+            )
             near = other.lines[0][0]
             there = f'"{beside.line}" is at [{other.span.start}, {other.span.stop})'
             there += f", {self.seconds(gap)} away" if gap > 0 else ""
         else:
-            moving = self.movements(step.mover.members, step.manner != "move")
-            span = hit.span
+            span, moving = hit.span, self.movements(step.mover.members, step.manner != "move")
             meanwhile = [it for it in moving if it.start < span.stop and span.start < it.stop]
             near = nearest(meanwhile or moving, step)
             when = "meanwhile" if meanwhile else "at another time"
-            there = f"{when} {near}, {_not(step)} ({doubts(near)})" if near else ""
-        there = there or f"{step.mover} does not move"
-        return hit.symbols, near, f"{_at(hit)}, but {there}"
-
-    # Symbols and times.
+            there = f"{when} {near}, {_not(step)} ({doubts(near)})" if near else there
+        return hit.symbols, near, f"{_listed(hit.lines[0])}, but {there}"
 
     def movements(self, parts: tuple[str, ...], also_resting: bool = False) -> list[Symbol]:
         """Return the movements of some parts, of each in turn."""
@@ -404,8 +406,8 @@ def _first(item: Item) -> Step:
     return next(steps_of(query_of(Line((item,))).pattern))
 
 
-def _partners(step: Step, symbols: Symbols) -> tuple[str, ...]:
-    """Return the parts that may go on: of either one the side that has begun."""
+def _going_on(step: Step, symbols: Symbols) -> tuple[str, ...]:
+    """Return the parts that may go on with a step: of either one the side that has begun."""
     side = symbols[-1].part[:2]
     same = tuple(part for part in step.mover.members if part[:2] == side)
     return same if same and step.mover.form == "either" else step.mover.members
@@ -420,35 +422,33 @@ def _flat(line: Line) -> Line:
     """Return a line without brackets that only hold a line, which says the same."""
     items: list[Item] = []
     arrows: list[Arrow] = []
-    for before, item in zip((None, *line.arrows), line.items, strict=True):
+    for arrow, item in zip((NEXT, *line.arrows), line.items, strict=True):
         inner = Line((item,))
-        if isinstance(item.unit, Bracket) and item == Item(item.unit):
-            alternatives = item.unit.pattern.alternatives
-            plain = len(alternatives) == 1 and not alternatives[0].others
-            within = _flat(alternatives[0].first) if plain else inner
-            inner = within if not (within.start or within.end) else inner
+        match item.unit:
+            case Bracket(Choice((Lines(Line(start=None, end=None) as only, ()),))):
+                inner = _flat(only) if item == Item(item.unit) else inner
         items += inner.items
-        arrows += [*([before] if before else []), *inner.arrows]
-    return Line(tuple(items), tuple(arrows), line.start, line.end)
+        arrows += (arrow, *inner.arrows)
+    return replace(line, items=tuple(items), arrows=tuple(arrows[1:]))
 
 
-def _at(hit: Hit) -> str:
-    return ", ".join(map(str, hit.lines[0]))
+def _listed(symbols: Symbols) -> str:
+    return ", ".join(map(str, symbols))
 
 
-def _last(symbols: Symbols) -> str:
+def _ended(symbols: Symbols) -> str:
     """Return where each part came to, in words."""
-    return ", ".join(str(it) for it in {it.part: it for it in symbols}.values())
+    return _listed(tuple({it.part: it for it in symbols}.values()))
 
 
-def _where(symbol: Symbol) -> str:
+def _moved(symbol: Symbol) -> str:
     return f"{symbol.words} [{symbol.start}, {symbol.stop})"
 
 
-def _said(step: Step) -> str:
+def _words(step: Step) -> str:
     return " ".join(map(str, step.words)) or "anywhere"
 
 
 def _not(step: Step) -> str:
     denies = any(word.negated for word in step.words)
-    return f'wanted "{_said(step)}"' if denies else f"not {_said(step)}"
+    return f'wanted "{_words(step)}"' if denies else f"not {_words(step)}"
