@@ -159,9 +159,9 @@ class Result:
 
     def obstacle(self, miss: Miss) -> str:
         """Say why a capture that should have been found was not."""
-        from lanindex.search.explain import obstacle
+        from lanindex.search.explain import trace
 
-        return obstacle(self.expectation.query, miss.capture, miss.tracks)
+        return trace(self.expectation.query, miss.capture, miss.tracks).obstacle
 
     def _miss(self, miss: Miss) -> dict[str, Any]:
         said = {"capture": miss.capture.path, "label": miss.capture.label}

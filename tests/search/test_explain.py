@@ -8,7 +8,7 @@ from plain_matcher import find
 from query_cases import cases, recordings_of
 
 from lanindex.errors import PatternError
-from lanindex.search.explain import explanation, obstacle, order, sentence, step_counts
+from lanindex.search.explain import explanation, order, sentence, step_counts, trace
 from lanindex.search.language import parse
 
 FOUND = [case for case in cases() if not case.error]
@@ -138,8 +138,8 @@ def test_a_step_alone_matches_as_often_as_it_is_found(step, recording):
 def test_an_obstacle_is_named_where_nothing_is_found(case):
     query = parse(case.pattern)
     (recording,) = case.recordings
-    said = obstacle(query, recording.capture, recording.tracks, tolerance=case.tolerance)
-    assert (said == "nothing: it is found") == bool(case.hits)
+    seen = trace(query, recording.capture, recording.tracks, tolerance=case.tolerance)
+    assert (seen.obstacle == "nothing: it is found") == bool(case.hits)
 
 
 def test_obstacles():
@@ -149,7 +149,7 @@ def test_obstacles():
     )
 
     def said(text):
-        return obstacle(parse(text), recording.capture, recording.tracks)
+        return trace(parse(text), recording.capture, recording.tracks).obstacle
 
     assert said("r_arm mid ->[<1s] high") == (
         "after r_arm right mid [5, 12) place high [30, 36) comes after 1.80 s, wanted [<1s]"
@@ -160,5 +160,5 @@ def test_obstacles():
     )
     assert said("r_arm left or r_arm mid") == "nothing: it is found"
     beside = parse("r_arm mid starting with l_arm high")
-    seen = obstacle(beside, recording.capture, recording.tracks, tolerance=Fraction(5))
-    assert seen == "nothing: it is found"
+    seen = trace(beside, recording.capture, recording.tracks, tolerance=Fraction(5))
+    assert seen.obstacle == "nothing: it is found"

@@ -1,19 +1,18 @@
 """What a query says in English, how it is answered, and why it finds nothing.
 
-For people only: no other room needs it.
+For people only: no search needs it.
 """
 
 from lanindex.search.explain.advice import Advice, advise
 from lanindex.search.explain.english import explanation, order, sentence, step_counts
 from lanindex.search.explain.planned import planned
-from lanindex.search.explain.why import Trace, obstacle, trace
+from lanindex.search.explain.why import Trace, trace
 
 __all__ = [
     "Advice",
     "Trace",
     "advise",
     "explanation",
-    "obstacle",
     "order",
     "planned",
     "sentence",

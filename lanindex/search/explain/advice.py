@@ -34,14 +34,13 @@ Found = tuple[int, int]
 Count = Callable[[Query], Found | None]
 """Counts the hits of a query; None: there was no time for it."""
 
+Read = Callable[[str], Query | None]
+"""Reads a pattern; None: it is not understood."""
+
 
 @dataclass(frozen=True)
 class Budget:
-    """Seconds to work in, counted from now.
-
-    The time of the clock is bounded too, at a multiple: so a busy machine gives the same answer as
-    a quiet one, only later.
-    """
+    """Seconds of work, counted from now; a busy machine may take longer by the clock."""
 
     seconds: float
     _worked: float = field(default_factory=process_time)
@@ -92,21 +91,6 @@ class Suggestion:
 class Advice:
     """What to do about a pattern that finds nothing.
 
-    Attributes
-    ----------
-    pattern : str
-        Which.
-    never : tuple of str
-        Those of its steps that nothing is at any time.
-    left_out : tuple of LeftOut
-        The conditions without which it finds something, in the order of the pattern.
-    instead : tuple of Suggestion
-        Patterns that find something, the nearest first.
-    untried : int
-        Changes for which there was no time.
-    remark : str
-        What else there is to say, before all this.
-
     Examples
     --------
     >>> import lanindex
@@ -119,11 +103,11 @@ class Advice:
     """
 
     pattern: str
-    never: tuple[str, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
-    instead: tuple[Suggestion, ...] = ()
-    untried: int = 0
-    remark: str = ""
+    never: tuple[str, ...] = ()  # its steps that match nothing at any time
+    left_out: tuple[LeftOut, ...] = ()  # without which it finds something, as it is written
+    instead: tuple[Suggestion, ...] = ()  # patterns that find something, the nearest first
+    untried: int = 0  # changes for which there was no time
+    remark: str = ""  # what to say before all this
 
     def __str__(self) -> str:
         """Return it in lines, as for a terminal."""
@@ -154,45 +138,27 @@ def _counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
-def advise(
-    query: Query,
-    count: Count,
-    read: Callable[[str], Query | None],
-    *,
-    budget: Budget | None = None,
-) -> Advice:
+def advise(query: Query, count: Count, read: Read, *, budget: Budget | None = None) -> Advice:
     """Return why a query finds nothing, and what would be found.
 
-    Parameters
-    ----------
-    query : Query
-        Which finds nothing.
-    count : Count
-        Counts hits where it was looked for.
-    read : callable
-        Reads a pattern; returns None where it is not understood.
-    budget : Budget, optional
-        How long it may take, about; by default `SECONDS` from now.
-
-    Returns
-    -------
-    Advice
-        Each pattern in it parses to exactly the query that was counted.
+    Each pattern in the advice parses to exactly the query that was counted.
     """
-    return _Adviser(query, count, read, budget or Budget(SECONDS)).advice()
+    budget = budget or Budget(SECONDS)
+    return _Adviser(query, count, read, budget, counted={query: (0, 0)}).advice()
 
 
+@dataclass(slots=True)
 class _Adviser:
-    """Tries what is near a query, for as long as there is time."""
+    """Tries the changes of a query, for as long as there is time."""
 
-    def __init__(
-        self, query: Query, count: Count, read: Callable[[str], Query | None], budget: Budget
-    ) -> None:
-        self.query, self.count, self.read, self.budget = query, count, read, budget
-        self.untried = 0
-        self.counted: dict[Query, Found | None] = {query: None}
-        self.left_out: dict[Change, LeftOut] = {}
-        self.instead: list[tuple[Change, Suggestion]] = []
+    query: Query
+    count: Count
+    read: Read
+    budget: Budget
+    counted: dict[Query, Found | None]
+    untried: int = 0
+    left_out: dict[Change, LeftOut] = field(default_factory=dict)
+    instead: list[tuple[Change, Suggestion]] = field(default_factory=list)
 
     def advice(self) -> Advice:
         """Try what is likeliest first: limits, then what is alike, then all other conditions."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import WORD_KINDS
@@ -12,7 +13,7 @@ from lanindex.search.match.leading import SOON
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside, free_states
-from lanindex.search.plan import NEGATIONS, Companion, Edge, Program, State, plan
+from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
 
 _ENDS = {
     FIRST: "the first end from each beginning is enough",
@@ -69,8 +70,15 @@ def _line(
     line: Program, rewrites: Rewrites, clauses: Clauses, numbers: dict[Program, int]
 ) -> Iterator[tuple[str, str]]:
     """Yield what is said of a line: a word and a text each."""
-    yield from _states(line)
-    yield from _edges(line)
+    begins = {entry.state for entry in line.entries}
+    texts = [_state(state) for state in line.states]
+    width = max(map(len, texts))
+    for number, text in enumerate(texts):
+        roles = ["begins"] * (number in begins) + ["ends"] * bool(line.exits[number])
+        yield f"state {number}", f"{text.ljust(width)}    {', '.join(roles)}".rstrip()
+    for edge in chain(*line.edges):
+        other = "" if edge.same else " (of another part)"
+        yield "edge", f"{edge.exit.state} {edge.arrow}{other} {edge.entry.state}"
     if line is rewrites.program and repeats(clauses, line):
         yield "runs", "of symbols that mirror each other are counted"
     elif line is rewrites.program:
@@ -78,18 +86,8 @@ def _line(
     for companion in _beside(line):
         standing = [numbers[it] for it in rewrites.programs(companion)]
         yield companion.relation, _join(companion, standing)
-    contested = sorted(state for state in rewrites.contested.get(line, ()))
-    if contested:
+    if contested := sorted(rewrites.contested.get(line, ())):
         yield "claims", f"another line could want the symbols of {_numbered('state', contested)}"
-
-
-def _states(program: Program) -> Iterator[tuple[str, str]]:
-    begins = {entry.state for entry in program.entries}
-    texts = [_state(state) for state in program.states]
-    for state, text in zip(program.states, texts, strict=True):
-        roles = ["begins"] * (state.number in begins) + ["ends"] * bool(program.exits[state.number])
-        text = f"{text.ljust(max(map(len, texts)))}    {', '.join(roles)}".rstrip()
-        yield f"state {state.number}", text
 
 
 def _state(state: State) -> str:
@@ -100,15 +98,6 @@ def _state(state: State) -> str:
     manner = "" if state.manner == "move" else state.manner
     length = str(state.length or "")
     return " ".join(filter(None, ("+".join(state.members), manner, *words, length)))
-
-
-def _edges(program: Program) -> Iterator[tuple[str, str]]:
-    for edge in (edge for edges in program.edges for edge in edges):
-        yield "edge", f"{edge.exit.state} {_arrow(edge)} {edge.entry.state}"
-
-
-def _arrow(edge: Edge) -> str:
-    return str(edge.arrow) + ("" if edge.same else " (of another part)")
 
 
 def _leading(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
@@ -124,18 +113,22 @@ def _leading(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
     if end and free and not clauses:
         yield "best end", f"looked up from {_numbered('state', free)}"
     one_by_one = bool(clauses) or not (end and free[:1] == [0])
-    edges = [edge for edges in program.edges for edge in edges]
-    if one_by_one and any(it.arrow.later or it.entry.state <= it.exit.state for it in edges):
+    goes_far = any(
+        it.arrow.later or it.entry.state <= it.exit.state for it in chain(*program.edges)
+    )
+    if one_by_one and goes_far:
         yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"
 
 
 def _join(companion: Companion, standing: list[int]) -> str:
     if not standing:
         return "cannot be there: a part makes one movement at a time"
-    relation = RELATIONS[companion.relation]
-    kinds = {True: "anti-join", False: "join" if relation.adds_frames else "semi-join"}
+    if companion.relation in NEGATIONS:
+        kind = "anti-join"
+    else:
+        kind = "join" if RELATIONS[companion.relation].adds_frames else "semi-join"
     end = _ENDS[enough_beside(companion.programs[0], companion)]
-    return f"{kinds[companion.relation in NEGATIONS]} with {_numbered('line', standing)}; {end}"
+    return f"{kind} with {_numbered('line', standing)}; {end}"
 
 
 def _numbered(what: str, numbers: list[int]) -> str:

@@ -57,20 +57,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a query meets with in one capture.
-
-    Attributes
-    ----------
-    query : Query
-        What was looked for.
-    capture : Capture
-        Where.
-    hits : tuple of tuple of Hit and tuple of Matched
-        What was found, each with its steps.
-    stops : tuple of Stop
-        Where nothing was found: how far each alternative came.
-    refused : LanindexError or None
-        Why this cannot be told: the capture is too rich for the query.
+    """What a query finds in one capture, step by step, or how far it comes.
 
     Examples
     --------
@@ -84,9 +71,16 @@ class Trace:
 
     query: Query
     capture: Capture
-    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()
-    stops: tuple[Stop, ...] = ()
-    refused: LanindexError | None = None
+    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()  # each with its steps
+    stops: tuple[Stop, ...] = ()  # without hits: how far each alternative came
+    refused: LanindexError | None = None  # the capture is too rich for the query
+
+    @property
+    def obstacle(self) -> str:
+        """Why nothing is found, one reason for each alternative."""
+        if self.refused:
+            return self.refused.found
+        return "; or ".join(stop.reason for stop in self.stops) or "nothing: it is found"
 
 
 def trace(
@@ -112,20 +106,6 @@ def trace(
         return Trace(query, capture, hits, () if hits else tuple(map(stops.of, alternatives)))
     except LanindexError as error:
         return Trace(query, capture, refused=error)
-
-
-def obstacle(
-    query: Query,
-    capture: Capture,
-    tracks: Mapping[str, Track],
-    *,
-    tolerance: Fraction = TOLERANCE,
-) -> str:
-    """Return why a query finds nothing in a capture, one reason for each alternative."""
-    seen = trace(query, capture, tracks, tolerance=tolerance)
-    if seen.refused:
-        return seen.refused.found
-    return "; or ".join(stop.reason for stop in seen.stops) or "nothing: it is found"
 
 
 def records_of(found: Trace) -> Iterator[dict[str, Any]]:
