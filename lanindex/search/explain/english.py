@@ -29,7 +29,6 @@ from lanindex.search.language.query import (
     Choice,
     Item,
     Line,
-    Lines,
     Query,
     Repeat,
     Step,
@@ -37,7 +36,7 @@ from lanindex.search.language.query import (
     items_of,
 )
 from lanindex.search.language.times import Length, Time, decimal, degrees
-from lanindex.search.language.words import UNITS, Mover
+from lanindex.search.language.words import AMOUNTS, UNITS, WORD_KINDS, Mover
 from lanindex.search.match import find_in
 from lanindex.search.match.finder import Recording
 
@@ -116,14 +115,11 @@ _WITHIN = {
 }
 """By relation, what it says with a limit."""
 _FIELDS = {
+    **{kind: WORD_KINDS[kind].noun for kind in AMOUNTS},
     "swings": "number of swings",
-    "degrees": "angle",
     "else": "direction across the nearest border",
-    "feet": "kind of jump",
-    "bend": "degree of bending",
     "speed": "highest speed (in its lengths a second)",
     "size": "size (in degrees)",
-    "touched": "thing touched",
 }
 _OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
@@ -182,11 +178,11 @@ def _time(length: Time) -> str:
 
 def _pattern(pattern: Choice, begins: bool = True) -> str:
     """Return a pattern in words; one that does not begin its line cannot begin there either."""
-    return " — or — ".join(_lines(lines, begins) for lines in pattern.alternatives)
-
-
-def _lines(lines: Lines, begins: bool) -> str:
-    return "; ".join([_line(lines.first, begins), *map(_beside, lines.others)])
+    alternatives = [
+        "; ".join([_line(lines.first, begins), *map(_beside, lines.others)])
+        for lines in pattern.alternatives
+    ]
+    return " — or — ".join(alternatives)
 
 
 def _beside(beside: Beside) -> str:
@@ -198,16 +194,14 @@ def _beside(beside: Beside) -> str:
 
 
 def _line(line: Line, begins: bool = True) -> str:
-    said = ""
+    first, *others = line.items
+    said = _item(first, begins)
     if line.start:
-        limit = _limit(line.start)
-        said = f"from the clip's start{', later on' if line.start.later else ''}{limit}: "
-    said += _item(line.items[0], begins)
-    first = line.items[0].unit
-    if begins and len(line.items) > 1 and not line.start and _may_be_there(line.items[0]):
-        many = isinstance(first, Step) and first.mover.form == "both"
-        said += " (or begin there)" if many else " (or begins there)"
-    for arrow, item in zip(line.arrows, line.items[1:], strict=True):
+        later = ", later on" if line.start.later else ""
+        said = f"from the clip's start{later}{_limit(line.start)}: {said}"
+    elif begins and others:
+        said += _or_begins(first)
+    for arrow, item in zip(line.arrows, others, strict=True):
         said += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item, False)}"
     if line.end:
         last = "some time before" if line.end.later else "as the last movement before"
@@ -215,16 +209,17 @@ def _line(line: Line, begins: bool = True) -> str:
     return said
 
 
-def _may_be_there(item: Item) -> bool:
-    """Tell whether a line's first step may be the starting position."""
+def _or_begins(item: Item) -> str:
+    """Return what to add to a line's first step if it may be the starting position."""
     step = item.unit
-    return (
-        isinstance(step, Step)
-        and KINDS[kind_of(step.mover.members[0])].lasts
-        and (step.manner, item.length, item.repeat) == ("move", None, ONCE)
-        and not any(word.kind == "change" and not word.negated for word in step.words)
-        and not any(word.kind in GRADES for word in step.words)
+    if not isinstance(step, Step) or not KINDS[_kind(step)].lasts:
+        return ""
+    moves = any(
+        word.kind in GRADES or (word.kind == "change" and not word.negated) for word in step.words
     )
+    if moves or (step.manner, item.length, item.repeat) != ("move", None, ONCE):
+        return ""
+    return " (or begin there)" if step.mover.form == "both" else " (or begins there)"
 
 
 def _limit(arrow: Arrow) -> str:
@@ -285,7 +280,7 @@ def _who(mover: Mover) -> str:
 
 
 def _step(step: Step) -> str:
-    verb, place = _touches(step) if _kind(step) == "touch" else _verb(step)
+    verb, place = _verb(step)
     said = f"{verb} {_where(step) or place}".rstrip(" ,")
     many = step.mover.form == "both"
     if many or not step.mover.sided:
@@ -301,11 +296,17 @@ def _verb(step: Step) -> tuple[str, str]:
     """Return what a part or pair does, and where if no words tell."""
     many, palm = step.mover.form == "both", step.mover.members[0].endswith("_palm")
     s = "" if many else "s"
+    passing = ", if only in passing," if step.manner == "via" else ""
+    if _kind(step) == "touch":
+        each_other = step.mover.name == "hands_touch"
+        touch = "touch" if each_other or many else "touches"
+        if step.manner == "hold":
+            return f"{touch} nothing{' after' * bool(step.words)}", ""
+        return f"{touch}{passing}", "each other" if each_other else "something"
     if step.manner == "hold":
         return f"stay{s}", "where they are" if many else "where it is"
     if step.manner == "at":
         return f"face{s}" if palm else "are" if many else "is", "anywhere"
-    passing = ", if only in passing," if step.manner == "via" else ""
     if doing := _doing(step.mover):
         return f"{doing[1]}{passing}", ""
     if _kind(step) == "stance":
@@ -318,16 +319,6 @@ def _verb(step: Step) -> tuple[str, str]:
     goes = f"go{'' if many else 'es'}" if passing else f"move{s}"
     bent = " anywhere," if {it.kind for it in step.words} == {"bend"} else ""
     return f"{f'turn{s}' if palm else goes}{passing}{bent}", "anywhere"
-
-
-def _touches(step: Step) -> tuple[str, str]:
-    """Return the verb of hands that touch, and what if no words tell."""
-    each_other = step.mover.name == "hands_touch"
-    touch = "touch" if each_other or step.mover.form == "both" else "touches"
-    if step.manner == "hold":
-        return f"{touch} nothing{' after' * bool(step.words)}", ""
-    passing = ", if only in passing," if step.manner == "via" else ""
-    return f"{touch}{passing}", "each other" if each_other else "something"
 
 
 def _where(step: Step) -> str:

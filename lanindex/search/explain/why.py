@@ -120,13 +120,8 @@ def records_of(found: Trace) -> Iterator[dict[str, Any]]:
         **dict.fromkeys(("wanted", "instead", "reason")),
     }
     for hit, steps in found.hits:
-        yield {
-            **common,
-            "start_frame": hit.span.start,
-            "end_frame": hit.span.stop,
-            "fit": round(hit.fit, 3),
-            "steps": list(map(_record, steps)),
-        }
+        span = {"start_frame": hit.start, "end_frame": hit.stop, "fit": round(hit.fit, 3)}
+        yield {**common, **span, "steps": list(map(_record, steps))}
     for stop in found.stops:
         yield {
             **common,
@@ -235,14 +230,14 @@ class _Stops:
 
     def resting(self, line: Line) -> list[Symbols]:
         """Return the starting positions with which a line can begin; alone they are no hit."""
-        step = _first(line.items[0])
-        alone = len(line.items) == 1
-        if alone or step.manner != "move" or line.start or line.items[0].length:
+        first = line.items[0]
+        step = _first(first)
+        if len(line.items) == 1 or step.manner != "move" or line.start or first.length:
             return []
-        firsts = [rows[0] for part in step.mover.members if (rows := self.rows.get(part))]
-        fitting = [it for it in firsts if it.start == it.stop and not away(it, step)]
+        rows = [rows[0] for part in step.mover.members if (rows := self.rows.get(part))]
+        fitting = tuple(it for it in rows if it.start == it.stop and not away(it, step))
         if step.mover.form == "both":
-            return [tuple(fitting)] if len(fitting) == 2 else []
+            return [fitting] if len(fitting) == 2 else []
         return [(it,) for it in fitting]
 
     def missing(self, line: Line, reached: list[Symbols]) -> _Near:
@@ -256,12 +251,11 @@ class _Stops:
         worst = max if step.mover.form == "both" else min  # of two together both must fit
         tries = []
         for symbols in reached:
-            later = {part: self.after(part, symbols) for part in _going_on(step, symbols)}
-            nearest_of = [
-                (symbols, part, nearest(rows if arrow.later else rows[:1], step))
-                for part, rows in later.items()
-            ]
-            tries.append(worst(nearest_of, key=distance))
+            nears = []
+            for part in _going_on(step, symbols):
+                later = self.after(part, symbols)
+                nears.append((symbols, part, nearest(later if arrow.later else later[:1], step)))
+            tries.append(worst(nears, key=distance))
         symbols, part, near = min(tries, key=distance)
         return symbols, near, f"after {_ended(symbols)} {self.instead(line, symbols, part, near)}"
 
@@ -292,11 +286,12 @@ class _Stops:
             if change.limit is item.repeat:
                 if near := change.nearest(lambda it: bool(self.hits(it))):
                     return f'"{replace(item, repeat=ONCE)}" is there {near[1]} in a row at most'
-            elif whole and change.limit is item.length and item.length:
-                frames = [it.span.stop - it.span.start for it in self.hits(change.query)]
-                if frames:
-                    best = self.seconds(min(frames, key=lambda it: self.off(it, item.length)))
-                    return f'"{replace(item, length=None)}" takes {best}, wanted {item.length}'
+            elif whole and item.length and change.limit is item.length:
+                lengths = [len(hit.span) for hit in self.hits(change.query)]
+                if lengths:
+                    best = min(lengths, key=lambda it: self.off(it, item.length))
+                    without = replace(item, length=None)
+                    return f'"{without}" takes {self.seconds(best)}, wanted {item.length}'
         return ""
 
     def nowhere(self, line: Line) -> _Near:
@@ -364,12 +359,10 @@ class _Stops:
 
     def after(self, part: str, symbols: Symbols) -> list[Symbol]:
         """Return the movements of a part behind some symbols."""
-        rows = self.movements((part,))
         own = [it.ordinal for it in symbols if it.part == part]
-        if own:
-            return [it for it in rows if it.ordinal > own[-1]]
         end = max(it.stop for it in symbols)
-        return [it for it in rows if it.start >= end]
+        rows = self.movements((part,))
+        return [it for it in rows if (it.ordinal > own[-1] if own else it.start >= end)]
 
     def off(self, frames: int, length: Length | None) -> int:
         """Return by how many frames a length is missed."""
