@@ -67,7 +67,12 @@ def changes(query: Query) -> list[Change]:
         step = str(node) if isinstance(node, Step) else ""
         found += (Change(put(other), cost) for cost, other in _alike(node))
         found += (Change(put(rest), LEFT_OUT, said, step) for said, rest in _shorter(node))
-        found += _unlimited(node, put)
+        for name, form, number in _LIMITS.get(type(node), ()):
+            limit = getattr(node, name)
+            if limit and _may_differ(node, limit):
+                limited = partial(_put, node, put, name, 0)
+                rest, said = limited(_NO_LIMIT.get(name)), form.format(str(limit).strip())
+                found.append(Change(rest, LEFT_OUT, said, "", limit, number, limited))
     return sorted(found, key=lambda it: it.cost)
 
 
@@ -108,19 +113,14 @@ _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
 """By node, the fields that hold a limit, how it is written, and how to say the nearest number."""
 
 
-def _unlimited(node: Any, put: _Put) -> Iterator[Change]:
-    """Yield a query without each limit of a node."""
-    for name, form, number in _LIMITS.get(type(node), ()):
-        limit = getattr(node, name)
-        if isinstance(limit, Repeat):
-            stays = limit.least <= 1
-        else:
-            stays = isinstance(node, Beside) and node.relation not in ("after", "before")
-        if limit and not stays:
-            limited = partial(_put, node, put, name, 0)
-            rest = limited(ONCE if name == "repeat" else None)
-            said = form.format(str(limit).strip())
-            yield Change(rest, LEFT_OUT, said, "", limit, number, limited)
+_NO_LIMIT = {"repeat": ONCE}
+
+
+def _may_differ(node: Any, limit: Limit) -> bool:
+    """Tell whether a limit keeps anything out that another one lets in."""
+    if isinstance(limit, Repeat):
+        return limit.least > 1
+    return not isinstance(node, Beside) or node.relation in ("after", "before")
 
 
 def _shorter(node: Any) -> Iterator[tuple[str, Any]]:
@@ -137,8 +137,7 @@ def _shorter(node: Any) -> Iterator[tuple[str, Any]]:
         case Line():
             if node.start:
                 yield f"start {node.start}", replace(node, start=None)
-            if len(node.items) > 1:
-                yield from _without_ends(node)
+            yield from _without_ends(node)
             if node.end:
                 yield f"{node.end} end", replace(node, end=None)
         case Step():
@@ -160,10 +159,12 @@ def _without(node: Any, name: str, index: int) -> Any:
 
 def _without_ends(line: Line) -> Iterator[tuple[str, Line]]:
     """Yield a line without its first step, then without its last."""
-    first, second, *_ = line.items
+    if not line.arrows:
+        return
+    first, second, *others = line.items
     if not line.start and isinstance(second.unit, Step):
         second = replace(second, unit=replace(second.unit, named=True))
-        rest = replace(line, items=(second, *line.items[2:]), arrows=line.arrows[1:])
+        rest = replace(line, items=(second, *others), arrows=line.arrows[1:])
         yield f"{first} {line.arrows[0]}", rest
     rest = replace(line, items=line.items[:-1], arrows=line.arrows[:-1])
     yield f"{line.arrows[-1]} {line.items[-1]}", rest
@@ -235,14 +236,14 @@ def _alike(node: Any) -> Iterator[tuple[float, Any]]:
         case Query():
             yield from _all_at_once(node)
         case Arrow(later=False):
-            yield 1.0, replace(node, later=True)
+            yield 1.0, _later(node)
         case Beside(within=None):
             for cost, other in _RELATIONS.get(node.relation, ()):
                 yield cost, replace(node, **other)
         case Step():
             if _says_where(node):
                 yield from ((cost, replace(node, manner=it)) for cost, it in _MANNERS[node.manner])
-            if (own := _own_side(node)) != node:
+            if node.mover.form == "both" and (own := _to_own_sides(node)) != node:
                 yield 1.2, own
         case Word(kind, (value,), False) if kind in _TO_NEIGHBOUR:
             for neighbour in _NEIGHBOURS.get(value, ()):
@@ -255,33 +256,31 @@ def _says_where(step: Step) -> bool:
     return says and step.manner in _MANNERS and all(it.kind not in MOVING for it in step.words)
 
 
-def _own_side(step: Step) -> Step:
-    """Return a pair's step to the right or left as one that each takes to its own side."""
-    if step.mover.form != "both":
-        return step
-    own = {"right": "side", "left": "side"}
-    words = tuple(
-        replace(word, values=tuple(dict.fromkeys(own.get(it, it) for it in word.values)))
-        for word in step.words
-    )
-    return replace(step, words=words)
+def _to_own_sides(step: Step) -> Step:
+    words = []
+    for word in step.words:
+        values = ("side" if it in ("right", "left") else it for it in word.values)
+        words.append(replace(word, values=tuple(dict.fromkeys(values))))
+    return replace(step, words=tuple(words))
 
 
 def _all_at_once(query: Query) -> Iterator[tuple[float, Query]]:
     """Yield a query with all arrows, all steps, a part everywhere, or all sides changed."""
     nodes = [node for node, _ in places(query)]
-    if sum(isinstance(it, Arrow) and not it.later for it in nodes) > 1:
-        yield 1.1, everywhere(query, _later)
-    if sum(_via(it) != it for it in nodes) > 1:
-        yield 1.2, everywhere(query, _via)
+    for cost, change in ((1.1, _later), (1.2, _via)):
+        if sum(change(it) != it for it in nodes) > 1:
+            yield cost, everywhere(query, change)
     vocabulary = Vocabulary()
-    for old in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
-        for cost, form, members in _other_movers(old):
-            if new := vocabulary.of(form, members):
-                yield cost, everywhere(query, partial(_exchanged, old, new))
-    other_side = mirrored(query.pattern)
-    if other_side != query.pattern and not query.where:
-        yield 1.9, replace(query, pattern=other_side)
+    for mover in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
+        others = [(1.5, "either", mover.members)] if mover.form == "both" else []
+        for limb in _RELATIVES.get(mover.members[0][2:], ()):
+            others.append((2.0, mover.form, tuple(part[:2] + limb for part in mover.members)))
+        for cost, form, members in others:
+            if other := vocabulary.of(form, members):
+                yield cost, everywhere(query, partial(_exchanged, mover, other))
+    mirror_image = mirrored(query.pattern)
+    if mirror_image != query.pattern and not query.where:
+        yield 1.9, replace(query, pattern=mirror_image)
 
 
 def _later(node: Any) -> Any:
@@ -291,14 +290,6 @@ def _later(node: Any) -> Any:
 def _via(node: Any) -> Any:
     moves = isinstance(node, Step) and node.manner == "move" and _says_where(node)
     return replace(node, manner="via") if moves else node
-
-
-def _other_movers(mover: Mover) -> Iterator[tuple[float, str, tuple[str, ...]]]:
-    """Yield who could be meant instead: the cost, the form and the members."""
-    if mover.form == "both":
-        yield 1.5, "either", mover.members
-    for limb in _RELATIVES.get(mover.members[0][2:], ()):
-        yield 2.0, mover.form, tuple(part[:2] + limb for part in mover.members)
 
 
 def _exchanged(old: Mover, new: Mover, node: Any) -> Any:

@@ -25,11 +25,11 @@ from lanindex.search.language.query import (
     Lines,
     Query,
     Step,
+    everywhere,
     steps_of,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
 from lanindex.search.match import find_in
-from lanindex.search.plan import NEGATIONS
 
 Symbols = tuple[Symbol, ...]
 _Near = tuple[Symbols, Symbol | None, str]
@@ -96,12 +96,12 @@ def trace(
     `tolerance` and `overlaps` are those of `lanindex.search.match.finder.Finder`.
     """
     plain = replace(query, stages=())
-    steps: dict[str, str] = {}
-    labelled = replace(plain, pattern=_labelled(plain.pattern, "", steps))
+    pattern, steps = _labelled(plain.pattern)
     alternatives = [it for pattern in plain.patterns for it in pattern.alternatives]
     try:
+        labelled = replace(plain, pattern=pattern)
         found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
-        hits = tuple((hit, tuple(_matched(hit, steps))) for hit in found)
+        hits = tuple((hit, _matched(hit, steps)) for hit in found)
         stops = _Stops(plain, capture, tracks, tolerance)
         return Trace(query, capture, hits, () if hits else tuple(map(stops.of, alternatives)))
     except LanindexError as error:
@@ -136,39 +136,34 @@ def _record(matched: Matched) -> dict[str, Any]:
     return {"step": matched.step, "symbols": list(map(records.of_matched, matched.symbols))}
 
 
-def _labelled(pattern: Choice, before: str, steps: dict[str, str]) -> Choice:
-    """Return a pattern with a label on every step; keep by label what each says, as written."""
+def _labelled(pattern: Choice) -> tuple[Choice, dict[str, str]]:
+    """Return a pattern with a label on every step, and by label what the step says."""
+    labels: list[str] = []
 
-    def labelled(line: Line, before: str) -> Line:
-        items = []
-        for arrow, item in zip((before, *map(str, line.arrows)), line.items, strict=True):
-            label = item.label
-            if isinstance(item.unit, Bracket):
-                unit: Step | Bracket = Bracket(_labelled(item.unit.pattern, arrow, steps))
-            else:
-                unit, label = item.unit, label or f"step {len(steps) + 1}"
-                steps[label] = f"{arrow} {item}".strip()
-            items.append(replace(item, unit=unit, label=label))
-        return replace(line, items=tuple(items))
+    def labelled(node: Any) -> Any:
+        if not isinstance(node, Item) or isinstance(node.unit, Bracket):
+            return node
+        labels.append(node.label or f"step {len(labels) + 1}")
+        return replace(node, label=labels[-1])
 
-    def beside(it: Beside) -> Beside:
-        return it if it.relation in NEGATIONS else replace(it, line=labelled(it.line, it.relation))
-
-    return Choice(
-        tuple(
-            Lines(labelled(lines.first, before), tuple(map(beside, lines.others)))
-            for lines in pattern.alternatives
-        )
-    )
+    return everywhere(pattern, labelled), dict(zip(labels, _written(pattern, ""), strict=True))
 
 
-def _matched(hit: Hit, steps: Mapping[str, str]) -> Iterator[Matched]:
-    """Yield what matched each step; where the matcher does not tell that, line by line."""
-    if not hit.labels:
-        yield from (Matched("", line) for line in hit.lines)
-    for label, step in steps.items():
-        if label in hit.labels:
-            yield Matched(step, hit.labels[label])
+def _written(pattern: Choice, before: str) -> Iterator[str]:
+    """Yield the steps of a pattern, each with what goes before it."""
+    for lines in pattern.alternatives:
+        others = ((it.relation, it.line) for it in lines.others)
+        for first, line in [(before, lines.first), *others]:
+            for arrow, item in zip((first, *map(str, line.arrows)), line.items, strict=True):
+                if isinstance(item.unit, Bracket):
+                    yield from _written(item.unit.pattern, arrow)
+                else:
+                    yield f"{arrow} {item}".strip()
+
+
+def _matched(hit: Hit, steps: Mapping[str, str]) -> tuple[Matched, ...]:
+    labels = hit.labels
+    return tuple(Matched(step, labels[it]) for it, step in steps.items() if it in labels)
 
 
 class _Stops:
