@@ -155,7 +155,7 @@ class _Adviser:
     count: Count
     read: Read
     budget: Budget
-    counted: dict[Query, Found | None]
+    counted: dict[Query, Found]
     untried: int = 0
     left_out: dict[Change, LeftOut] = field(default_factory=dict)
     instead: list[tuple[Change, Suggestion]] = field(default_factory=list)
@@ -186,20 +186,21 @@ class _Adviser:
                 return
             if self.budget.late(share):
                 self.untried += 1
-            elif self.readable(change.query):
-                found = self.keep(change)
-                if change.condition and found and found[0]:
-                    near = self.nearest(change)
-                    self.left_out[change] = LeftOut(change.condition, *found, near, change.step)
-                if sum(not it.condition for it, _ in self.instead) >= MOST:
-                    dearest = change.cost
+                continue
+            hits, captures = self.keep(change)
+            if hits and change.condition:
+                said, near = change.condition, self.nearest(change)
+                self.left_out[change] = LeftOut(said, hits, captures, near, change.step)
+            if sum(not it.condition for it, _ in self.instead) >= MOST:
+                dearest = change.cost
 
-    def keep(self, change: Change) -> Found | None:
+    def keep(self, change: Change) -> Found:
         """Return how much a change finds, and offer it if that is anything."""
         query = change.query
         if query not in self.counted:
-            found = self.counted[query] = self.count(query)
+            found = self.count(query) if self.readable(query) else (0, 0)
             self.untried += found is None
+            self.counted[query] = found or (0, 0)
             if found and found[0]:
                 self.instead.append((change, Suggestion(str(query), *found)))
         return self.counted[query]
@@ -227,8 +228,7 @@ class _Adviser:
         with suppress(TimeoutError):
             if near := change.nearest(finds):
                 other, number = near
-                if self.readable(other.query):
-                    self.keep(other)
+                self.keep(other)
                 return change.number.format(number)
         return ""
 
