@@ -71,7 +71,10 @@ def changes(query: Query) -> list[Change]:
             limit = getattr(node, name)
             if limit and _may_differ(node, limit):
                 limited = partial(_put, node, put, name, 0)
-                rest, said = limited(_NO_LIMIT.get(name)), form.format(str(limit).strip())
+                rest, said = (
+                    limited(ONCE if name == "repeat" else None),
+                    form.format(str(limit).strip()),
+                )
                 found.append(Change(rest, LEFT_OUT, said, "", limit, number, limited))
     return sorted(found, key=lambda it: it.cost)
 
@@ -111,9 +114,6 @@ _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
     Item: (("length", "{}", "the nearest takes {}"), ("repeat", "{}", "{} in a row are the most")),
 }
 """By node, the fields that hold a limit, how it is written, and how to say the nearest number."""
-
-
-_NO_LIMIT = {"repeat": ONCE}
 
 
 def _may_differ(node: Any, limit: Limit) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +22,9 @@ Limit = Length | Skips | Repeat
 _FINEST = {"s": Fraction(1, 100), "ms": Fraction(10), "f": Fraction(1), "b": Fraction(1, 100)}
 """By unit, the steps in which a length is looked for."""
 
+_STEPS = Clock(Fraction(100), Fraction(1))
+"""By this clock a frame is such a step, in any unit."""
+
 _DOUBLINGS = 24
 """How often a limit is doubled before what lies beyond is given up."""
 
@@ -35,27 +37,32 @@ def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, 
 
     `found` tells whether another limit in its place finds something.
     """
-    if isinstance(limit, Skips) and not limit.form:  # just so many: no range, so look around
-        around = (limit.count + sign * away for away in range(1, _AROUND) for sign in (-1, 1))
-        others = (Skips("", count) for count in around if count >= 0)
-        exact = next(filter(found, others), None)
-        return None if exact is None else (exact, str(exact))
-    scale = _scale(limit)
-    if scale is None:
-        return None
+    least, most, smallest = 0, None, 0
+    match limit:
+        case Skips("", count):  # just so many: no range, so look around
+            around = (count + sign * away for away in range(1, _AROUND) for sign in (-1, 1))
+            others = (Skips("", it) for it in around if it >= 0)
+            exact = next(filter(found, others), None)
+            return None if exact is None else (exact, str(exact))
+        case Skips():
+            least, most = limit.bounds
+        case Repeat():
+            least, smallest = limit.least, 1
+        case Length(_, time, last):
+            if last and last.unit != time.unit:
+                return None  # from seconds to beats: there is no one number between
+            least, most = limit.bounds(_STEPS)
 
     def met(least: int, most: int | None) -> bool:
-        return found(scale.limit(least, most))
+        return found(_between(limit, least, most))
 
-    least, most = scale.least, scale.most
     above = None if most is None else _above(least, most, met)
     below = None
-    if least > scale.smallest and met(scale.smallest, most):
-        numbers = range(least)
-        below = bisect_left(numbers, True, scale.smallest, key=lambda it: not met(it, most)) - 1
+    if least > smallest and met(smallest, most):
+        below = bisect_left(range(least), True, smallest, key=lambda it: not met(it, most)) - 1
     if above is not None and (below is None or above - (most or 0) <= least - below):
-        return scale.limit(least, above), scale.words(above)
-    return None if below is None else (scale.limit(below, most), scale.words(below))
+        return _between(limit, least, above), _number(limit, above)
+    return None if below is None else (_between(limit, below, most), _number(limit, below))
 
 
 def _above(least: int, most: int, met: Callable[[int, int | None], bool]) -> int | None:
@@ -71,40 +78,24 @@ def _above(least: int, most: int, met: Callable[[int, int | None], bool]) -> int
     return None
 
 
-class _Scale(NamedTuple):
-    """A limit as a range of whole numbers, and what makes a limit and words of such numbers."""
-
-    least: int
-    most: int | None
-    limit: Callable[[int, int | None], Limit]
-    words: Callable[[int], str] = str
-    smallest: int = 0
-
-
-def _scale(limit: Limit) -> _Scale | None:
+def _between(limit: Limit, least: int, most: int | None) -> Limit:
+    """Return a limit like another, from one number of steps to another, None: without end."""
     if isinstance(limit, Repeat):
-        return _Scale(limit.least, None, lambda least, _: Repeat(least, None), smallest=1)
+        return Repeat(least, None)
     if isinstance(limit, Skips):
-        return _Scale(
-            *limit.bounds,
-            lambda least, most: Skips(">=", least) if most is None else Skips("<=", most),
-        )
+        return Skips(">=", least) if most is None else Skips("<=", most)
     unit = limit.time.unit
-    if limit.last and limit.last.unit != unit:
-        return None  # from seconds to beats: there is no one number between
-    finest = _FINEST[unit]
+    begin = Time(least * _FINEST[unit], unit)
+    if most is None:
+        return Length("+", begin)
+    end = Time(most * _FINEST[unit], unit)
+    return Length("..", begin, end) if least else Length("<=", end)
 
-    def length(least: int, most: int | None) -> Length:
-        begin = Time(least * finest, unit)
-        if most is None:
-            return Length("+", begin)
-        end = Time(most * finest, unit)
-        return Length("..", begin, end) if least else Length("<=", end)
 
-    last = limit.last and Time(limit.last.number / finest, "f")
-    steps = Length(limit.form, Time(limit.time.number / finest, "f"), last)
-    bounds = steps.bounds(Clock(Fraction(1), Fraction(1)))
-    return _Scale(*bounds, length, lambda number: f"{float(number * finest):g} {UNITS[unit]}")
+def _number(limit: Limit, steps: int) -> str:
+    if not isinstance(limit, Length):
+        return str(steps)
+    return f"{float(steps * _FINEST[limit.time.unit]):g} {UNITS[limit.time.unit]}"
 
 
 # Symbols.

@@ -26,21 +26,7 @@ _ENDS = {
 def planned(query: Query) -> str:
     """Return the lines of a query, each side and alternative on its own, and how they are searched.
 
-    Examples
-    --------
-    >>> from lanindex.search.explain.planned import planned
-    >>> from lanindex.search.language import parse
-    >>> print(planned(parse("r_arm low -> high during l_arm mid")))
-    line 1
-      state 0    r_arm low     begins
-      state 1    r_arm high    ends
-      edge       0 -> 1
-      prefilter  captures with r_arm low, r_arm high, l_arm mid
-      ends       the first end from each beginning is enough
-      best end   looked up from states 0, 1
-      during     semi-join with line 2; the last end from each beginning is enough
-    line 2
-      state 0    l_arm mid    begins, ends
+    The page of `lanindex.search` explains a plan line by line.
     """
     clauses, lines = Clauses(query), dict[Program, Rewrites]()
     for program in plan(query):

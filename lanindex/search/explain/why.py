@@ -59,6 +59,19 @@ class Stop:
 class Trace:
     """What a query finds in one capture, step by step, or how far it comes.
 
+    Attributes
+    ----------
+    query : Query
+        What was looked for.
+    capture : Capture
+        Where.
+    hits : tuple of tuple of Hit and tuple of Matched
+        What was found, each hit with its steps.
+    stops : tuple of Stop
+        Where nothing was found: how far each alternative came.
+    refused : LanindexError or None
+        Set if the capture is too rich for the query.
+
     Examples
     --------
     >>> import lanindex
@@ -71,9 +84,9 @@ class Trace:
 
     query: Query
     capture: Capture
-    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()  # each with its steps
-    stops: tuple[Stop, ...] = ()  # without hits: how far each alternative came
-    refused: LanindexError | None = None  # the capture is too rich for the query
+    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()
+    stops: tuple[Stop, ...] = ()
+    refused: LanindexError | None = None
 
     @property
     def obstacle(self) -> str:
