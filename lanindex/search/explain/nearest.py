@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from math import inf
 
 import numpy as np
 
@@ -107,13 +108,15 @@ _FAR = 9.0
 """How far what has no direction or no level is from what has one."""
 
 
-def away(symbol: Symbol, step: Step) -> float:
-    """Return how far a symbol is from what a step says: 0 where it fits.
+def away(symbol: Symbol | None, step: Step) -> float:
+    """Return how far a symbol is from what a step says: 0 where it fits, infinity of none.
 
     Less than 1 where its runner-up fits, the less the nearer it is to that border; else how many
     levels and directions lie between, and how many of its other words do not fit. Changes of level
     are not looked at.
     """
+    if symbol is None:
+        return inf
     wanted = fits(step, symbol.part)
     others = [kind for kind in wanted if kind in BESIDE_CELLS]
     wrong = sum(_code(symbol, kind) not in wanted[kind] for kind in others)
@@ -160,7 +163,9 @@ _BETWEEN = {"direction": _turned, "level": _raised}
 
 def _code(symbol: Symbol, kind: str) -> int:
     """Return the code of a symbol's amount, speed or size; -1: it has none."""
-    measured = symbol.amount if kind in AMOUNTS else getattr(symbol, GRADES[kind])
-    if measured is None or kind in AMOUNTS:
-        return -1 if measured is None else int(measured)
-    return int(graded(symbol.part, kind, stored(GRADES[kind], np.array([measured])))[0])
+    if kind in AMOUNTS:
+        return -1 if symbol.amount is None else symbol.amount
+    measure = getattr(symbol, GRADES[kind])
+    if measure is None:
+        return -1
+    return int(graded(symbol.part, kind, stored(GRADES[kind], np.array([measure])))[0])

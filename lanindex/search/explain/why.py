@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from math import inf
 from typing import Any
 
 from lanindex import records
@@ -252,10 +251,6 @@ class _Stops:
         """Return what came nearest to the last step of a line."""
         arrow, item = line.arrows[-1], line.items[-1]
         step = _first(item)
-
-        def distance(found: tuple[Symbols, str, Symbol | None]) -> float:
-            return away(found[-1], step) if found[-1] else inf
-
         worst = max if step.mover.form == "both" else min  # of two together both must fit
         tries = []
         for symbols in reached:
@@ -263,14 +258,16 @@ class _Stops:
             for part in _going_on(step, symbols):
                 later = self.after(part, symbols)
                 nears.append((symbols, part, nearest(later if arrow.later else later[:1], step)))
-            tries.append(worst(nears, key=distance))
-        symbols, part, near = min(tries, key=distance)
-        return symbols, near, f"after {_ended(symbols)} {self.instead(line, symbols, part, near)}"
+            tries.append(worst(nears, key=lambda it: away(it[-1], step)))
+        symbols, part, near = min(tries, key=lambda it: away(it[-1], step))
+        reason = self.instead(arrow, item, symbols, part, near)
+        return symbols, near, f"after {_ended(symbols)} {reason}"
 
-    def instead(self, line: Line, symbols: Symbols, part: str, near: Symbol | None) -> str:
-        """Return what follows, and why it is not the last step of a line."""
-        arrow, item, last = line.arrows[-1], line.items[-1], symbols[-1]
-        step = _first(item)
+    def instead(
+        self, arrow: Arrow, item: Item, symbols: Symbols, part: str, near: Symbol | None
+    ) -> str:
+        """Return what follows, and why it is not the step that was wanted."""
+        step, last = _first(item), symbols[-1]
         if step.manner == "hold":
             until = near.start if near else self.capture.frames
             rests = f"rests for {self.seconds(until - last.stop)}"
