@@ -195,6 +195,10 @@ def test_two_changes_where_one_is_not_enough():
     assert "Nor does anything near it find something." in str(found)
 
 
+def test_a_pattern_that_two_changes_lead_to_is_offered_once():
+    assert patterns(advice("r_arm mid -> mid")).count("r_arm mid") == 1
+
+
 def test_what_there_was_no_time_for_is_counted():
     found = advice("arms low -> high", seconds=0)
     assert found.instead == ()
@@ -241,6 +245,15 @@ def test_the_nearest_length_is_the_nearest(frames, form, number, more):
     assert met(other)
     seconds = Fraction(told.removesuffix(" s")) * 100
     assert min(abs(least - seconds), abs(seconds - (least if most is None else most))) == away
+
+
+def test_a_limit_that_nothing_can_meet_has_a_nearest():
+    def met(limit):
+        least, most = limit.bounds(Clock(Fraction(1), Fraction(1)))
+        return least <= 3 and (most is None or most >= 3)
+
+    found = nearest_limit(Length("<", Time(Fraction(0), "f")), met)
+    assert found == (Length("<=", Time(Fraction(3), "f")), "3 frames")
 
 
 def test_a_limit_that_nothing_meets_has_no_nearest():

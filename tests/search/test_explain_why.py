@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 from grammar_patterns import random_patterns
 from plain_matcher import find
-from query_cases import cases, recordings_of
+from query_cases import cases, recordings_of, track
 
 from lanindex.model import Symbol
 from lanindex.search.explain import trace
@@ -124,6 +124,11 @@ STOPS = {
         "with r_hand",
         "r_arm right mid [5, 12), but r_hand does not move",
     ),
+    "r_arm high with head forward 3s+": (
+        "r_arm high",
+        "with head forward 3s+",
+        "r_arm place high [30, 36), but head forward high [33, 40) takes 0.70 s, wanted 3s+",
+    ),
     "arms low -> high": (
         "arms low",
         "-> high",
@@ -212,6 +217,13 @@ def test_nearness_counts_cells_and_knows_the_runner_up():
     assert away(symbol(None, None), asked) > 9
     assert away(symbol("back", "low"), step("l_arm rising")) == 0
     assert away(symbol("left", "low"), step("l_arm not low")) == 1
+
+
+def test_how_near_a_touch_comes_to_what_is_asked():
+    (knee,) = track("r_hand_touch", "knee 5 9", 10).listed()
+    assert away(knee, step("r_hand_touch knee")) == 0
+    assert away(knee, step("r_hand_touch not trunk")) == 0
+    assert away(knee, step("r_hand_touch trunk/arm")) == 1
 
 
 def test_the_tolerance_is_that_of_the_search():

@@ -354,7 +354,10 @@ class _Stops:
             meanwhile = [it for it in moving if it.start < span.stop and span.start < it.stop]
             near = nearest(meanwhile or moving, step)
             when = "meanwhile" if meanwhile else "at another time"
-            there = f"{when} {near}, {_not(step)} ({doubts(near)})" if near else there
+            if near and away(near, step):
+                there = f"{when} {near}, {_not(step)} ({doubts(near)})"
+            elif near:  # the first step of the line is there
+                there = self.of(Lines(beside.line)).reason
         return hit.symbols, near, f"{_listed(hit.lines[0])}, but {there}"
 
     def movements(self, parts: tuple[str, ...], also_resting: bool = False) -> list[Symbol]:
