@@ -4,7 +4,7 @@ For people only: no search needs it.
 """
 
 from lanindex.search.explain.advice import Advice, advise
-from lanindex.search.explain.english import explanation, order, sentence, step_counts
+from lanindex.search.explain.english import explanation, sentence
 from lanindex.search.explain.planned import planned
 from lanindex.search.explain.why import Trace, trace
 
@@ -13,9 +13,7 @@ __all__ = [
     "Trace",
     "advise",
     "explanation",
-    "order",
     "planned",
     "sentence",
-    "step_counts",
     "trace",
 ]

@@ -69,12 +69,10 @@ def changes(query: Query) -> list[Change]:
         found += (Change(put(rest), LEFT_OUT, said, step) for said, rest in _shorter(node))
         for name, form, number in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
-            if limit and _may_differ(node, limit):
+            if limit and _excludes(node, limit):
                 limited = partial(_put, node, put, name, 0)
-                rest, said = (
-                    limited(ONCE if name == "repeat" else None),
-                    form.format(str(limit).strip()),
-                )
+                rest = limited(ONCE if name == "repeat" else None)
+                said = form.format(str(limit).strip())
                 found.append(Change(rest, LEFT_OUT, said, "", limit, number, limited))
     return sorted(found, key=lambda it: it.cost)
 
@@ -116,8 +114,8 @@ _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
 """By node, the fields that hold a limit, how it is written, and how to say the nearest number."""
 
 
-def _may_differ(node: Any, limit: Limit) -> bool:
-    """Tell whether a limit keeps anything out that another one lets in."""
+def _excludes(node: Any, limit: Limit) -> bool:
+    """Tell whether a query can find more without a limit: ``with`` has a stricter one instead."""
     if isinstance(limit, Repeat):
         return limit.least > 1
     return not isinstance(node, Beside) or node.relation in ("after", "before")
@@ -145,11 +143,9 @@ def _shorter(node: Any) -> Iterator[tuple[str, Any]]:
                 only_place = node.manner == "at" and len(node.words) == 1
                 if word.values != (ANY,) and not only_place:
                     rest = _without(node, "words", index)
-                    written = rest.words or rest.named or rest.manner == "hold"
-                    yield str(word), rest if written else replace(rest, words=(_ANYWHERE,))
-
-
-_ANYWHERE = Word("direction", (ANY,))
+                    if not (rest.words or rest.named or rest.manner == "hold"):
+                        rest = replace(rest, words=(Word("direction", (ANY,)),))
+                    yield str(word), rest
 
 
 def _without(node: Any, name: str, index: int) -> Any:
