@@ -108,10 +108,9 @@ def trace(
     `tolerance` and `overlaps` are those of `lanindex.search.match.finder.Finder`.
     """
     plain = replace(query, stages=())
-    pattern, steps = _labelled(plain.pattern)
+    labelled, steps = _labelled(plain)
     alternatives = [it for pattern in plain.patterns for it in pattern.alternatives]
     try:
-        labelled = replace(plain, pattern=pattern)
         found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
         hits = tuple((hit, _matched(hit, steps)) for hit in found)
         stops = _Stops(plain, capture, tracks, tolerance)
@@ -148,8 +147,8 @@ def _record(matched: Matched) -> dict[str, Any]:
     return {"step": matched.step, "symbols": list(map(records.of_matched, matched.symbols))}
 
 
-def _labelled(pattern: Choice) -> tuple[Choice, dict[str, str]]:
-    """Return a pattern with a label on every step, and by label what the step says."""
+def _labelled(query: Query) -> tuple[Query, dict[str, str]]:
+    """Return a query with a label on every step, and by label what the step says."""
     labels: list[str] = []
 
     def labelled(node: Any) -> Any:
@@ -158,7 +157,8 @@ def _labelled(pattern: Choice) -> tuple[Choice, dict[str, str]]:
         labels.append(node.label or f"step {len(labels) + 1}")
         return replace(node, label=labels[-1])
 
-    return everywhere(pattern, labelled), dict(zip(labels, _written(pattern, ""), strict=True))
+    labelled_query: Query = everywhere(query, labelled)
+    return labelled_query, dict(zip(labels, _written(query.pattern, ""), strict=True))
 
 
 def _written(pattern: Choice, before: str) -> Iterator[str]:
@@ -287,11 +287,13 @@ class _Stops:
         """Return by how much the count or the whole length of the last step is missed, if so."""
         item = tried.first.items[-1]
         whole = isinstance(item.unit, Bracket) and len(tried.first.items) == 1
+        if item.repeat.least < 2 and not item.length:
+            return ""
         for change in reversed(changes(query_of(tried))):  # its count first
             if change.limit is item.repeat:
                 if near := change.nearest(lambda it: bool(self.hits(it))):
                     return f'"{replace(item, repeat=ONCE)}" is there {near[1]} in a row at most'
-            elif whole and item.length and change.limit is item.length:
+            elif whole and change.limit is item.length:
                 lengths = [len(hit.span) for hit in self.hits(change.query)]
                 if lengths:
                     best = min(lengths, key=lambda it: self.off(it, item.length))
