@@ -9,7 +9,7 @@ from lanindex.search.language.query import Query
 from lanindex.search.language.words import WORD_KINDS
 from lanindex.search.match.batch import unavoidable
 from lanindex.search.match.conditions import Clauses
-from lanindex.search.match.leading import SOON
+from lanindex.search.match.leading import SHORT, SOON
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside, free_states
@@ -102,6 +102,8 @@ def _leading(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
     goes_far = any(
         it.arrow.later or it.entry.state <= it.exit.state for it in chain(*program.edges)
     )
+    if one_by_one and not clauses and not program.whole.companions:
+        yield "walk", f"from all beginnings at once in captures of at most {SHORT} events"
     if one_by_one and goes_far:
         yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"
 
