@@ -13,7 +13,7 @@ from typing import Any, overload
 
 from lanindex.errors import UsageError
 from lanindex.model.hit import readable
-from lanindex.search.fields import Value, order, told_by_span, value_of, value_of_span
+from lanindex.search.fields import Value, is_of_span, order, value_of, value_of_span
 from lanindex.search.hits import FEW, Hits
 from lanindex.search.language.clauses import Count, First, Reference, Sort, Stage
 
@@ -113,7 +113,7 @@ def hits_in(found: Hits | Counts) -> Hits:
 
 def _values(hits: Hits, by: Reference) -> Iterator[Value]:
     """Yield a field of each hit; none is made an object where it is told without."""
-    if told_by_span(by):
+    if is_of_span(by):
         return (value_of_span(by, capture, span) for capture, span in hits.spans())
     return (value_of(by, hit) for hit in hits)
 

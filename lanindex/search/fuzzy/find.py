@@ -16,6 +16,7 @@ from lanindex.model.columns import Columns, Roster
 from lanindex.search.fuzzy.costs import BUCKETS, UNIT, Allowance
 from lanindex.search.fuzzy.follow import Line, Matches, joined
 from lanindex.search.fuzzy.join import Plan, fits
+from lanindex.search.hits import Placed
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
@@ -24,7 +25,6 @@ from lanindex.search.match.batch import Batch, split
 from lanindex.search.match.finder import MOST_ROWS, Finder, Recordings, Watch
 from lanindex.search.match.hits import Found as Exact
 from lanindex.search.match.hits import staying
-from lanindex.search.placed import Placed
 from lanindex.search.plan import plan
 
 CLEAR, MORE = (14, 12, 8), 4

@@ -33,7 +33,6 @@ from lanindex.model.columns import (
     ranges,
 )
 from lanindex.model.measures import GRADES, graded
-from lanindex.search import nearly
 from lanindex.search.language.times import Clock, Length
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 from lanindex.search.match.arrays import (
@@ -279,7 +278,10 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]
     if state.near:
         margin = THOUSANDTHS - cost.astype(np.int64)
         across = ~fits & table[rows.runner] & (margin < state.near)
-        cost = np.where(across, nearly.across(margin, state.near), nearly.own(margin, state.near))
+        inside = state.near + np.where(
+            across, -margin, margin
+        )  # the border lies so much further out
+        cost = THOUSANDTHS - inside * THOUSANDTHS // (state.near + THOUSANDTHS)
         fits |= across
     if "change" in wanted:
         fits &= np.isin(rows.change, sorted(wanted["change"]))
