@@ -22,7 +22,7 @@ from lanindex.errors import UsageError
 from lanindex.model.columns import Columns
 from lanindex.search.fuzzy.costs import CHANGE, MOST, NEVER, UNIT, costs_of, kinds_of
 from lanindex.search.language.query import Arrow
-from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, best_of_each
+from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, TooMuch, best_of_each
 from lanindex.search.match.batch import Batch, unavoidable
 from lanindex.search.plan import Program
 
@@ -39,7 +39,7 @@ FREE, NEXT, LATER = range(3)
 """How a line lies to a clip's start or end: anywhere, right there (``->``), some way off."""
 
 COST, FIRST = 32, 10
-"""From which bit on a key tells the cost, and the beginning among 4 million; below, the blur."""
+"""The lowest bit of a key's cost, and of its beginning among 4 million symbols; below, the blur."""
 
 BLUR, LATEST, NOTHING = (1 << FIRST) - 1, (1 << COST - FIRST) - 1, 1 << 62
 """The bits of the blur, the latest beginning, and the key where no match stands."""
@@ -51,7 +51,7 @@ class Net:
     """A line, of one of the parts that move in it: its K states, and what joins them."""
 
     def __init__(self, program: Program, member: int) -> None:
-        self.number = 0  # what `Matches` call it; a search counts its lines
+        self.number = 0  # of the line in `Matches`; a search counts its lines
         self.part = program.states[0].members[member]
         self.states = [
             replace(state, members=(self.part,), fits=(state.fits[member],))
@@ -65,7 +65,7 @@ class Net:
         self.leaps = bool(self.edges[1].any())
         joined = self.edges[0] | self.edges[1]
         self.back = np.flatnonzero(np.tril(joined).any(axis=1))  # where an open count goes back
-        # (3, K) by way: what the steps cost that are missing before each state, and behind it
+        # (3, K) by FREE, NEXT, LATER: what the missing steps before each state cost, and behind it
         entries = [(it.state, it.from_start) for it in program.entries]
         exits = [(it.state, it.to_end) for leaving in program.exits for it in leaving]
         self.entry, self.exit = _missing(entries, joined), _missing(exits, joined.T)
@@ -74,15 +74,15 @@ class Net:
 
 
 def _missing(ends: Sequence[tuple[int, tuple[Arrow, ...]]], joined: BoolArray) -> IntArray:
-    """Return by way and state what it costs to leave out all between it and an end of the line."""
-    ways = np.full((3, len(joined)), IMPOSSIBLE)
+    """Return what it costs to leave out all steps between each state and an end: (3, K)."""
+    costs = np.full((3, len(joined)), IMPOSSIBLE)
     for state, arrows in ends:
         near = LATER if all(arrow.later for arrow in arrows) else NEXT
-        ways[near if arrows else FREE, state] = 0
+        costs[near if arrows else FREE, state] = 0
     step = np.where(joined, MISSING, IMPOSSIBLE)
     for _ in joined:
-        ways = np.minimum(ways, np.min(ways[:, :, None] + step, axis=1))
-    return ways
+        costs = np.minimum(costs, np.min(costs[:, :, None] + step, axis=1))
+    return costs
 
 
 def nets_of(program: Program) -> list[Net]:
@@ -106,8 +106,8 @@ def nets_of(program: Program) -> list[Net]:
         "arrows to another part": any(not edge.same for edge in edges),
         "limits on an arrow": any(arrow.length or arrow.skips for arrow in arrows),
     }
-    for what, said in cannot.items():
-        if said:
+    for what, found in cannot.items():
+        if found:
             raise UsageError(
                 f"a fuzzy search cannot count edits in {what}",
                 remedy="Leave that out, or search without --fuzzy.",
@@ -152,6 +152,10 @@ class Matches(NamedTuple):
         return Matches._make(column[chosen] for column in self)
 
 
+_NONE = np.empty(0, np.int64)
+NO_MATCHES = Matches(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((0, 1, 5), np.int64))
+
+
 def joined(matches: Sequence[Matches]) -> Matches:
     """Return several tables as one."""
     lines = max(it.taken.shape[1] for it in matches)
@@ -168,7 +172,7 @@ class Line:
     """
 
     def __init__(self, net: Net, columns: Columns, most: int, clear: int = 0) -> None:
-        self.net = net
+        self.net, self._bounds = net, columns.bounds
         self._most = min(most, (MOST + MISSING) * len(net.states))
         kinds = self._kinds = kinds_of(columns)
         self._tables = [kinds.table(state) for state in net.states]
@@ -176,7 +180,6 @@ class Line:
             if "change" not in state.fits[0] or self._most < CHANGE:
                 table[(table == 0) & (kinds.bucket < clear)] = NEVER
         self._able = np.any([table <= self._most for table in self._tables], axis=0)
-        self._bounds = columns.bounds
 
     def possible(self) -> BoolArray:
         """Return which captures have a symbol for enough of the steps it needs, (captures,)."""
@@ -189,7 +192,7 @@ class Line:
         return found
 
     def matches(self, batch: Batch, ask: Ask) -> Matches:
-        """Return the cheapest match from each symbol."""
+        """Return the cheapest match from each symbol; `TooMuch` where keys have no room for it."""
         rows = batch.rows(self.net.part)
         code = rows.own(self._kinds.code)
         row = np.flatnonzero(self._able[code])
@@ -222,6 +225,8 @@ class Line:
             return np.stack((apart + SKIPPED * rows.rank[end], apart))
 
         before, behind = passed(row, row), passed(row, row + 1)
+        if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
+            raise TooMuch
         entry, leave = net.entry[FREE, :, None], net.exit[FREE, :, None]
         if min(net.entry[NEXT:].min(), net.exit[NEXT:].min()) < IMPOSSIBLE:
             capture = rows.capture[row]

@@ -14,6 +14,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -443,6 +444,13 @@ class Batch:
             ]
             self._clocks = clocks, np.searchsorted(used, own)
         return self._clocks
+
+    @cached_property
+    def slack(self) -> IntArray:
+        """By how many frames edges may differ that should agree, by capture."""
+        clocks, own = self.clocks()
+        slack = [floor(self.tolerance * clock.rate) for clock in clocks]
+        return np.array(slack, np.int64)[own]
 
     def bounds(self, length: Length) -> tuple[IntArray, IntArray]:
         """Return the fewest and the most frames of each capture that meet a condition on length."""

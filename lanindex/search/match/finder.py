@@ -199,7 +199,7 @@ class Finder:
     def _traces(self, hits: HitTable) -> list[Trace]:
         """Return what hits are made of; rows are counted in their own captures."""
         found: dict[int, Trace] = {}
-        for some, traces in self._in_parts(partial(self._traced, hits), hits.capture):
+        for some, traces in self.in_parts(partial(self._traced, hits), hits.capture):
             if isinstance(traces, LanindexError):
                 raise traces
             found.update(zip(some.tolist(), traces, strict=True))
@@ -220,7 +220,7 @@ class Finder:
                 )
         return [it for it in found if it]
 
-    def _in_parts(
+    def in_parts(
         self, work: Callable[[IntArray], Result], captures: IntArray
     ) -> Iterator[tuple[IntArray, Result | LanindexError]]:
         """Yield what work makes of items in some captures: half at a time where it is too much.
@@ -269,7 +269,7 @@ class Finder:
 
     def _among(self, places: IntArray) -> Iterator[HitTable]:
         """Yield all hits in some captures; captures that are refused get an error."""
-        for some, found in self._in_parts(lambda some: self._in_batch(places[some]), places):
+        for some, found in self.in_parts(lambda some: self._in_batch(places[some]), places):
             if isinstance(found, LanindexError):
                 self.refused[int(places[some[0]])] = found
             else:

@@ -176,9 +176,9 @@ def test_the_best_are_found_where_few_captures_are_looked_at(monkeypatch):
 
     looked_at, among = [], _Search._among
 
-    def counted(search, joinings, places, exact=None):
+    def counted(search, plans, places):
         looked_at.append(len(places))
-        return among(search, joinings, places, exact)
+        return among(search, plans, places)
 
     monkeypatch.setattr(_Search, "_among", counted)
     allowance = Allowance.read("2")
