@@ -1,18 +1,17 @@
 """Clustering of clips that are alike: average linkage over the pairs that may be alike.
 
-Two groups are joined while the mean likeness of their members, pair by pair, is the greatest there
-is and no less than a threshold. Of few clips all pairs are aligned. Of many only each one's nearest
-by a rough signature (how much each part moves to which cell) are, and what was not aligned counts
-as not alike; then each group is stood for by its medoid, the clip that is most like all others of
-it, and the medoids are grouped in the same way, round by round, until nothing is joined any more.
-Where a number of groups is wanted and those that are left have nothing in common, those are joined
-whose signatures are nearest.
-So the work grows with the number of clips, not with its square, and groups may be of any size.
+The two groups whose members are most alike on average, pair by pair, are joined, down to a
+threshold. Of few clips all pairs are aligned. Of many each clip is aligned only with its nearest by
+a rough signature (how much each part moves to which cell), and other pairs count as not alike; then
+the medoid of each group, the clip that is most like all others of it, stands for the group, and the
+medoids are grouped in the same way, round by round, until nothing is joined any more. Where a
+number of groups is wanted and those that are left have nothing in common, those with the nearest
+signatures are joined. So the work grows with the number of clips, not with its square.
 
-To find nearest signatures, clips are dealt out into blocks of neighbours, halved by the way from
-one clip to another, both taken at random, and that some times over; the nearest are looked for
-block by block. Up to 2,048 clips that finds the nearest there are; of 50,000 captures it found
-98.7 % of the pairs that comparing all with all does, in a quarter of the time.
+To find nearest signatures, clips are split into blocks of neighbours, halved along the line between
+two clips taken at random, several times over; the nearest are looked for block by block. Up to
+2,048 clips that finds the nearest there are; of 50,000 captures it found 98.7 % of the pairs that
+comparing all with all does, in a quarter of the time.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lanindex.search.example.align import (
-    POINTS,
     Clips,
     Doubles,
     Floats,
@@ -34,6 +32,7 @@ from lanindex.search.example.align import (
     paired,
     unwatched,
 )
+from lanindex.search.sphere import CELLS, MIDDLES
 
 PAIRS = 60_000
 """Pairs that are aligned, about; of each clip `FEWEST` at least."""
@@ -42,16 +41,16 @@ FEWEST = 8
 """Neighbours of a clip that are aligned at least."""
 
 _AXES, _TURNS = 32, 4
-"""Numbers of a signature, and how often they are turned towards where signatures differ most."""
+"""Numbers of a signature, and how often their axes are turned to where signatures differ most."""
 
 _AT_ONCE = 1 << 12
 """Pairs that are aligned at a time."""
 
 _NOTHING = 0.01
-"""A likeness from which on two clips have nothing in common."""
+"""The likeness below which two clips have nothing in common."""
 
 _NEAREST = 1e-6
-"""A likeness in the place of none, of clips whose signatures are the same, where some is wanted."""
+"""The least likeness of clips with the same signature, where a number of groups is wanted."""
 
 _BLOCK, _TREES = 2048, 8
 """Clips that are compared each with each, and how often more are dealt out into such blocks."""
@@ -85,9 +84,9 @@ def grouped(
     clips, least : Clips, float
         All, and the mean likeness down to which groups are joined.
     wanted : int, optional
-        How many groups there shall be, instead; fewer where there are fewer clips.
+        The number of groups, instead; fewer where there are fewer clips.
     watch : callable, optional
-        Is told how far it is.
+        Is called with the progress; it may raise.
     """
     found, known = signatures(clips), _Known(clips, watch)
     groups = [[clip] for clip in range(len(clips))]
@@ -152,13 +151,13 @@ class _Known:
 def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
     """Return the pairs that may be alike: (K, 2), the lower number first, each once.
 
-    A clip makes pairs with so many as `reach` whose signatures, (C, A), are nearest to its own.
+    Each clip is in pairs with the `reach` others whose signatures, (C, A), are nearest to its own.
     """
     count = len(found)
     if reach >= count - 1:
         return np.stack(np.triu_indices(count, 1), axis=1)
     squares = np.square(found).sum(axis=1)
-    keys, ways, done = [], [], 0
+    keys, gaps, done = [], [], 0
     trees = _TREES if count > _BLOCK else 1
     for block in _blocks(found, trees):
         watch("captures", done // trees, count)
@@ -167,15 +166,15 @@ def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
         np.fill_diagonal(apart, np.inf)
         nearest = np.argpartition(apart, reach, axis=1)[:, :reach]
         keys.append((block[:, None] * count + block[nearest]).ravel())
-        ways.append(np.take_along_axis(apart, nearest, axis=1).ravel())
+        gaps.append(np.take_along_axis(apart, nearest, axis=1).ravel())
     key, once = np.unique(np.concatenate(keys), return_index=True)
-    kept = lowest(key // count, np.concatenate(ways)[once], reach)
+    kept = lowest(key // count, np.concatenate(gaps)[once], reach)
     both = np.sort(np.stack(np.divmod(key[kept], count), axis=1), axis=1)
     return np.stack(np.divmod(np.unique(both @ [count, 1]), count), axis=1)
 
 
 def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
-    """Yield clips in blocks of neighbours, all of them as often as there are trees."""
+    """Yield clips in blocks of neighbours, all of them once for each tree."""
     random = np.random.default_rng(0)
     todo = [np.arange(len(found))] * trees
     while todo:
@@ -191,7 +190,7 @@ def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
 
 def signatures(clips: Clips) -> Floats:
     """Return how much each part of each clip moves to which cell, in a few numbers: (C, A)."""
-    cells, count = POINTS.reshape(-1, 3), len(clips)
+    cells, count = MIDDLES[CELLS].astype(np.float32), len(clips)
     table = np.zeros((count, len(clips.parts), len(cells)), np.float32)
     for part, borders in enumerate(clips.first):
         moves = clips.moves.taken(slice(borders[0], borders[-1]))
@@ -214,8 +213,7 @@ def linked(
 ) -> list[list[int]]:
     """Return groups by average linkage: joined down to a mean likeness, or until few are left.
 
-    Each stands for so many clips as its weight says. Of (K, 2) pairs it is told how alike they are,
-    (K,); others are not alike.
+    Each item stands for as many clips as its weight says. (K, 2) pairs are (K,) alike, others not.
     """
     sums: dict[int, dict[int, float]] = {one: {} for one in range(len(weights))}
     for first in range(0, len(pairs), _AT_ONCE):
