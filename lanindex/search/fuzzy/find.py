@@ -98,7 +98,7 @@ def find(
         own = {part: columns[part] for part in query.parts}
         return Finder(query, roster, own, recordings, tolerance)
 
-    search = _Search(finder, finder(query), plans, columns, overlaps, watch)
+    search = _Search(finder, finder(query), plans, len(roster), columns, overlaps, watch)
     with limited_to(None):
         if any(one.leaps for one in plans):
             search.exact = search.exactly(query)
@@ -136,17 +136,13 @@ class _Search:
     finder_of: Callable[[Query], Finder]
     finder: Finder
     plans: list[Plan]
+    captures: int
     columns: Mapping[str, Columns]
     overlaps: str
     watch: Watch | None
     exact: Exact | None = None
     refused: dict[int, LanindexError] = field(default_factory=dict)
     done: int = 0
-
-    @cached_property
-    def captures(self) -> int:
-        """How many captures there are."""
-        return len(next(iter(self.columns.values())).bounds) - 1
 
     @cached_property
     def lines(self) -> list[tuple[Line, int]]:
@@ -173,8 +169,9 @@ class _Search:
         """
         for clear in CLEAR:
             plans, bounds = self._within(BUCKETS - clear, clear), np.zeros(self.captures)
-            for places, best in self._in_batches(self._bounds, plans):
-                bounds[places] = best
+            fitting = self._in_batches(lambda one, batch: one.bounds(batch, self.ask), plans)
+            for places, most in fitting:
+                bounds[places] = np.max(most, axis=0)
             order = np.flatnonzero(bounds)
             order, many = order[np.argsort(-bounds[order], kind="stable")], MORE * number
             while len(order):
@@ -193,24 +190,25 @@ class _Search:
 
     def _in_batches(
         self,
-        work: Callable[[list[Plan], Batch], Result],
+        work: Callable[[Plan, Batch], Result],
         plans: list[Plan],
         places: IntArray | None = None,
-    ) -> Iterator[tuple[IntArray, Result]]:
-        """Yield what work makes of some captures, or of all that may match, a batch at a time.
+    ) -> Iterator[tuple[IntArray, list[Result]]]:
+        """Yield the places of a batch of captures, and what work makes of each plan there.
 
-        Each comes with the places of its captures; one that is too much alone is refused.
+        They are some captures, or all that may match; one that is too much alone is refused.
         """
         if places is None:
             places = np.flatnonzero(np.any([one.possible() for one in plans], axis=0))
 
-        def tried(batch: IntArray, some: IntArray) -> Result:
+        def of_each(batch: IntArray, some: IntArray) -> list[Result]:
             self.done = int(batch[some[0]])
             self.ask()
-            return work(plans, self.finder.batch(batch[some]))
+            own = self.finder.batch(batch[some])
+            return [work(one, own) for one in plans]
 
         for batch in split(self.columns.values(), places, MOST_ROWS):
-            for some, found in self.finder.in_parts(partial(tried, batch), batch):
+            for some, found in self.finder.in_parts(partial(of_each, batch), batch):
                 if isinstance(found, LanindexError):
                     self.refused[int(batch[some[0]])] = found
                 else:
@@ -221,26 +219,19 @@ class _Search:
         if self.watch:
             self.watch(self.done, self.captures)
 
-    def _bounds(self, plans: list[Plan], batch: Batch) -> AnyArray:
-        """Return how well a match fits at most in each capture, (captures,)."""
-        bounds: AnyArray = np.max([it.bounds(batch, self.ask) for it in plans], axis=0)
-        return bounds
-
     def _among(self, plans: list[Plan], places: IntArray | None = None) -> Found:
         """Return all hits in some captures; None: in all."""
-        found = joined(
-            [NO_MATCHES, *(hits for _, hits in self._in_batches(self._hits, plans, places))]
+        batches = self._in_batches(
+            lambda one, batch: one.matches(batch, self.exactly, self.ask), plans, places
         )
+        found = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
         return Found(self, found.at(~np.isin(found.capture, list(self.refused))))
 
-    def _hits(self, plans: list[Plan], batch: Batch) -> Matches:
-        """Return all hits in a batch, by capture, start and end."""
-        sets: list[Matches] = []
-        for one in plans:
-            found = one.matches(batch, self.exactly, self.ask)
-            sets.append(found._replace(capture=batch.places[found.capture]))
+    def _hits(self, plans: list[Plan], places: IntArray, sets: list[Matches]) -> Matches:
+        """Return the hits among the matches of plans in a batch, by capture, start and end."""
+        sets = [it._replace(capture=places[it.capture]) for it in sets]
         if self.exact is not None:
-            sets.append(self._besides(self.exact, joined(sets), batch.places))
+            sets.append(self._besides(self.exact, joined(sets), places))
         found = joined(sets)
         if len(sets) > 1:
             parts = [one.sides[0][0].part for one in plans]
