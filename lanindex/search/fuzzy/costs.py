@@ -38,7 +38,7 @@ NEVER = 30000
 """What a symbol costs that no edit makes a match."""
 
 BUCKETS = 16
-"""Steps of the margin that are told apart."""
+"""Steps of the margin."""
 
 _BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.uint8)
 """By thousandths of a margin, its step."""
@@ -57,11 +57,11 @@ def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np
 
 
 class Kinds:
-    """The symbols of a part by kind: those of a kind have cell, runner-up and margin in common.
+    """The symbols of a part by kind: those of a kind have cell, runner-up and margin in common."""
 
-    ``code`` is (S,) which kind each symbol is of; ``counts`` (K,) how many are, and ``bucket`` (K,)
-    the step of their margin.
-    """
+    code: AnyArray  # (S,) which kind each symbol is of
+    counts: IntArray  # (K,) how many symbols are of each kind
+    bucket: IntArray  # (K,) the step of their margin
 
     def __init__(self, columns: Columns) -> None:
         numbers = (columns.cell & CELL).astype(np.int32)
@@ -73,7 +73,7 @@ class Kinds:
         known = np.flatnonzero(counts)
         places = np.zeros(len(counts), np.min_scalar_type(len(known)))
         places[known] = np.arange(len(known))
-        self.code: AnyArray = places[numbers]
+        self.code = places[numbers]
         self.counts, self.bucket = counts[known], known % (BUCKETS + 1)
         self._cell, runner = np.divmod(known // (BUCKETS + 1), CELL + 1)
         self._turns = _turns(self._cell, runner, self.bucket)
@@ -81,9 +81,9 @@ class Kinds:
 
     def table(self, state: State) -> Costs:
         """Return what each kind costs as what a state asks for: (K,), changes left out."""
-        asked = cells_of(state, 0)[: CELL + 1]
-        table = self._turns[:, asked].min(axis=1, initial=MOST)
-        return np.where(asked[self._cell], np.int16(0), table)
+        wanted = cells_of(state, 0)[: CELL + 1]
+        table = self._turns[:, wanted].min(axis=1, initial=MOST)
+        return np.where(wanted[self._cell], np.int16(0), table)
 
     def having(self, some: BoolArray) -> BoolArray:
         """Return which captures have a symbol of some kinds, (captures,)."""
@@ -118,10 +118,7 @@ def _turns(cell: IntArray, runner: IntArray, bucket: IntArray) -> Costs:
 
 
 def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
-    """Return what symbols cost as the one that a state, of movement or stay, asks for: (R,).
-
-    ``costs`` are those of their kinds, as from `Kinds.table`, ``row`` is where they stand.
-    """
+    """Return what rows (R,) cost at a state, of which `costs` (R,) are those of their kinds."""
     rows = batch.rows(state.members[0])
     if "change" in state.fits[0]:
         neither = WORD_KINDS["change"].codes["neither"]

@@ -2,8 +2,7 @@
 
 Each state has a column of keys, one for each symbol: the cheapest match that stands at the state
 with that symbol. An arrow to the next state is a running minimum of such a column; over ``->`` it
-rises with each shown symbol that is passed over. Where a step is missing, what waits before its
-state waits behind it too, for an edit more.
+rises with each shown symbol that is passed over. A match may leave out a state for an edit.
 
 A key holds what a match costs, where it begins and how unclear it is: the smallest is the cheapest,
 of the cheapest the one that begins last, and of these the clearest.
@@ -89,11 +88,11 @@ def nets_of(program: Program) -> list[Net]:
     """Return a program as nets, one a part that moves; a `UsageError` where it has no edits."""
     states = program.states
     edges = [edge for leaving in program.edges for edge in leaving]
-    ends = [it.from_start for it in program.entries]
-    ends += [it.to_end for leaving in program.exits for it in leaving]
-    arrows = [edge.arrow for edge in edges] + [arrow for it in ends for arrow in it]
+    ends = [arrow for entry in program.entries for arrow in entry.from_start]
+    ends += [arrow for leaving in program.exits for it in leaving for arrow in it.to_end]
+    arrows = [edge.arrow for edge in edges] + ends
     stays = len(states) == 1 and states[0].manner == "at" and states[0].length is None
-    stays = stays and not any(ends) and len(states[0].members) == 1
+    stays = stays and not ends and len(states[0].members) == 1
     cannot = {
         "brackets with a length or a line beside them": any(
             group.length or group.companions for group in program.brackets
@@ -168,7 +167,7 @@ def joined(matches: Sequence[Matches]) -> Matches:
 class Line:
     """A line to be searched for, where a match costs no more than `most` parts of an edit.
 
-    `clear` is how many of `BUCKETS` steps of the margin symbols have at least which cost nothing.
+    Symbols that cost nothing have a margin of `clear` of `BUCKETS` steps at least.
     """
 
     def __init__(self, net: Net, columns: Columns, most: int, clear: int = 0) -> None:
@@ -192,7 +191,7 @@ class Line:
         return found
 
     def matches(self, batch: Batch, ask: Ask) -> Matches:
-        """Return the cheapest match from each symbol; `TooMuch` where keys have no room for it."""
+        """Return the cheapest match from each symbol."""
         rows = batch.rows(self.net.part)
         code = rows.own(self._kinds.code)
         row = np.flatnonzero(self._able[code])
@@ -222,11 +221,9 @@ class Line:
         def passed(at: IntArray, end: IntArray) -> IntArray:
             """Return what it costs to pass over all rows up to some, in the stretches of others."""
             apart = rows.stretch[at].astype(np.int64) * (self._most + 1)
-            return np.stack((apart + SKIPPED * rows.rank[end], apart))
+            return np.stack((apart + SKIPPED * rows.rank[end].astype(np.int64), apart))
 
         before, behind = passed(row, row), passed(row, row + 1)
-        if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
-            raise TooMuch
         entry, leave = net.entry[FREE, :, None], net.exit[FREE, :, None]
         if min(net.entry[NEXT:].min(), net.exit[NEXT:].min()) < IMPOSSIBLE:
             capture = rows.capture[row]
@@ -237,16 +234,17 @@ class Line:
             end[:, rows.stretch_end[stretch] < batch.frames[capture]] = IMPOSSIBLE
             entry = np.minimum(entry, np.min(net.entry[NEXT:, :, None] + start[:, None], axis=0))
             leave = np.minimum(leave, np.min(net.exit[NEXT:, :, None] + end[:, None], axis=0))
+        first_before = before[:, :1]
+        before, behind = before - first_before, behind - first_before
+        if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
+            raise TooMuch  # keys have no room for so many symbols
         entry = (entry << COST) + (LATEST - np.arange(len(row)) << FIRST)
         leave = np.broadcast_to(leave << COST, costs.shape)
         blur = rows.cost[row]
         return Symbols(stretch, costs, blur, before << COST, behind << COST, entry, leave)
 
     def rows(self, batch: Batch, capture: int, first: int, last: int) -> list[tuple[int, int]]:
-        """Return the rows, counted in their capture, and the states of the best match of a span.
-
-        Of equal ones it is the one whose last but one symbol comes first, and so on.
-        """
+        """Return the rows, counted in their capture, and the states of the best match of a span."""
         row = np.arange(first, last + 1)
         code = self._kinds.code[self._bounds[batch.places[capture]] + row]
         symbols = self._symbols(batch, batch.rows(self.net.part).bounds[capture] + row, code)
@@ -267,10 +265,9 @@ class Line:
 
 
 def followed(net: Net, symbols: Symbols, most: int, ask: Ask) -> tuple[IntArray, IntArray]:
-    """Return keys of the best match at each state with each symbol: (K, R) int64, twice.
+    """Return keys of the best match at each state with each symbol, or `NOTHING`: (K, R), twice.
 
-    The first are of matches that stand there with the symbol, the second of these and of those for
-    which the step is missing; `NOTHING` where there is none that costs no more than `most`.
+    The first are of matches that stand there, the second also of those that left out the state.
     """
     arrived, gone = _once(net, symbols, most, np.full(symbols.entry.shape, NOTHING))
     left, better = np.arange(len(symbols.blur)), (gone[net.back] < NOTHING).any(axis=0)

@@ -1,7 +1,6 @@
 """Join with costs: beside each match of the leading line the cheapest match of each other line.
 
-Which lines stand beside each other the relations of exact matches tell; what they cost is added.
-Lines that must not happen have no edits: they are searched for exactly.
+Their costs are added. Lines that must not happen have no edits: they are searched for exactly.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans
 from lanindex.search.plan import NEGATIONS, Companion, Program
 
 NOBODY = 1 << 62
-"""The place of the match that stands beside another, where none does."""
+"""The place of a match where there is none."""
 
 Exactly = Callable[[Query, IntArray], Found]
 """Searches exactly, in some captures of the roster."""
@@ -65,7 +64,7 @@ class Plan(NamedTuple):
         return cls(sides, beside, apart, steps, allowance.of(steps))
 
     def within(self, columns: Mapping[str, Columns], most: int, clear: int = 0) -> Plan:
-        """Return the plan for matches that cost no more, and are so clear as of `Line`."""
+        """Return the plan for matches that cost no more than `most`; `clear` as of `Line`."""
         most = min(self.most, most)
         lines = [[Line(it, columns[it.part], most, clear) for it in nets] for nets in self.sides]
         return self._replace(most=most, lines=lines)
@@ -77,7 +76,7 @@ class Plan(NamedTuple):
         return found
 
     def bounds(self, batch: Batch, ask: Ask) -> AnyArray:
-        """Return how well a match fits at most in each capture, (captures,); 0: there is none."""
+        """Return how well a match in each capture fits at most, (captures,); 0: there is none."""
         least = np.ones(len(batch))
         for it in self._found(batch, ask):
             best = np.zeros(len(batch))
