@@ -19,11 +19,8 @@ from lanindex.model.tabled import arrow_of, pandas_of
 
 IntArray = NDArray[np.int64]
 
-FEW = 10
-"""Hits that are shown of many."""
-
-TOGETHER = 256
-"""Captures that are fetched at once where all hits are made objects."""
+FEW = 10  # hits that are shown of many
+TOGETHER = 256  # captures that are fetched at once where all hits are made objects
 
 _FIELDS = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
 

@@ -34,32 +34,15 @@ Doubles = NDArray[np.float64]
 Watch = Callable[[str, int, int], None]
 """Is called with what is gone through, how much of it is done, and of how much; it may raise."""
 
-STEP = 0.25
-"""What every movement costs that one clip has and the other has not, beside how far it goes."""
-
-SWING = 0.2
-"""What a swing costs: a move out and back within one cell."""
-
-SUBSTITUTED = 0.8
-"""What a substitution costs, for each of how far apart both ends are."""
-
-PACE = 0.05
-"""What it costs if one takes e times as long as the other."""
-
-POSE = 0.5
-"""What it costs for how far apart the parts are before they first move."""
-
-CALM = 1.0
-"""What is added to the sizes, about one large movement."""
-
-BRIEFEST = 1 / 60
-"""Seconds that a movement takes at least."""
-
-SQUARE = 1 << 20
-"""Pairs of movements that are aligned in one go; longer parts are aligned piece by piece."""
-
-_ROWS = 1 << 13
-"""Rows of the other side that are worked on at a time: what a processor's cache holds."""
+STEP = 0.25  # what a movement costs that only one clip has, beside how far it goes
+SWING = 0.2  # what a swing costs: a move out and back within one cell
+SUBSTITUTED = 0.8  # what a substitution costs, for each of how far apart both ends are
+PACE = 0.05  # what it costs if one takes e times as long as the other
+POSE = 0.5  # what it costs for how far apart the parts are before they first move
+CALM = 1.0  # added to the sizes, about one large movement
+BRIEFEST = 1 / 60  # seconds that a movement takes at least
+SQUARE = 1 << 20  # pairs of movements aligned in one go; longer parts are aligned piece by piece
+_ROWS = 1 << 13  # rows of the other side worked on at a time: what a processor's cache holds
 
 
 def unwatched(noun: str, done: int, total: int) -> None:
@@ -83,13 +66,10 @@ class Moves(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """Stretches of clips: (P, B) rows of `Clips` by part, half-open.
+    """B stretches of clips, as rows of `Clips`."""
 
-    The first row is where the part is before; both are equal where it is not there.
-    """
-
-    low: Numbers
-    high: Numbers
+    low: Numbers  # (P, B) by part: the row where it is before
+    high: Numbers  # (P, B) the row behind the last; the same where the part is not there
 
     def taken(self, which: Numbers) -> Windows:
         """Return some of them."""
@@ -98,14 +78,12 @@ class Windows(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Clips:
-    """Clips laid out: the movements of a part in all of them, then those of the next part.
-
-    `first` is (P, C + 1), the row with which each clip's part begins, where it is before it first
-    moves; two equal ones in a row where a clip lacks the part.
-    """
+    """Clips laid out: the movements of a part in all of them, then those of the next part."""
 
     parts: tuple[str, ...]
     moves: Moves
+    # (P, C + 1) the row with which each clip's part begins, where it is before it first moves; two
+    # equal ones in a row where a clip lacks the part
     first: Numbers
 
     def __len__(self) -> int:
@@ -141,16 +119,12 @@ class Clips:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The captures of columns, a few of which at a time are laid out as clips.
+    """The captures of columns, a few of which at a time are laid out as clips."""
 
-    The columns have their swings, by part, in order. The others are (C,), of each clip: its place
-    in the columns, its length in frames, and frames a second.
-    """
-
-    columns: Mapping[str, Columns]
-    places: Numbers
-    frames: Numbers
-    rates: NDArray[np.float64]
+    columns: Mapping[str, Columns]  # by part, in order, with their swings
+    places: Numbers  # (C,) of each clip in the columns
+    frames: Numbers  # (C,) its length
+    rates: Doubles  # (C,) frames a second
 
     def __len__(self) -> int:
         """Return the number of clips."""
@@ -170,7 +144,7 @@ class Source:
         return Clips(tuple(self.columns), moves, ends[first])
 
 
-def _moves(columns: Columns, rates: NDArray[np.float64]) -> tuple[Moves, Numbers]:
+def _moves(columns: Columns, rates: Doubles) -> tuple[Moves, Numbers]:
     """Return the movements of one part in several clips, and how many each has."""
     rows = np.flatnonzero(columns.cell & PASSING == 0)  # a score does not show what is passed
     edges = np.searchsorted(rows, columns.bounds)
@@ -223,10 +197,7 @@ def likeness(difference: Floats, size: Floats) -> Floats:
 
 
 def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
-    """Return how alike one clip is to each of many stretches: (B,) float32, 0 to 1.
-
-    Both have the same parts. What only one of both has, a part too, is not shared.
-    """
+    """Return how alike one clip is to each of many stretches with the same parts: (B,) float32."""
     count = windows.low.shape[1]
     ours = Windows(*(np.repeat(edges, count, axis=1) for edges in query.whole()))
     return paired(query, ours, clips, windows)
@@ -250,10 +221,7 @@ def sizes(moves: Moves, windows: Windows) -> Floats:
 
 
 def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, size: Floats) -> Floats:
-    """Return the most that substitutions save of each part of stretches, pair by pair: (P, B).
-
-    `size` is (P, B) float32, of both together.
-    """
+    """Return the most that substitutions save of each part, pair by pair: (P, B), as `size`."""
     mine, others = ours.high - ours.low, theirs.high - theirs.low
     both = (mine > 0) & (others > 0)
     found = np.zeros_like(size)
@@ -281,8 +249,7 @@ def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, size: Floats
 def _by_pieces(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> float:
     """Return the difference of two long parts if each piece is compared with the one opposite.
 
-    So the work grows with their length and not with its square. It is no less than that of the
-    cheapest alignment.
+    So the work grows with their length, not with its square.
     """
     size = float((ours.high - ours.low).item()) * float((theirs.high - theirs.low).item())
     count = int(np.ceil(np.sqrt(size / SQUARE))) + 1
@@ -306,10 +273,7 @@ def begun(one: Moves, two: Moves) -> Floats:
 
 
 def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
-    """Yield, for each movement of one part but its beginning, what substituting others saves: (N,).
-
-    The first of the others saves nothing, a negative infinity.
-    """
+    """Yield what each movement of one part but its beginning saves by substituting others: (N,)."""
     mine, theirs = _columns(query, slice(None)), _columns(others, slice(None))
     before = distances(mine[:3, :1], theirs)
     for row in range(1, len(query.rows)):
@@ -320,9 +284,8 @@ def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
 def _columns(moves: Moves, rows: slice | Numbers) -> Floats:
     """Return what `_saving` needs of some movements, (6, N).
 
-    The three coordinates where each leads to, times `SUBSTITUTED`; what it costs, less half of
-    what follows; twice what its pace and its swings cost. So the difference of two is what both
-    cost, less the smaller of each.
+    The coordinates where each leads to, times `SUBSTITUTED`; its size, less what its pace and its
+    swings cost; and twice these two. Two movements share the smaller of each.
     """
     points = moves.points[rows]
     columns = np.empty((6, len(points)), np.float32)
@@ -395,10 +358,7 @@ class Pair(NamedTuple):
 
 
 def pairs(query: Clips, clip: Clips, part: int) -> list[Pair]:
-    """Return which movements of one part of two clips correspond, by the cheapest alignment.
-
-    They come by time, without those that save nothing.
-    """
+    """Return which movements of one part of two clips correspond, by the cheapest alignment."""
     (own, end), (row, last) = query.first[part], clip.first[part]
     if own == end or row == last:
         return []

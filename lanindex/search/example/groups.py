@@ -34,44 +34,28 @@ from lanindex.search.example.align import (
 )
 from lanindex.search.sphere import CELLS, MIDDLES
 
-PAIRS = 60_000
-"""Pairs that are aligned, about; of each clip `FEWEST` at least."""
-
-FEWEST = 8
-"""Neighbours of a clip that are aligned at least."""
-
-_AXES, _TURNS = 32, 4
-"""Numbers of a signature, and how often their axes are turned to where signatures differ most."""
-
-_AT_ONCE = 1 << 12
-"""Pairs that are aligned at a time."""
-
-_NOTHING = 0.01
-"""The likeness below which two clips have nothing in common."""
-
-_NEAREST = 1e-6
-"""The least likeness of clips with the same signature, where a number of groups is wanted."""
-
-_BLOCK, _TREES = 2048, 8
-"""Clips that are compared each with each, and how often more are dealt out into such blocks."""
+PAIRS = 60_000  # pairs that are aligned, about
+FEWEST = 8  # neighbours of each clip that are aligned at least
+_AXES, _TURNS = 32, 4  # numbers of a signature, and rounds of looking for their axes
+_AT_ONCE = 1 << 12  # pairs that are aligned at a time
+_NOTHING = 0.01  # the likeness below which two clips have nothing in common
+_NEAREST = 1e-6  # the least likeness of clips with one signature, where a number is wanted
+_BLOCK, _TREES = 2048, 8  # clips of a block, and how often more are split into blocks
 
 
 class Group(NamedTuple):
-    """Clips that are like each other: the medoid, which is most like all others, then the likest.
+    """Clips that are like each other."""
 
-    `likeness` is the mean of the others' to the medoid; of one clip alone 1.
-    """
-
-    members: list[int]
-    likeness: float
+    members: list[int]  # the medoid, which is most like all others, then the likest to it
+    likeness: float  # the mean of the others' to the medoid; of one clip alone 1
 
 
 class Grouped(NamedTuple):
-    """All clips in groups, the largest first; how many pairs were aligned, and whether all were."""
+    """All clips in groups."""
 
-    groups: list[Group]
-    pairs: int
-    every: bool
+    groups: list[Group]  # the largest first
+    pairs: int  # how many were aligned
+    every: bool  # whether these are all pairs
 
 
 def grouped(
@@ -118,34 +102,24 @@ class _Known:
 
     def __init__(self, clips: Clips, watch: Watch) -> None:
         self._clips, self._watch = clips, watch
-        self._keys: Numbers = np.empty(0, np.int64)
-        self._values: Doubles = np.empty(0)
+        self._values: dict[int, float] = {}
 
     def __len__(self) -> int:
-        return len(self._keys)
+        return len(self._values)
 
     def alike(self, pairs: Numbers) -> Doubles:
         """Return how alike pairs of clips are: (K,), of a clip with itself 1."""
         low, high = np.sort(pairs, axis=1).T
-        keys = low * len(self._clips) + high
-        new = np.setdiff1d(keys[low < high], self._keys)
-        every = np.append(self._keys, new)
-        order = np.argsort(every)
-        self._values = np.append(self._values, self._aligned(new))[order]
-        self._keys = every[order]
-        values = np.ones(len(keys))
-        values[low < high] = self._values[np.searchsorted(self._keys, keys[low < high])]
-        return values
-
-    def _aligned(self, keys: Numbers) -> Doubles:
-        whole, done = self._clips.whole(), 0
-        values = []
-        for some in np.array_split(keys, len(keys) // _AT_ONCE + 1):
-            self._watch("pairs", done, len(keys))
-            one, two = (whole.taken(place) for place in np.divmod(some, len(self._clips)))
-            values.append(paired(self._clips, one, self._clips, two))
+        keys, clips, done = low * len(self._clips) + high, self._clips.whole(), 0
+        unique = np.unique(keys[low < high])
+        new = unique[[key not in self._values for key in unique.tolist()]]
+        for some in np.array_split(new, len(new) // _AT_ONCE + 1):
+            self._watch("pairs", done, len(new))
+            one, two = (clips.taken(place) for place in np.divmod(some, len(self._clips)))
+            alike = paired(self._clips, one, self._clips, two)
+            self._values.update(zip(some.tolist(), alike.tolist(), strict=True))
             done += len(some)
-        return np.concatenate(values).astype(np.float64)
+        return np.array([self._values.get(key, 1.0) for key in keys.tolist()])
 
 
 def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
@@ -271,13 +245,10 @@ def _medoids_first(
 
 def _ranked(groups: list[list[int]], known: _Known) -> list[Group]:
     """Return groups, the largest first, their members by likeness to the medoid."""
-    owner = np.repeat([group[0] for group in groups], [len(group) for group in groups])
-    alike = known.alike(np.stack([owner, np.concatenate(groups)], axis=1))
-    ranked, first = [], 0
-    for medoid, *others in groups:
-        own = alike[first + 1 : first + 1 + len(others)]
-        order = np.argsort(-own, kind="stable").tolist()
-        mean = float(own.mean()) if others else 1.0
-        ranked.append(Group([medoid, *(others[place] for place in order)], mean))
-        first += 1 + len(others)
+    alike = known.alike(np.array([(group[0], one) for group in groups for one in group]))
+    ranked, ends = [], np.cumsum([len(group) for group in groups])
+    for group, own in zip(groups, np.split(alike, ends[:-1]), strict=True):
+        order = np.argsort(-own[1:], kind="stable").tolist()
+        mean = float(own[1:].mean()) if order else 1.0
+        ranked.append(Group([group[0], *(group[1 + place] for place in order)], mean))
     return sorted(ranked, key=lambda group: (-len(group.members), group.members[0]))

@@ -25,40 +25,30 @@ from lanindex.search.example.align import Numbers, Watch, unwatched
 from lanindex.search.match.arrays import starts_of
 from lanindex.search.match.hits import from_left, nearest
 
-LONGEST = 12
-"""Steps of a motif, at the most."""
+LONGEST = 12  # steps of a motif at most
+MOST = 5_000_000  # occurrences of motifs that are extended at most, for one part
+RANKED = 200  # motifs that are ranked by what they alone account for
 
-MOST = 5_000_000
-"""Occurrences of motifs that are extended, at the most, for one part."""
+_CELLS = [*(f"{it} {level}" for it in DIRECTIONS for level in LEVELS), *DIRECTIONS]
+"""Cells as they are written; the last ones are those of a part whose symbols have no level."""
 
-RANKED = 200
-"""Motifs that are put in the order of what they alone account for."""
+_FLAT = len(DIRECTIONS) * len(LEVELS)  # the first of these
 
-_FLAT = len(DIRECTIONS) * len(LEVELS)
-"""The first cell of a part whose symbols have no level."""
-
-_CELLS = _FLAT + len(DIRECTIONS)
-
-_Name = tuple[int, ...]
-"""The cells of a motif."""
+_Name = tuple[int, ...]  # the cells of a motif
 
 
 class Line(NamedTuple):
-    """The symbols of one part in many captures, one capture after the other: (N,) each.
+    """The N symbols of one part in many captures, one capture after the other."""
 
-    A cell is 3 * direction + level, -1 where a symbol has no such thing. Frames are half-open, and
-    equal at a starting position. The numbers of the captures grow.
-    """
-
-    cells: Numbers
-    starts: Numbers
+    cells: Numbers  # (N,) places in `_CELLS`, -1 where a symbol has none
+    starts: Numbers  # (N,) frames, half-open; equal at a starting position
     stops: Numbers
     passing: NDArray[np.bool_]
-    captures: Numbers
+    captures: Numbers  # (N,) numbers, growing
 
 
 def line_of(columns: Columns, captures: Numbers) -> Line:
-    """Return the rows of columns side by side; `captures` is (C,) the number of each capture."""
+    """Return the rows of columns as a line; `captures` is (C,) the number of each capture."""
     direction, level = (codes.astype(np.int64) for codes in codes_of(columns.cell))
     if (level < 0).all():
         cells = np.where(direction >= 0, _FLAT + direction, -1)
@@ -71,17 +61,14 @@ def line_of(columns: Columns, captures: Numbers) -> Line:
 
 
 class Motif(NamedTuple):
-    """A sequence that recurs: a cell for each step, in how many captures, how often, and where.
-
-    `rows` is (H, 2) int32, of each hit its first and its last row in the line of the part.
-    """
+    """A sequence that recurs: a cell for each step, in how many captures, how often, and where."""
 
     part: str
     cells: _Name
     captures: int
     hits: int
     line: Line
-    rows: NDArray[np.int32]
+    rows: NDArray[np.int32]  # (H, 2) of each hit its first and its last row in the line
 
     @property
     def places(self) -> Numbers:
@@ -93,23 +80,14 @@ class Motif(NamedTuple):
     @property
     def pattern(self) -> str:
         """As one types it into a search."""
-        return f"{self.part} {' -> '.join(map(_words, self.cells))}"
-
-
-def _words(cell: int) -> str:
-    if cell >= _FLAT:
-        return DIRECTIONS[cell - _FLAT]
-    return f"{DIRECTIONS[cell // len(LEVELS)]} {LEVELS[cell % len(LEVELS)]}"
+        return f"{self.part} {' -> '.join(_CELLS[cell] for cell in self.cells)}"
 
 
 class Motifs(NamedTuple):
-    """What recurs in a part: motifs that no longer one of the same count contains.
-
-    From `cut` steps on they were not extended, there being too many occurrences; 0: all were.
-    """
+    """What recurs in a part: motifs that no longer one of the same count contains."""
 
     found: list[Motif]
-    cut: int
+    cut: int  # steps from which on too many occurrences were not extended; 0: all were
 
 
 class _Occurrences(NamedTuple):
@@ -148,7 +126,7 @@ def motifs(
     follows = _following(line)
     shown = np.flatnonzero(~line.passing & (line.cells >= 0))
     there = _Occurrences(line.cells[shown], shown, shown)
-    names: list[_Name] = [(cell,) for cell in range(_CELLS)]
+    names: list[_Name] = [(cell,) for cell in range(len(_CELLS))]
     counted: dict[_Name, Motif] = {}
     cut = 0
     for steps in range(2, longest + 2):
@@ -194,9 +172,11 @@ def _extended(
     _, last = ranges(there.last + 1, there.last + 1 + counts)
     motif, first = np.repeat(there.motif, counts), np.repeat(there.first, counts)
     longer = _Occurrences(motif, first, last).kept(line.cells[last] >= 0)
-    pairs = longer.motif * _CELLS + line.cells[longer.last]
+    pairs = longer.motif * len(_CELLS) + line.cells[longer.last]
     keys, motif = np.unique(pairs, return_inverse=True)
-    named = [(*names[key // _CELLS], int(key % _CELLS)) for key in keys.tolist()]
+    named = [
+        (*names[name], cell) for name, cell in (divmod(it, len(_CELLS)) for it in keys.tolist())
+    ]
     return longer._replace(motif=motif), named
 
 
@@ -235,10 +215,9 @@ def _closed(counted: dict[_Name, Motif]) -> list[Motif]:
 
 
 def ranked(found: list[Motif], most: int = RANKED) -> list[Motif]:
-    """Return motifs in the order in which one wants to hear of them.
+    """Return motifs in order: each accounts for most symbols that those before it leave.
 
-    First the one that accounts for most symbols, then the one that accounts for most of the
-    others, and so on; where nothing is left, or `most` are ranked, by symbols alone.
+    Where nothing is left, or `most` are ranked, they are ordered by their symbols alone.
     """
     queue = [
         (-motif.hits * len(motif.cells), motif.part, motif.cells, index)

@@ -39,32 +39,15 @@ from lanindex.search.example.align import (
     unwatched,
 )
 
-LONGER = 4.0
-"""From how many times the length of the example on a clip is looked through by stretches, too."""
-
-MOST = 4096
-"""Clips that are aligned at the most."""
-
-_BLOCK, _ROWS = 256, 1 << 18
-"""Clips that are aligned at a time, and rows of clips that are laid out."""
-
-_LONG = 16
-"""Rows a part of an example from which on these are fewer."""
-
-LONGEST = 2048
-"""Movements of one part of the example that are each compared with every movement."""
-
-_FARTHEST = 2.0
-"""How far a movement can go."""
-
-_STEPS, _BEGINNINGS = 4, 2000
-"""Beginnings of stretches in the length of the example, and in one clip at the most."""
-
-_TRIED, _FINALISTS = 12, 3
-"""Stretches of a clip that are aligned at a time, and whose edges are moved about."""
-
-_LENGTHS = np.array([0.7, 1.0, 1.4])
-"""Lengths of stretches, as parts of the example's."""
+LONGER = 4.0  # times the example's length from which on stretches of a clip are tried, too
+MOST = 4096  # clips that are aligned at most
+_BLOCK, _ROWS = 256, 1 << 18  # clips aligned at a time, and rows of clips laid out
+_LONG = 16  # rows a part of an example from which on these are fewer
+LONGEST = 2048  # movements of a part of the example that are each compared with every movement
+_FARTHEST = 2.0  # how far a movement can go
+_STEPS, _BEGINNINGS = 4, 2000  # stretches begun in the example's length, and in a clip at most
+_TRIED, _FINALISTS = 12, 3  # stretches of a clip aligned at a time, and those that are shifted
+_LENGTHS = np.array([0.7, 1.0, 1.4])  # of stretches, in proportion to the example's
 
 
 class Near(NamedTuple):
@@ -77,14 +60,11 @@ class Near(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What is like an example, the best first, and how many clips were aligned to find it.
+    """What is like an example."""
 
-    It is `sure` if no other whole clip could be among them.
-    """
-
-    near: list[Near]
-    aligned: int
-    sure: bool
+    near: list[Near]  # the best first
+    aligned: int  # how many clips were aligned to find it
+    sure: bool  # whether no other whole clip could be among them
 
 
 def nearest(

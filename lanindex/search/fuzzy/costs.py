@@ -24,24 +24,17 @@ from lanindex.search.sphere import KNOWN, MIDDLES, points_of
 
 Costs = NDArray[np.int16]
 
-UNIT = 64
-"""Parts of an edit in which costs are counted, so that equal ones are equal."""
+UNIT = 64  # parts of an edit in which costs are counted, so that equal ones are equal
+WIDTH, FREE = 45.0, 22.5  # degrees: from one cell to the next, and what costs nothing
+DRAWN_IN = 60.0  # degrees between a direction and place mid
+MOST = 2 * UNIT  # what a symbol costs at most: more than to leave out the step and pass over it
+CHANGE = UNIT  # what a change of level costs that is not the one asked for
+NEVER = 30000  # what a symbol costs that no edit makes a match
+BUCKETS = 16  # steps of the margin
+CARRYING = 2  # steps that a share of edits is not given for: without them nothing is left
 
-WIDTH, FREE, DRAWN_IN = 45.0, 22.5, 60.0
-"""Degrees: from one cell to the next, what costs nothing, and between a direction and place mid."""
-
-MOST, CHANGE = 2 * UNIT, UNIT
-"""What a symbol costs at most, which is more than leaving out the step and passing over the symbol;
-and what a change of level costs that is not the one asked for."""
-
-NEVER = 30000
-"""What a symbol costs that no edit makes a match."""
-
-BUCKETS = 16
-"""Steps of the margin."""
-
+# by thousandths of a margin, its step
 _BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.uint8)
-"""By thousandths of a margin, its step."""
 
 
 def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -130,10 +123,6 @@ def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
         lasts = batch.meets(rows.capture[row].astype(np.int64), stop - start, state.length)
         costs = np.where(lasts & (start < stop), costs, np.int16(NEVER))
     return np.where(rows.passing[row], np.int16(NEVER), costs) if state.manner == "at" else costs
-
-
-CARRYING = 2
-"""Steps that a share of edits is not given for: without them nothing is left of a pattern."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,9 +35,8 @@ from lanindex.search.match.hits import Found as Exact
 from lanindex.search.match.hits import staying
 from lanindex.search.plan import plan
 
-CLEAR, MORE = (14, 12, 8), 4
-"""The margins, in steps, down to which the best hits are looked for, one after the other; and how
-many captures are tried at first for each hit that is wanted."""
+CLEAR = (14, 12, 8)  # margins, in steps, down to which the best hits are looked for in turn
+MORE = 4  # captures that are tried at first for each hit that is wanted
 
 Result = TypeVar("Result")
 

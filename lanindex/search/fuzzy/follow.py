@@ -25,23 +25,15 @@ from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, TooMuch,
 from lanindex.search.match.batch import Batch, unavoidable
 from lanindex.search.plan import Program
 
-MISSING, SKIPPED = UNIT, UNIT // 2
-"""What a step costs that is missing, and a shown symbol between two steps joined by ``->``."""
+MISSING = UNIT  # what a step costs that is missing
+SKIPPED = UNIT // 2  # what a shown symbol costs between two steps joined by ->
+MOST_STEPS = 40  # of a line that can be followed: the work grows with their number
+IMPOSSIBLE = 1 << 14  # what it costs to begin or end where a line cannot: more than any match
+FREE, NEXT, LATER = range(3)  # a line lies anywhere, right at a clip's start or end, or apart
 
-MOST_STEPS = 40
-"""Steps of a line that can be followed: the work grows with their number."""
-
-IMPOSSIBLE = 1 << 14
-"""What it costs to begin or end where a line cannot: more than any match."""
-
-FREE, NEXT, LATER = range(3)
-"""How a line lies to a clip's start or end: anywhere, right there (``->``), some way off."""
-
-COST, FIRST = 32, 10
-"""The lowest bit of a key's cost, and of its beginning among 4 million symbols; below, the blur."""
-
-BLUR, LATEST, NOTHING = (1 << FIRST) - 1, (1 << COST - FIRST) - 1, 1 << 62
-"""The bits of the blur, the latest beginning, and the key where no match stands."""
+COST, FIRST = 32, 10  # the lowest bits of a key's cost and of its beginning; below, the blur
+BLUR, LATEST = (1 << FIRST) - 1, (1 << COST - FIRST) - 1  # the bits of the blur, the latest start
+NOTHING = 1 << 62  # the key where no match stands
 
 Ask = Callable[[], None]  # raises where a search may not go on
 

@@ -22,11 +22,9 @@ from lanindex.search.match.join import margins_of
 from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans
 from lanindex.search.plan import NEGATIONS, Companion, Program
 
-NOBODY = 1 << 62
-"""The place of a match where there is none."""
+NOBODY = 1 << 62  # the place of a match where there is none
 
-Exactly = Callable[[Query, IntArray], Found]
-"""Searches exactly, in some captures of the roster."""
+Exactly = Callable[[Query, IntArray], Found]  # searches exactly, in some captures of the roster
 
 
 class Plan(NamedTuple):
