@@ -35,8 +35,7 @@ from lanindex.search.language.query import Query, steps_of
 from lanindex.search.language.times import Clock, Time
 from lanindex.search.language.words import AMOUNTS
 
-Value = str | Fraction | None
-"""A text, a number (times in seconds), or nothing."""
+Value = str | Fraction | None  # times in seconds
 
 COMPARE: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt,
@@ -59,9 +58,7 @@ CLIP_FIELDS = tuple(_CLIP)
 """Fields of every capture; its other columns have the names that the user gave."""
 
 _TIMES = ("start", "end", "length")
-
-_EIGHTH = 45
-"""Degrees of an eighth of a turn."""
+_EIGHTH = 45  # degrees of an eighth of a turn
 
 Amount = TypeVar("Amount", int, NDArray[np.int64])
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from importlib import import_module
 from typing import Any, Protocol, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import records
-from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Span
 from lanindex.model.hit import in_words, readable
-from lanindex.model.tabled import arrow_of, pandas_of
+from lanindex.model.tabled import arrow_of, frame_of, pandas_of
 
 IntArray = NDArray[np.int64]
 
@@ -39,16 +37,9 @@ class Holder(Protocol):
 
 
 class Placed(Sequence[Hit]):
-    """Hits as columns of captures and frames; each is made an object when it is asked for.
+    """Hits as columns, (H,) each; one is made an object when it is asked for.
 
-    Parameters
-    ----------
-    holder : Holder
-        Fetches captures, and gives them and their numbers, by places in the roster.
-    place : ndarray
-        (H,) int64: which capture of the roster.
-    low, high : ndarray
-        (H,) int64: frames of the source, half-open.
+    They are the places of captures in the roster, and frames of the source, half-open.
     """
 
     def __init__(self, holder: Holder, place: IntArray, low: IntArray, high: IntArray) -> None:
@@ -289,15 +280,4 @@ class Hits(Sequence[Hit]):
         >>> columns[:3]
         ['capture', 'capture_id', 'label']
         """
-        columns = self._columns()
-        for name in ("pandas", "polars"):
-            try:
-                return import_module(name).DataFrame(columns)
-            except ModuleNotFoundError as error:
-                if error.name != name:
-                    raise
-        raise LanindexError(
-            "no library of data frames is installed",
-            wanted="pandas or polars",
-            remedy="Type: pip install pandas",
-        )
+        return frame_of(self._columns())

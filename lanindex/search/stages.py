@@ -20,12 +20,9 @@ from lanindex.search.language.clauses import Count, First, Reference, Sort, Stag
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """How many hits have one value of a field: a text, a number, or seconds.
+    """How many hits have one value of a field."""
 
-    It is None where it is missing, and where all hits are counted.
-    """
-
-    value: str | float | None
+    value: str | float | None  # times in seconds; None where it is missing, or all are counted
     count: int
 
 
@@ -112,7 +109,7 @@ def hits_in(found: Hits | Counts) -> Hits:
 
 
 def _values(hits: Hits, by: Reference) -> Iterator[Value]:
-    """Yield a field of each hit; none is made an object where it is told without."""
+    """Yield a field of each hit, without making objects where it can."""
     if is_of_span(by):
         return (value_of_span(by, capture, span) for capture, span in hits.spans())
     return (value_of(by, hit) for hit in hits)

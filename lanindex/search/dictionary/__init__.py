@@ -18,7 +18,6 @@ from lanindex.errors import NotationError, PatternError, UsageError, quoted, sho
 from lanindex.notation.text import read_toml
 
 FORM = 'name = {pattern = "...", sentence = "...", names = ["other name", ...]}'
-"""What an entry looks like."""
 
 _FIELDS = {"pattern": str, "sentence": str, "names": list, "labels": list, "measured": dict}
 _COMMENT = re.compile(r"//[^\n]*")
@@ -26,11 +25,10 @@ _EITHER = "either side"
 _SIDED = re.compile(r"(?<![a-z])(?:right|left|[rl](?=_))(?![a-z])")
 _SWAPPED = {"right": "left", "left": "right", "r": "l", "l": "r"}
 
-_LEFT_OUT = {
+_LEFT_OUT = {  # what may stand between the words of a name and says nothing
     *("a", "an", "the", "his", "her", "their", "he", "she", "they", "someone", "somebody"),
     *("person", "dancer", "man", "woman", "is", "are", "with"),
 }
-"""What may stand between the words of a name and says nothing."""
 
 _ENDING = re.compile(r"(?<=...)(?:ing|es|ed|s)\Z")
 
