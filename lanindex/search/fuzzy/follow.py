@@ -211,11 +211,14 @@ class Line:
         costs = np.stack([costs_of(state, table[code], batch, row) for state, table in pairs])
 
         def passed(at: IntArray, end: IntArray) -> IntArray:
-            """Return what it costs to pass over all rows up to some, in the stretches of others."""
-            apart = rows.stretch[at].astype(np.int64) * (self._most + 1)
-            return np.stack((apart + SKIPPED * rows.rank[end].astype(np.int64), apart))
+            """Return what it costs to get from the first row to some, and past others."""
+            apart = (rows.stretch[at] - rows.stretch[row[:1]]).astype(np.int64) * (self._most + 1)
+            shown = (rows.rank[end] - rows.rank[row[:1]]).astype(np.int64)
+            return np.stack((apart + SKIPPED * shown, apart))
 
         before, behind = passed(row, row), passed(row, row + 1)
+        if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
+            raise TooMuch  # keys have no room for so many symbols
         entry, leave = net.entry[FREE, :, None], net.exit[FREE, :, None]
         if min(net.entry[NEXT:].min(), net.exit[NEXT:].min()) < IMPOSSIBLE:
             capture = rows.capture[row]
@@ -226,10 +229,6 @@ class Line:
             end[:, rows.stretch_end[stretch] < batch.frames[capture]] = IMPOSSIBLE
             entry = np.minimum(entry, np.min(net.entry[NEXT:, :, None] + start[:, None], axis=0))
             leave = np.minimum(leave, np.min(net.exit[NEXT:, :, None] + end[:, None], axis=0))
-        first_before = before[:, :1]
-        before, behind = before - first_before, behind - first_before
-        if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
-            raise TooMuch  # keys have no room for so many symbols
         entry = (entry << COST) + (LATEST - np.arange(len(row)) << FIRST)
         leave = np.broadcast_to(leave << COST, costs.shape)
         blur = rows.cost[row]
