@@ -7,7 +7,7 @@ over which arrow, and which brackets close and open on the way. Together they ar
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -258,6 +258,14 @@ class _Piece:
         )
 
 
+def _up_to_required(pieces: Iterable[_Piece]) -> Iterator[_Piece]:
+    """Yield pieces up to the first one that may not be left out."""
+    for piece in pieces:
+        yield piece
+        if not piece.optional:
+            break
+
+
 @dataclass(slots=True)
 class _Builder:
     """Builds the program of one line, for one side."""
@@ -272,10 +280,8 @@ class _Builder:
     def line(self, line: Line) -> _Piece:
         pieces = [self.item(item) for item in line.items]
         for last, piece in enumerate(pieces):
-            for first in reversed(range(last)):
-                self.join(pieces[first], line.arrows[last - 1], piece)
-                if not pieces[first].optional:
-                    break
+            for before in _up_to_required(reversed(pieces[:last])):
+                self.join(before, line.arrows[last - 1], piece)
         return _Piece(self.beginnings(pieces, line), self.endings(pieces, line))
 
     def join(self, before: _Piece, arrow: Arrow, after: _Piece) -> None:
@@ -288,21 +294,15 @@ class _Builder:
     def beginnings(self, pieces: list[_Piece], line: Line) -> list[Entry]:
         """Return the entries; a step that is left out takes the arrow before it along."""
         entries = []
-        for piece, before in zip(pieces, (line.start, *line.arrows), strict=True):
+        for piece, before in zip(_up_to_required(pieces), (line.start, *line.arrows), strict=False):
             arrow = (before,) if line.start and before else ()
             entries += [Entry(it.state, it.opens, (*it.from_start, *arrow)) for it in piece.entries]
-            if not piece.optional:
-                break
         return entries
 
     def endings(self, pieces: list[_Piece], line: Line) -> list[Exit]:
         arrow = (line.end,) if line.end else ()
-        exits = []
-        for piece in reversed(pieces):
-            exits += [Exit(it.state, it.closes, (*it.to_end, *arrow)) for it in piece.exits]
-            if not piece.optional:
-                break
-        return exits
+        exits = [it for piece in _up_to_required(reversed(pieces)) for it in piece.exits]
+        return [Exit(it.state, it.closes, (*it.to_end, *arrow)) for it in exits]
 
     def item(self, item: Item) -> _Piece:
         repeat, around = item.repeat, self.labels
