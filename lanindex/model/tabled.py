@@ -31,6 +31,27 @@ def arrow_of(columns: Mapping[str, Any]) -> Any:
     return _library("pyarrow").table(columns)
 
 
+def frame_of(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a data frame of pandas, or else of polars.
+
+    Raises
+    ------
+    LanindexError
+        Where neither is installed.
+    """
+    for name in ("pandas", "polars"):
+        try:
+            return import_module(name).DataFrame(columns)
+        except ModuleNotFoundError as error:
+            if error.name != name:
+                raise
+    raise LanindexError(
+        "no library of data frames is installed",
+        wanted="pandas or polars",
+        remedy="Type: pip install pandas",
+    )
+
+
 def _library(name: str) -> Any:
     try:
         return import_module(name)

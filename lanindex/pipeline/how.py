@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING, Self
 from lanindex.errors import LanindexError, UsageError
 from lanindex.search.language.query import Query
 from lanindex.search.match import Finder, Watch
-from lanindex.search.nearly import NEAR
 
 if TYPE_CHECKING:
     from lanindex.model import Hit
     from lanindex.model.columns import Columns, Roster
     from lanindex.search.fuzzy import Allowance
     from lanindex.search.match.finder import Recordings
+
+NEAR = 250
+"""How far out the border of a cell lies with ``--near``, in thousandths of a margin."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,21 +1,50 @@
-"""What a hit answers when a field is asked for: ``a.start``, ``match.length``, ``clip.label``."""
+"""Fields of hits and captures: what ``where`` compares, and what a pipe sorts and counts by.
+
+Times are exact. What is missing (a label on a step that was left out, a column that a capture does
+not have, a direction that a symbol lacks) makes every condition on it false.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import operator
+from collections.abc import Callable, Collection
 from fractions import Fraction
 from operator import attrgetter
+from typing import Any, TypeVar
 
-from lanindex.alphabet import KINDS, LEVEL_CODES, MEASURES, kind_of
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import KINDS, LEVEL_CODES, LEVELS, MEASURES, kind_of
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.bends import degree_of
 from lanindex.model.measures import GRADES
-from lanindex.search.language.clauses import CLIP, MATCH, Reference, references_in
+from lanindex.search.language.clauses import (
+    CLIP,
+    MATCH,
+    Comparison,
+    Condition,
+    Mirrors,
+    Reference,
+    Sum,
+    Term,
+    Text,
+    references_in,
+)
 from lanindex.search.language.query import Query, steps_of
+from lanindex.search.language.times import Clock, Time
 from lanindex.search.language.words import AMOUNTS
 
-Value = str | Fraction | None
-"""A text, a number (times in seconds), or nothing."""
+Value = str | Fraction | None  # times in seconds
+
+COMPARE: dict[str, Callable[[Any, Any], Any]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.eq,
+    "!=": operator.ne,
+}
 
 _CLIP: dict[str, Callable[[Capture], str | Fraction]] = {
     **{name: attrgetter(name) for name in ("path", "label", "format", "sha256")},
@@ -26,66 +55,65 @@ _CLIP: dict[str, Callable[[Capture], str | Fraction]] = {
 }
 
 CLIP_FIELDS = tuple(_CLIP)
-"""What every capture can be asked for; its other columns have the names that the user gave."""
+"""Fields of every capture; its other columns have the names that the user gave."""
 
 _TIMES = ("start", "end", "length")
+_EIGHTH = 45  # degrees of an eighth of a turn
+
+Amount = TypeVar("Amount", int, NDArray[np.int64])
+
+
+def names_in(conditions: Collection[Condition]) -> frozenset[str]:
+    """Return the names that conditions speak of: labels, ``clip`` and ``match``."""
+    mirrored = [it for it in conditions if isinstance(it, Mirrors)]
+    labels = {name for it in mirrored for name in (it.first, it.second)}
+    return frozenset(labels | {it.name for it in references_in(conditions)})
+
+
+def measures_in(query: Query) -> frozenset[str]:
+    """Return the measures of symbols that the words and conditions of a query need."""
+    kinds = {word.kind for step in steps_of(query.pattern) for word in step.words}
+    fields = {it.field for it in references_in(query.where) if it.name != CLIP}
+    return frozenset(fields.intersection(MEASURES)).union(
+        name for kind, name in GRADES.items() if kind in kinds
+    )
+
+
+def extras_in(query: Query) -> frozenset[str]:
+    """Return the columns that a search reads besides those that every search does."""
+    fields = {it.field for it in references_in(query.where)}
+    return measures_in(query) | fields.intersection(("swings",))
 
 
 def value_of(reference: Reference, hit: Hit) -> Value:
-    """Return what a field of a hit is: of a label, of all that matched, or of the capture.
+    """Return a field of a hit: of a label, of all that matched, or of the capture.
 
     Times are seconds from the clip's first frame; None stands for what is missing. Of several
     symbols: where the first begins, where the last ends, and what the last one is; of all that
     matched, the frames of the hit and what its first line ends with.
     """
-    if told_by_span(reference):
+    if is_of_span(reference):
         return value_of_span(reference, hit.capture, hit.span)
     symbols = hit.lines[0] if reference.name == MATCH else hit.labels.get(reference.name, ())
     if not symbols:
         return None
     if reference.field not in _TIMES:
-        return _told(symbols[-1], reference.field)
+        return _of_symbol(symbols[-1], reference.field)
     span = Span(min(it.start for it in symbols), max(it.stop for it in symbols))
     return value_of_span(Reference(MATCH, reference.field), hit.capture, span)
 
 
-def measures_in(query: Query) -> frozenset[str]:
-    """Return the measures of symbols that a search reads: words and conditions speak of them."""
-    kinds = {word.kind for step in steps_of(query.pattern) for word in step.words}
-    said = {name for kind, name in GRADES.items() if kind in kinds}
-    asked = {it.field for it in references_in(query.where) if it.name != CLIP}
-    return frozenset(said | asked.intersection(MEASURES))
-
-
-def extras_in(query: Query) -> frozenset[str]:
-    """Return the columns that a search reads besides those that every search does."""
-    swings = {it.field for it in references_in(query.where) if it.field == "swings"}
-    return measures_in(query) | swings
-
-
-def told_by_span(reference: Reference) -> bool:
-    """Tell whether capture and frames of a hit are all that a field needs."""
+def is_of_span(reference: Reference) -> bool:
+    """Return whether capture and frames of a hit are all that a field needs."""
     return reference.name == CLIP or (reference.name == MATCH and reference.field in _TIMES)
 
 
 def value_of_span(reference: Reference, capture: Capture, span: Span) -> Value:
-    """Return a field that capture and frames of a hit tell, as `told_by_span` says."""
+    """Return a field that needs only capture and frames of a hit, see `is_of_span`."""
     if reference.name == CLIP:
         return _of_clip(capture, reference.field)
     frames = {"start": span.start, "end": span.stop, "length": span.stop - span.start}
     return frames[reference.field] / capture.rate
-
-
-def _told(symbol: Symbol, field: str) -> Value:
-    if field in AMOUNTS:
-        kind = KINDS[kind_of(symbol.part)]
-        if field not in kind.words or symbol.amount is None:
-            return None
-        if field == "bend":
-            return Fraction(degree_of(symbol.amount))
-        return kind.amount(symbol.amount) if kind.amounts else Fraction(symbol.amount)
-    said = symbol.runner_direction if field == "else" else getattr(symbol, field)
-    return Fraction(round(said * 1000), 1000) if isinstance(said, float | int) else said
 
 
 def _of_clip(capture: Capture, field: str) -> Value:
@@ -97,11 +125,16 @@ def _of_clip(capture: Capture, field: str) -> Value:
     return next((it for name, it in capture.metadata.items() if name.lower() == field), "") or None
 
 
-def _number(text: str) -> Fraction | None:
-    digits = text.strip().removeprefix("-").replace(".", "", 1)
-    if not (digits.isascii() and digits.isdecimal() and len(digits) < 100):
-        return None
-    return Fraction(text.strip())
+def _of_symbol(symbol: Symbol, field: str) -> Value:
+    if field in AMOUNTS:
+        kind = KINDS[kind_of(symbol.part)]
+        if field not in kind.words or symbol.amount is None:
+            return None
+        if field == "bend":
+            return Fraction(degree_of(symbol.amount))
+        return kind.amount(symbol.amount) if kind.amounts else Fraction(symbol.amount)
+    value = symbol.runner_direction if field == "else" else getattr(symbol, field)
+    return Fraction(round(value * 1000), 1000) if isinstance(value, float | int) else value
 
 
 def order(reference: Reference, value: Value) -> tuple[bool, bool, str | Fraction | int]:
@@ -110,9 +143,79 @@ def order(reference: Reference, value: Value) -> tuple[bool, bool, str | Fractio
     Numbers, and texts that are numbers, stand before texts; those go by letter, levels from low to
     high.
     """
-    if isinstance(value, str):
-        if reference.name != CLIP and reference.field == "level":
-            return False, False, LEVEL_CODES[value]
-        number = _number(value)
-        return (False, True, value) if number is None else (False, False, number)
-    return value is None, False, value or 0
+    if not isinstance(value, str):
+        return value is None, False, value or 0
+    if reference.name != CLIP and reference.field == "level":
+        return False, False, LEVEL_CODES[value]
+    digits = value.strip().removeprefix("-").replace(".", "", 1)
+    if digits.isascii() and digits.isdecimal() and len(digits) < 100:
+        return False, False, Fraction(value.strip())
+    return False, True, value
+
+
+def meets(capture: Capture, condition: Comparison) -> bool:
+    """Return whether a capture meets a condition on it alone.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.search.fields import meets
+    >>> from lanindex.search.language import parse
+    >>> (condition,) = parse("torso any where clip.seconds < 3600").where
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     meets(library.capture("compass.bvh"), condition)
+    True
+    """
+    left, right = (_sum(side, capture) for side in (condition.left, condition.right))
+    if left is None or right is None:
+        return False
+    if isinstance(left, Fraction) != isinstance(right, Fraction):
+        left, right = number_of(left), number_of(right)
+        if left is None or right is None:  # a word is no number
+            return condition.compare == "!="
+    if left in LEVELS and right in LEVELS:  # by height, not by letter
+        left, right = (Fraction(LEVELS.index(str(side))) for side in (left, right))
+    return bool(COMPARE[condition.compare](left, right))
+
+
+def _sum(side: Sum, capture: Capture) -> Value:
+    clock = Clock(capture.rate, capture.meter.speed / 60)
+    values = [constant(term, clock, capture) for _, term in side.terms]
+    if len(values) == 1:
+        return values[0]
+    total = Fraction(0)
+    for (sign, _), value in zip(side.terms, map(number_of, values), strict=True):
+        if value is None:
+            return None
+        total += sign * value
+    return total
+
+
+def constant(term: Term, clock: Clock, capture: Capture | None) -> Value:
+    """Return the value of a term without a label: a field of the capture, a time, a word."""
+    match term:
+        case Reference():
+            assert capture
+            return value_of_span(term, capture, Span(0, 0))
+        case Time():
+            return term.frames(clock) / clock.rate
+    return term.text if isinstance(term, Text) else term.value
+
+
+def number_of(value: Value) -> Fraction | None:
+    """Return a number, also where it is written as text."""
+    try:
+        return None if value is None else Fraction(value)
+    except (ValueError, ZeroDivisionError):
+        return None
+
+
+def about(part: str, amount: Amount) -> Amount:
+    """Return amounts as closely as mirror images agree in them: of a turn to the nearest eighth.
+
+    How far a limb is bent that points somewhere does not count.
+    """
+    kind = KINDS[kind_of(part)]
+    if "amount" not in kind.fields:
+        return amount * 0
+    return amount if kind.amounts else (amount + _EIGHTH // 2) // _EIGHTH

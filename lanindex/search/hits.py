@@ -1,52 +1,124 @@
-"""What a search gives back: hits as objects, dictionaries or an array."""
+"""What a search gives back: hits as objects, dictionaries, columns or a table."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, overload, runtime_checkable
+from typing import Any, Protocol, Self, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from lanindex import records
-from lanindex.errors import LanindexError
-from lanindex.model import Hit
+from lanindex.model import Capture, Hit, Span
 from lanindex.model.hit import in_words, readable
-from lanindex.model.tabled import arrow_of, pandas_of
+from lanindex.model.tabled import arrow_of, frame_of, pandas_of
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+IntArray = NDArray[np.int64]
 
-    from lanindex.model import Capture, Span
+FEW = 10  # hits that are shown of many
+TOGETHER = 512  # captures that are fetched at once where all hits are made objects
 
-FEW = 10
-"""Hits that are shown of many."""
+_FIELDS = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
 
 
-@runtime_checkable
-class Lazy(Protocol):
-    """Hits that are columns as long as they can be: what can be asked without making objects."""
+class Holder(Protocol):
+    """Holds the captures of hits, by their places in the roster."""
 
-    @property
-    def captures(self) -> int:
-        """In how many captures they are."""
+    def fetch(self, places: Sequence[int]) -> None:
+        """Fetch captures of which hits will be made objects."""
+
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        """Return captures."""
+
+    def numbers(self, places: IntArray) -> IntArray:
+        """Return the numbers of captures."""
+
+
+class Placed(Sequence[Hit]):
+    """Hits as columns, (H,) each; one is made an object when it is asked for.
+
+    They are the places of captures in the roster, and frames of the source, half-open.
+    """
+
+    def __init__(self, holder: Holder, place: IntArray, low: IntArray, high: IntArray) -> None:
+        self._holder, self.place, self.low, self.high = holder, place, low, high
+
+    @abstractmethod
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        """Return some hits as objects."""
+
+    @abstractmethod
+    def _some(self, chosen: NDArray[Any] | slice) -> Self:
+        """Return some of them, in any order."""
+
+    @abstractmethod
+    def clear(self) -> NDArray[np.float64]:
+        """Return how clear each hit is, (H,) from 0 to 1."""
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.place)
+
+    @overload
+    def __getitem__(self, index: int) -> Hit: ...
+    @overload
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> Hit | Self:
+        """Return one hit, or some of them."""
+        if isinstance(index, slice):
+            return self._some(index)
+        return self._hits([range(len(self))[index]])[0]
+
+    def __iter__(self) -> Iterator[Hit]:
+        """Yield all hits, in whatever order they stand; captures are fetched many at once."""
+        first, places = 0, set[int]()
+        for index, place in enumerate([*self.place.tolist(), -1] if len(self) else []):
+            if place < 0 or (len(places) == TOGETHER and place not in places):
+                self._holder.fetch(sorted(places))
+                yield from self._hits(range(first, index))
+                first, places = index, set()
+            places.add(place)
 
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
+        places, counts = self._counted()
+        return list(zip(self._holder.numbers(places).tolist(), counts.tolist(), strict=True))
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
+        places, counts = self._counted()
+        return list(zip(self._holder.captures(places.tolist()), counts.tolist(), strict=True))
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit."""
+        places = self._counted()[0].tolist()
+        captures = dict(zip(places, self._holder.captures(places), strict=True))
+        columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
+        for place, low, high in zip(*columns, strict=True):
+            yield captures[place], Span(low, high)
 
-    def arranged(self, order: Sequence[int]) -> Sequence[Hit]:
+    def arranged(self, order: Sequence[int]) -> Self:
         """Return the same hits in another order."""
+        return self._some(np.array(order, np.int64))
 
-    def by_fit(self, most: int | None = None) -> Sequence[Hit]:
-        """Return the same hits, the clearest first."""
+    def by_fit(self, most: int | None = None) -> Self:
+        """Return the same hits, the clearest first; behind the first `most`, in any order."""
+        return self._some(np.argsort(-self.clear(), kind="stable"))
 
     def numpy(self) -> NDArray[Any]:
-        """Return the hits as an array."""
+        """Return the hits as an array, as `Hits.numpy`."""
+        found = np.empty(len(self), _FIELDS)
+        found["capture_id"] = self._holder.numbers(self.place)
+        found["start"], found["stop"], found["fit"] = self.low, self.high, self.clear()
+        return found
+
+    def _counted(self) -> tuple[IntArray, IntArray]:
+        """Return the captures of hits, in order, and how many each has."""
+        ordered = np.sort(self.place)  # np.unique imports as much as all of a small search takes
+        firsts = np.flatnonzero(np.diff(ordered, prepend=-1))
+        return ordered[firsts], np.diff(firsts, append=len(ordered))
 
 
 class Hits(Sequence[Hit]):
@@ -72,7 +144,7 @@ class Hits(Sequence[Hit]):
     """
 
     def __init__(self, found: Iterable[Hit], pattern: str) -> None:
-        # what makes its hits one by one is left to do so when they are asked for
+        # `Placed` hits stay columns until they are asked for
         self._hits: Sequence[Hit] = found if isinstance(found, Sequence) else tuple(found)
         self.pattern = pattern
 
@@ -97,17 +169,17 @@ class Hits(Sequence[Hit]):
     @property
     def captures(self) -> int:
         """In how many captures they are."""
-        return self._hits.captures if isinstance(self._hits, Lazy) else len(self.tally())
+        return len(self.tally())
 
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
-        if isinstance(self._hits, Lazy):
+        if isinstance(self._hits, Placed):
             return self._hits.tally()
         return [(capture.id, count) for capture, count in self.counts()]
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
-        if isinstance(self._hits, Lazy):
+        if isinstance(self._hits, Placed):
             return self._hits.counts()
         captures = {hit.capture.id: hit.capture for hit in self}
         numbers = Counter(hit.capture.id for hit in self)
@@ -115,13 +187,13 @@ class Hits(Sequence[Hit]):
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit, in order."""
-        if isinstance(self._hits, Lazy):
+        if isinstance(self._hits, Placed):
             return self._hits.spans()
         return ((hit.capture, hit.span) for hit in self)
 
     def arranged(self, order: Sequence[int]) -> Hits:
         """Return the same hits in another order: that of these numbers, counted from 0."""
-        if isinstance(self._hits, Lazy):
+        if isinstance(self._hits, Placed):
             return Hits(self._hits.arranged(order), self.pattern)
         return Hits([self[number] for number in order], self.pattern)
 
@@ -161,7 +233,7 @@ class Hits(Sequence[Hit]):
 
     def by_fit(self, most: int | None = None) -> Hits:
         """Return the same hits, the clearest first; behind the first `most`, in any order."""
-        if isinstance(self._hits, Lazy):
+        if isinstance(self._hits, Placed):
             return Hits(self._hits.by_fit(most), self.pattern)
         return Hits(sorted(self._hits, key=lambda hit: -hit.fit), self.pattern)
 
@@ -171,13 +243,10 @@ class Hits(Sequence[Hit]):
 
     def numpy(self) -> NDArray[Any]:
         """Return (H,) with the fields capture_id, start, stop (frames, half-open) and fit."""
-        import numpy as np
-
-        if isinstance(self._hits, Lazy):
+        if isinstance(self._hits, Placed):
             return self._hits.numpy()
-        fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
         rows = [(hit.capture.id, hit.span.start, hit.span.stop, hit.fit) for hit in self._hits]
-        return np.array(rows, dtype=fields)
+        return np.array(rows, dtype=_FIELDS)
 
     def to_pandas(self) -> Any:
         """Return the hits as a ``pandas.DataFrame``, as `to_frame`."""
@@ -211,15 +280,4 @@ class Hits(Sequence[Hit]):
         >>> columns[:3]
         ['capture', 'capture_id', 'label']
         """
-        columns = self._columns()
-        for name in ("pandas", "polars"):
-            try:
-                return import_module(name).DataFrame(columns)
-            except ModuleNotFoundError as error:
-                if error.name != name:
-                    raise
-        raise LanindexError(
-            "no library of data frames is installed",
-            wanted="pandas or polars",
-            remedy="Type: pip install pandas",
-        )
+        return frame_of(self._columns())

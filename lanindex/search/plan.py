@@ -7,8 +7,8 @@ over which arrow, and which brackets close and open on the way. Together they ar
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 
@@ -36,62 +36,33 @@ SIDES = ("r_", "l_")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """A step of a line, where a match may stand.
+    """A step of a line, where a match may stand."""
 
-    Attributes
-    ----------
-    number : int
-        Index in the program.
-    members : tuple of str
-        The part that moves, or the two that move together.
-    manner : str
-        ``move``, ``via``, ``at`` or ``hold``.
-    fits : tuple of dict of str to frozenset of int
-        For each member, by kind of words, the codes that fit; a kind of which nothing is said is
-        not there.
-    names_passing : bool
-        Whether it may match a passing symbol: ``via`` anywhere in a line, a movement that says
-        enough between the first and the last.
-    length : Length or None
-        How long it may last.
-    labels : tuple of str
-        By which it can be spoken of: its own, and those of the brackets around it.
-    near : int
-        How far across its border a symbol may lie, in thousandths of a margin.
-    """
-
-    number: int
-    members: tuple[str, ...]
-    manner: str
+    number: int  # its index in the program
+    members: tuple[str, ...]  # the part that moves, or the two that move together
+    manner: str  # move, via, at or hold
+    # by member: the codes that fit, by kind of words; no entry where any code does
     fits: tuple[dict[str, frozenset[int]], ...]
+    # whether it may match a passing symbol: via anywhere in a line, a movement that says enough
+    # between the first and the last
     names_passing: bool
-    length: Length | None
-    labels: tuple[str, ...] = ()
-    near: int = 0
+    length: Length | None  # how long it may last
+    labels: tuple[str, ...] = ()  # its own, and those of the brackets around it
+    near: int = 0  # how far across its border a symbol may lie, in thousandths of a margin
 
     @property
     def beside_cells(self) -> bool:
-        """Whether it asks for what no cell tells: an amount, a measure."""
-        return any(kind in said for said in self.fits for kind in BESIDE_CELLS)
+        """Whether it asks for more than cells: an amount, a measure."""
+        return any(kind in fits for fits in self.fits for kind in BESIDE_CELLS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Companion:
-    """A line beside the leading one.
+    """A line beside the leading one."""
 
-    Attributes
-    ----------
-    relation : str
-        As in `Beside`.
-    programs : tuple of Program
-        One a side.
-    within : Length or None
-        How many frames may lie between.
-    """
-
-    relation: str
-    programs: tuple[Program, ...]
-    within: Length | None = None
+    relation: str  # as in `Beside`
+    programs: tuple[Program, ...]  # one a side
+    within: Length | None = None  # how many frames may lie between
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,33 +103,15 @@ class Edge:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Program:
-    """One line, of one side, ready to be matched.
+    """One line, of one side, ready to be matched."""
 
-    Attributes
-    ----------
-    states : tuple of State
-        Its steps, repeats written out.
-    entries : tuple of Entry
-        Where it may begin.
-    edges : tuple of tuple of Edge
-        By state: where it may go on.
-    exits : tuple of tuple of Exit
-        By state: how it may end there.
-    whole : Group
-        What must hold of all of it.
-    brackets : tuple of Group
-        Those that may open in it.
-    open_ended : bool
-        Whether it can go on where it could end: it then runs on as long as it can.
-    """
-
-    states: tuple[State, ...]
-    entries: tuple[Entry, ...]
-    edges: tuple[tuple[Edge, ...], ...]
-    exits: tuple[tuple[Exit, ...], ...]
-    whole: Group
-    brackets: tuple[Group, ...]
-    open_ended: bool
+    states: tuple[State, ...]  # its steps, repeats written out
+    entries: tuple[Entry, ...]  # where it may begin
+    edges: tuple[tuple[Edge, ...], ...]  # by state: where it may go on
+    exits: tuple[tuple[Exit, ...], ...]  # by state: how it may end there
+    whole: Group  # what must hold of all of it
+    brackets: tuple[Group, ...]  # those that may open in it
+    open_ended: bool  # it can go on where it could end: it then runs on as long as it can
 
 
 def plan(query: Query) -> tuple[Program, ...]:
@@ -173,7 +126,7 @@ def plan(query: Query) -> tuple[Program, ...]:
 
 
 def counts(pattern: Choice) -> bool:
-    """Tell whether a pattern counts anywhere, with ``x`` or ``?``."""
+    """Return whether a pattern counts anywhere, with ``x`` or ``?``."""
     return any(
         item.repeat != ONCE or (isinstance(item.unit, Bracket) and counts(item.unit.pattern))
         for lines in pattern.alternatives
@@ -215,18 +168,16 @@ def components(program: Program) -> list[list[int]]:
 
 def open_groups(program: Program) -> list[tuple[Group, ...]]:
     """Return the brackets that are open at each state, the inner ones last."""
-    found: list[tuple[Group, ...]] = [()] * len(program.states)
+    found: dict[int, tuple[Group, ...]] = {}
     todo = [(entry.state, entry.opens) for entry in program.entries]
-    seen: set[int] = set()
     while todo:
         state, groups = todo.pop()
-        if state not in seen:
-            seen.add(state)
+        if state not in found:
             found[state] = groups
             for edge in program.edges[state]:
                 left = groups[: len(groups) - len(edge.exit.closes)]
                 todo.append((edge.entry.state, (*left, *edge.entry.opens)))
-    return found
+    return [found.get(state, ()) for state in range(len(program.states))]
 
 
 class _Planner:
@@ -293,7 +244,7 @@ def _program(planner: _Planner, line: Line, side: str, group: Group) -> Program:
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """A piece of a program: the ways in and out, and whether it may be left out."""
+    """A piece of a program: its entries and exits, and whether it may be left out."""
 
     entries: list[Entry] = field(default_factory=list)
     exits: list[Exit] = field(default_factory=list)
@@ -305,6 +256,14 @@ class _Piece:
             [Entry(it.state, (group, *it.opens), it.from_start) for it in self.entries],
             [Exit(it.state, (*it.closes, group), it.to_end) for it in self.exits],
         )
+
+
+def _up_to_required(pieces: Iterable[_Piece]) -> Iterator[_Piece]:
+    """Yield pieces up to the first one that may not be left out."""
+    for piece in pieces:
+        yield piece
+        if not piece.optional:
+            break
 
 
 @dataclass(slots=True)
@@ -321,10 +280,8 @@ class _Builder:
     def line(self, line: Line) -> _Piece:
         pieces = [self.item(item) for item in line.items]
         for last, piece in enumerate(pieces):
-            for first in reversed(range(last)):
-                self.join(pieces[first], line.arrows[last - 1], piece)
-                if not pieces[first].optional:
-                    break
+            for before in _up_to_required(reversed(pieces[:last])):
+                self.join(before, line.arrows[last - 1], piece)
         return _Piece(self.beginnings(pieces, line), self.endings(pieces, line))
 
     def join(self, before: _Piece, arrow: Arrow, after: _Piece) -> None:
@@ -335,23 +292,17 @@ class _Builder:
                 self.edges.append(Edge(leaving, arrow, entry, same))
 
     def beginnings(self, pieces: list[_Piece], line: Line) -> list[Entry]:
-        """Return the ways in: a step that is left out takes the arrow before it along."""
+        """Return the entries; a step that is left out takes the arrow before it along."""
         entries = []
-        for piece, before in zip(pieces, (line.start, *line.arrows), strict=True):
+        for piece, before in zip(_up_to_required(pieces), (line.start, *line.arrows), strict=False):
             arrow = (before,) if line.start and before else ()
             entries += [Entry(it.state, it.opens, (*it.from_start, *arrow)) for it in piece.entries]
-            if not piece.optional:
-                break
         return entries
 
     def endings(self, pieces: list[_Piece], line: Line) -> list[Exit]:
         arrow = (line.end,) if line.end else ()
-        exits = []
-        for piece in reversed(pieces):
-            exits += [Exit(it.state, it.closes, (*it.to_end, *arrow)) for it in piece.exits]
-            if not piece.optional:
-                break
-        return exits
+        exits = [it for piece in _up_to_required(reversed(pieces)) for it in piece.exits]
+        return [Exit(it.state, it.closes, (*it.to_end, *arrow)) for it in exits]
 
     def item(self, item: Item) -> _Piece:
         repeat, around = item.repeat, self.labels
@@ -368,41 +319,32 @@ class _Builder:
     def unit(self, item: Item) -> _Piece:
         if isinstance(item.unit, Bracket):
             return self.bracket(item.unit.pattern, item.length)
-        state = _state(len(self.states), item.unit, item.length, self.side, self.labels)
-        state = replace(state, near=self.planner.near)
-        self.states.append(state)
-        return _Piece([Entry(state.number)], [Exit(state.number)])
+        number = len(self.states)
+        self.states.append(self.state(number, item.unit, item.length))
+        return _Piece([Entry(number)], [Exit(number)])
 
     def bracket(self, pattern: Choice, length: Length | None) -> _Piece:
-        whole = _Piece()
+        found = _Piece()
         for lines in pattern.alternatives:
             inner = self.line(lines.first)
             if length or lines.others:
                 group = Group(length, self.planner.companions(lines))
                 self.groups.append(group)
                 inner = inner.inside(group)
-            whole.entries.extend(inner.entries)
-            whole.exits.extend(inner.exits)
-        return whole
+            found.entries.extend(inner.entries)
+            found.exits.extend(inner.exits)
+        return found
 
-
-def _state(
-    number: int, step: Step, length: Length | None, side: str, labels: tuple[str, ...] = ()
-) -> State:
-    members = step.mover.members
-    if step.mover.form == "either":
-        members = tuple(member for member in members if member.startswith(side))
-    positive = [word for word in step.words if not word.negated and word.values != (ANY,)]
-    changing = any(word.kind == "change" for word in step.words)
-    return State(
-        number,
-        members,
-        step.manner,
-        tuple(fits(step, member) for member in members),
-        step.manner == "via" or (step.manner == "move" and bool(positive) and not changing),
-        length,
-        labels,
-    )
+    def state(self, number: int, step: Step, length: Length | None) -> State:
+        members, manner = step.mover.members, step.manner
+        if step.mover.form == "either":
+            members = tuple(member for member in members if member.startswith(self.side))
+        positive = any(not word.negated and word.values != (ANY,) for word in step.words)
+        changing = any(word.kind == "change" for word in step.words)
+        names_passing = manner == "via" or (manner == "move" and positive and not changing)
+        wanted = tuple(fits(step, member) for member in members)
+        near = self.planner.near
+        return State(number, members, manner, wanted, names_passing, length, self.labels, near)
 
 
 def fits(step: Step, part: str) -> dict[str, frozenset[int]]:

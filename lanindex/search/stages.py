@@ -13,19 +13,16 @@ from typing import Any, overload
 
 from lanindex.errors import UsageError
 from lanindex.model.hit import readable
-from lanindex.search.fields import Value, order, told_by_span, value_of, value_of_span
+from lanindex.search.fields import Value, is_of_span, order, value_of, value_of_span
 from lanindex.search.hits import FEW, Hits
 from lanindex.search.language.clauses import Count, First, Reference, Sort, Stage
 
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """How many hits have one value of a field: a text, a number, or seconds.
+    """How many hits have one value of a field."""
 
-    It is None where it is missing, and where all hits are counted.
-    """
-
-    value: str | float | None
+    value: str | float | None  # times in seconds; None where it is missing, or all are counted
     count: int
 
 
@@ -112,8 +109,8 @@ def hits_in(found: Hits | Counts) -> Hits:
 
 
 def _values(hits: Hits, by: Reference) -> Iterator[Value]:
-    """Yield a field of each hit; none is made an object where it is told without."""
-    if told_by_span(by):
+    """Yield a field of each hit, without making objects where it can."""
+    if is_of_span(by):
         return (value_of_span(by, capture, span) for capture, span in hits.spans())
     return (value_of(by, hit) for hit in hits)
 

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from lanindex import write_lnd
 from lanindex.app.cli import app
 from lanindex.pipeline import open_library
+from lanindex.search.fuzzy import follow
 from lanindex.search.match import arrays, context
 
 PATTERN = "r_arm any with a: l_arm any ... b: any where b.end - a.start > 0.1s"
@@ -18,6 +19,9 @@ FUZZY = (  # the pattern itself is searched for exactly, too, or what must not h
     "r_arm any ... any without r_arm any ... low",
     "r_arm any without (l_arm any ... any with r_arm any ... any) -> high",
 )
+
+
+NAMED = [f"{it}.lnd" for it in "234567"]
 
 
 @pytest.fixture
@@ -52,6 +56,38 @@ def test_a_fuzzy_search_names_them_too(db: Path, pattern: str) -> None:
     with open_library(db) as library:
         hits = library.search(pattern, fuzzy="0.5")
         assert {Path(hit.path).name for hit in hits} == {"a.lnd", "z.lnd"}
+
+
+def test_a_fuzzy_search_names_captures_with_too_many_symbols(
+    db: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open_library(db) as library:
+        hits = library.search("r_arm any -> any", fuzzy="0.5")
+        wanted = [str(hit) for hit in hits]
+        of_few = [str(hit) for hit in hits if Path(hit.path).name in ("a.lnd", "z.lnd")]
+        # what one capture has fits the keys of a search, what several have does not
+        monkeypatch.setattr(follow, "LATEST", 127)
+        assert [str(hit) for hit in library.search("r_arm any -> any", fuzzy="0.5")] == wanted
+        monkeypatch.setattr(follow, "LATEST", 31)
+        for best in (None, 1000):
+            library.refused = []
+            hits = library.search("r_arm any -> any", fuzzy="0.5", best=best)
+            assert sorted(str(hit) for hit in hits) == sorted(of_few) != []
+            assert [str(it).split(":")[0] for it in library.refused] == NAMED
+
+
+def test_a_fuzzy_search_names_captures_with_too_many_pairs_of_lines(
+    db: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pattern = "r_arm any with[100s] l_arm any"
+    with open_library(db) as library:
+        hits = library.search(pattern, fuzzy="0.5")
+        wanted = [str(hit) for hit in hits if Path(hit.path).name in ("a.lnd", "z.lnd")]
+        monkeypatch.setattr(arrays, "available", lambda: 4 << 30)
+        monkeypatch.setattr(arrays, "PAIR", 1 << 25)  # a line may have 32 others beside it
+        assert [str(hit) for hit in library.search(pattern, fuzzy="0.5")] == wanted != []
+        assert [str(it).split(":")[0] for it in library.refused] == NAMED
+        assert all("the pattern fits in too many ways" in str(it) for it in library.refused)
 
 
 def test_python_has_an_error_for_each(db: Path) -> None:

@@ -69,6 +69,7 @@ from lanindex.encode import encode
 from lanindex.formats import read
 from lanindex.pipeline.labels import read_labels
 from lanindex.pipeline.rerank import normalised, warped
+from lanindex.search import sphere
 from lanindex.search.example import align, nearest
 from lanindex.search.example.align import Clips, Source
 
@@ -185,7 +186,7 @@ def bounded(own: Set) -> Ranking:
 def dwelling(own: Set) -> Ranking:
     """How long each part is in each cell, blurred over neighbouring ones: no order at all."""
     table = []
-    middles = align.POINTS.reshape(-1, 3)
+    middles = sphere.MIDDLES[sphere.CELLS]
     blur = np.exp(-np.square(middles[:, None] - middles).sum(axis=2) / 0.5)
     blur /= blur.sum(axis=1, keepdims=True)
     for clip, frames in zip(own.rows, own.frames, strict=True):

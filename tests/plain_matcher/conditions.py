@@ -4,8 +4,7 @@ from fractions import Fraction
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, mirrored_part
 from lanindex.model import Hit, Symbol
-from lanindex.search.conditions import COMPARE, about, number_of
-from lanindex.search.fields import Value, value_of
+from lanindex.search.fields import COMPARE, Value, about, number_of, value_of
 from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term, Text
 from lanindex.search.language.times import Clock, Time
 

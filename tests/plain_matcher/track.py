@@ -18,7 +18,6 @@ from lanindex.alphabet import is_limb
 from lanindex.model import Track
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.model.measures import GRADES, graded, stored
-from lanindex.search import nearly
 from lanindex.search.language.words import WORD_KINDS
 from lanindex.search.plan import State
 
@@ -166,12 +165,9 @@ class Timeline:
         fitting = []
         for here, there, margin in zip(own, across, self.margin, strict=True):
             thousandths = round(margin * THOUSANDTHS)
-            missing = THOUSANDTHS + 1
-            if here:
-                missing = nearly.own(thousandths, state.near)
-            elif there and thousandths < state.near:
-                missing = nearly.across(thousandths, state.near)
-            fitting.append((THOUSANDTHS - missing) / THOUSANDTHS if missing <= THOUSANDTHS else -1)
+            inside = state.near + (thousandths if here else -thousandths)
+            clear = inside * THOUSANDTHS // (state.near + THOUSANDTHS) / THOUSANDTHS
+            fitting.append(clear if here or (there and inside > 0) else -1)
         return fitting
 
     def _saying(self, state: State, member: int, whose: str) -> list[bool]:

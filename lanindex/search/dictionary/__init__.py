@@ -1,7 +1,6 @@
-"""A dictionary of movement: everyday names for patterns, and how well each of them tells.
+"""A dictionary of movement: everyday names for patterns, and how well each pattern finds them.
 
-``dictionary.toml`` holds them; who has words of their own writes a file of the same form. Nothing
-here knows a capture: an entry is text, and what was measured stands beside it.
+``dictionary.toml`` holds them; users may write a file of the same form with words of their own.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from lanindex.errors import NotationError, PatternError, UsageError, quoted, sho
 from lanindex.notation.text import read_toml
 
 FORM = 'name = {pattern = "...", sentence = "...", names = ["other name", ...]}'
-"""What an entry looks like."""
 
 _FIELDS = {"pattern": str, "sentence": str, "names": list, "labels": list, "measured": dict}
 _COMMENT = re.compile(r"//[^\n]*")
@@ -27,73 +25,52 @@ _EITHER = "either side"
 _SIDED = re.compile(r"(?<![a-z])(?:right|left|[rl](?=_))(?![a-z])")
 _SWAPPED = {"right": "left", "left": "right", "r": "l", "l": "r"}
 
-_LEFT_OUT = {
+_LEFT_OUT = {  # what may stand between the words of a name and says nothing
     *("a", "an", "the", "his", "her", "their", "he", "she", "they", "someone", "somebody"),
     *("person", "dancer", "man", "woman", "is", "are", "with"),
 }
-"""What may stand between the words of a name and says nothing."""
 
 _ENDING = re.compile(r"(?<=...)(?:ing|es|ed|s)\Z")
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What a pattern found among labelled captures.
+    """What a pattern found among labelled captures."""
 
-    Attributes
-    ----------
-    right, wrong, missed, clips : int
-        Captures found that should be, found that should not, not found that should be; all judged.
-    collections : int
-        Collections, each by other people and machines, in which it found something rightly.
-    """
-
-    right: int
-    wrong: int
-    missed: int
-    clips: int
-    collections: int
+    right: int  # captures found that should be
+    wrong: int  # found that should not
+    missed: int  # not found that should be
+    clips: int  # all that were judged
+    collections: int  # by other people and machines each, in which it found something rightly
 
     @property
     def precision(self) -> float:
-        """Which part of what it found was right."""
+        """The share of what it found that was right."""
         return self.right / max(1, self.right + self.wrong)
 
     @property
     def recall(self) -> float:
-        """Which part of what it should have found it did find."""
+        """The share of what it should have found that it did find."""
         return self.right / max(1, self.right + self.missed)
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A word for a movement.
+    """A word for a movement."""
 
-    Attributes
-    ----------
-    name, names : str, tuple of str
-        What it is called, in small letters: ``jumping_jack``; and what else.
-    pattern, sentence : str
-        What that means, on one line, and the same in English.
-    labels : tuple of str
-        Labels of the captures, or globs that fit them, that it was measured against.
-    measured : Measured or None
-        What it found; None: nobody has measured it.
-    """
-
-    name: str
-    pattern: str
-    sentence: str = ""
-    names: tuple[str, ...] = ()
-    labels: tuple[str, ...] = ()
-    measured: Measured | None = None
+    name: str  # in small letters: jumping_jack
+    pattern: str  # on one line
+    sentence: str = ""  # the same in English
+    names: tuple[str, ...] = ()  # others that it has
+    labels: tuple[str, ...] = ()  # of the captures, or globs, that it was measured against
+    measured: Measured | None = None  # None: nobody has measured it
 
 
 @cache
-def _own() -> tuple[Entry, ...]:
-    """Return the entries that come along."""
-    with resources.as_file(resources.files(__name__).joinpath("dictionary.toml")) as path:
-        return tuple(_entries(path))
+def _shipped(name: str) -> dict[str, Any]:
+    """Return a table that comes with the package."""
+    with resources.as_file(resources.files(__name__).joinpath(name)) as path:
+        return read_toml(path)
 
 
 def spelled(text: str) -> str:
@@ -127,7 +104,8 @@ def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     >>> words["running"] is words["run"], words["bow"].sentence[:23]
     (True, 'The trunk leans forward')
     """
-    entries = [*_own(), *(_read(Path(extra)) if extra is not None else ())]
+    shipped = _entries(_shipped("dictionary.toml"), "dictionary.toml")
+    entries = [*shipped, *(_read(Path(extra)) if extra is not None else ())]
     words = {entry.name: entry for entry in entries}
     also = {other: entry for entry in entries for other in entry.names}
     return words | {other: entry for other, entry in also.items() if other not in words}
@@ -142,9 +120,7 @@ def absent(name: str) -> str:
     >>> absent("sitting")
     'there was no labelled capture to measure it on; try: other support seat/other 1s+'
     """
-    with resources.as_file(resources.files(__name__).joinpath("absent.toml")) as path:
-        words = read_toml(path)
-    for word, entry in words.items():
+    for word, entry in _shipped("absent.toml").items():
         if name == word or name in entry["names"]:
             return "; try: ".join(filter(None, (entry["why"], entry["instead"])))
     return ""
@@ -169,7 +145,7 @@ def inside(pattern: str) -> str:
 
 
 def mirrored(pattern: str) -> str:
-    """Return a pattern's mirror image: right and left are exchanged, of parts and directions."""
+    """Return a pattern with right and left exchanged, of parts and directions."""
     swapped = _SIDED.sub(lambda word: _SWAPPED[word[0]], pattern)
     return pattern if pattern.endswith(_EITHER) else swapped
 
@@ -208,11 +184,11 @@ def called(text: str, words: Mapping[str, Entry]) -> Entry | None:
 
 
 def _stems(words: list[str]) -> list[str]:
+    """Return words without endings, in order: ``clap`` of ``clapping``, ``wav`` of ``waves``."""
     return sorted(_stem(word) for word in words if word not in _LEFT_OUT)
 
 
 def _stem(word: str) -> str:
-    """Return a word without its ending: ``clap`` of ``clapping``, ``wav`` of ``waves``."""
     word = _ENDING.sub("", word)
     if len(word) > 3 and word[-1] == word[-2]:
         word = word[:-1]
@@ -222,7 +198,7 @@ def _stem(word: str) -> str:
 def _read(path: Path) -> list[Entry]:
     """Return the entries of a user's file."""
     try:
-        found = _entries(path)
+        found = _entries(read_toml(path), str(path))
     except NotationError as error:
         raise UsageError(
             error.found, place=error.place, wanted=f"TOML: {FORM}", remedy=error.remedy
@@ -232,8 +208,8 @@ def _read(path: Path) -> list[Entry]:
     return found
 
 
-def _entries(path: Path) -> list[Entry]:
-    return [_entry(name, values, str(path)) for name, values in read_toml(path).items()]
+def _entries(table: dict[str, Any], place: str) -> list[Entry]:
+    return [_entry(name, values, place) for name, values in table.items()]
 
 
 def _entry(name: str, values: Any, place: str) -> Entry:

@@ -1,23 +1,17 @@
 """Movements of many clips as points and times, and the edit distance of two clips.
 
-A movement is the point that its symbol leads to on a sphere about the joint it is seen from: the
-middle of its cell, drawn towards the cell across the nearest border the less clearly it lies in its
-own (half-way at the border). `place low` and `place high` are the poles, `place mid` is the centre.
-So neighbouring cells are near each other, opposite ones far apart, and what lies on a border is
-near to both sides.
-
-To turn the movements of one clip into those of another, a movement is deleted or inserted, which
-costs its size (how far it goes, its swings, and a little for being one), or substituted, which
-costs how far apart the two begin and end, how their lengths differ in proportion, and their swings.
-The cheapest way is the *difference* of the two; deleting all of both would cost their *sizes*. A
-substitution *saves* what it costs less than both deletions, so dynamic programming looks for the
-alignment that saves most. What moves far counts much, what stands still counts nothing, without
-any weights.
+A movement is the point of a sphere that its symbol leads to, see `lanindex.search.sphere`. To turn
+the movements of one clip into those of another, a movement is deleted or inserted, which costs its
+size (how far it goes, its swings, and a little for being one), or substituted, which costs how far
+apart the two begin and end, how their lengths differ in proportion, and their swings. The cheapest
+sum is the *difference* of the two; deleting all of both would cost their *sizes*. A substitution
+*saves* what it costs less than both deletions, so dynamic programming looks for the alignment that
+saves most. What moves far counts much, what stands still counts nothing, without any weights.
 
     likeness = 1 - (sum of differences) / (sum of sizes + 1)
 
 is 1 for equal clips and 0 for those that share nothing; the 1 keeps two clips that hardly move from
-being told apart by their trembling. It is the same from either side and in the mirror.
+differing by their trembling. It is the same from either side and in the mirror.
 """
 
 from __future__ import annotations
@@ -30,74 +24,41 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTIONS, LEVELS, PLACE
-from lanindex.model.columns import CELL, PASSING, THOUSANDTHS, Columns, cell_of, ranges
+from lanindex.model.columns import CELL, PASSING, THOUSANDTHS, Columns, ranges
+from lanindex.search.sphere import points_of
 
 Floats = NDArray[np.float32]
 Numbers = NDArray[np.int64]
 Doubles = NDArray[np.float64]
 
 Watch = Callable[[str, int, int], None]
-"""Is told what is gone through, how much of it is done, and of how much; it may raise."""
+"""Is called with what is gone through, how much of it is done, and of how much; it may raise."""
+
+STEP = 0.25  # what a movement costs that only one clip has, beside how far it goes
+SWING = 0.2  # what a swing costs: a move out and back within one cell
+SUBSTITUTED = 0.8  # what a substitution costs, for each of how far apart both ends are
+PACE = 0.05  # what it costs if one takes e times as long as the other
+POSE = 0.5  # what it costs for how far apart the parts are before they first move
+CALM = 1.0  # added to the sizes, about one large movement
+BRIEFEST = 1 / 60  # seconds that a movement takes at least
+SQUARE = 1 << 20  # pairs of movements aligned in one go; longer parts are aligned piece by piece
+_ROWS = 1 << 13  # rows of the other side worked on at a time: what a processor's cache holds
 
 
 def unwatched(noun: str, done: int, total: int) -> None:
-    """Tell nobody."""
-
-
-STEP = 0.25
-"""What every movement costs that one clip has and the other has not, beside how far it goes."""
-
-SWING = 0.2
-"""What a swing costs: a move out and back within one cell."""
-
-BRIEFEST = 1 / 60
-"""Seconds that a movement takes at least."""
-
-
-_AZIMUTH = np.radians(45.0 * np.arange(PLACE))[:, None]
-_ELEVATION = np.radians(45.0 * (1 + np.arange(len(LEVELS))))
-
-POINTS = np.zeros((len(DIRECTIONS), len(LEVELS), 3), np.float32)
-"""The middle of each cell: (9, 3, 3), by direction and level, x right, y up, z forward."""
-
-POINTS[:PLACE, :, 0] = np.sin(_ELEVATION) * np.cos(_AZIMUTH)
-POINTS[:PLACE, :, 1] = -np.cos(_ELEVATION)
-POINTS[:PLACE, :, 2] = np.sin(_ELEVATION) * np.sin(_AZIMUTH)
-POINTS[PLACE, :, 1] = np.arange(len(LEVELS)) - 1
-
-# the same by cell as columns have it; without direction or level, the centre
-_CELLS = [cell_of(*codes) for codes in np.ndindex(POINTS.shape[:2])]
-_KNOWN = np.zeros(CELL + 1, bool)
-_MIDDLES = np.zeros((CELL + 1, 3), np.float32)
-_KNOWN[_CELLS], _MIDDLES[_CELLS] = True, POINTS.reshape(-1, 3)
+    """Go on."""
 
 
 class Moves(NamedTuple):
-    """Movements that a score shows, in columns.
+    """N movements that a score shows, in columns."""
 
-    Attributes
-    ----------
-    points : ndarray
-        (N, 3) float32, where each leads to.
-    sizes : ndarray
-        (N,) float32, what it costs to delete: `STEP`, how far it goes, and its swings; of a
-        starting position the swings alone.
-    paces, swings : ndarray
-        (N,) float32, the logarithm of its seconds, and what its swings cost.
-    starts, stops : ndarray
-        (N,) frames of the source, half-open.
-    rows : ndarray
-        (N,) where it stands in its track.
-    """
-
-    points: Floats
-    sizes: Floats
-    paces: Floats
-    swings: Floats
-    starts: Numbers
+    points: Floats  # (N, 3) where each leads to
+    sizes: Floats  # (N,) what it costs to delete; of a starting position the swings alone
+    paces: Floats  # (N,) the logarithm of its seconds
+    swings: Floats  # (N,) what its swings cost
+    starts: Numbers  # (N,) frames of the source, half-open
     stops: Numbers
-    rows: Numbers
+    rows: Numbers  # (N,) where it stands in its track
 
     def taken(self, rows: slice | Numbers) -> Moves:
         """Return some of them."""
@@ -105,13 +66,10 @@ class Moves(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """Stretches of clips: (P, B) rows of `Clips` by part, half-open.
+    """B stretches of clips, as rows of `Clips`."""
 
-    The first row is where the part is before; both are equal where it is not there.
-    """
-
-    low: Numbers
-    high: Numbers
+    low: Numbers  # (P, B) by part: the row where it is before
+    high: Numbers  # (P, B) the row behind the last; the same where the part is not there
 
     def taken(self, which: Numbers) -> Windows:
         """Return some of them."""
@@ -120,14 +78,12 @@ class Windows(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Clips:
-    """Clips laid out: the movements of a part in all of them, then those of the next part.
-
-    `first` is (P, C + 1), the row with which each clip's part begins, where it is before it first
-    moves; two equal ones in a row where a clip lacks the part.
-    """
+    """Clips laid out: the movements of a part in all of them, then those of the next part."""
 
     parts: tuple[str, ...]
     moves: Moves
+    # (P, C + 1) the row with which each clip's part begins, where it is before it first moves; two
+    # equal ones in a row where a clip lacks the part
     first: Numbers
 
     def __len__(self) -> int:
@@ -163,28 +119,16 @@ class Clips:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The captures of columns, a few of which at a time are laid out as clips.
+    """The captures of columns, a few of which at a time are laid out as clips."""
 
-    The columns have their swings, by part, in order. The others are (C,), of each clip: its place
-    in the columns, its length in frames, and frames a second.
-    """
-
-    columns: Mapping[str, Columns]
-    places: Numbers
-    frames: Numbers
-    rates: NDArray[np.float64]
+    columns: Mapping[str, Columns]  # by part, in order, with their swings
+    places: Numbers  # (C,) of each clip in the columns
+    frames: Numbers  # (C,) its length
+    rates: Doubles  # (C,) frames a second
 
     def __len__(self) -> int:
         """Return the number of clips."""
         return len(self.places)
-
-    @property
-    def counts(self) -> Numbers:
-        """(C,) how many rows each clip has, with those that are merely passed."""
-        counts = np.zeros(len(self), np.int64)
-        for columns in self.columns.values():
-            counts += np.diff(columns.bounds)[self.places]
-        return counts
 
     def taken(self, order: Numbers, watch: Watch = unwatched) -> Clips:
         """Return some of the clips, laid out: (D,) which."""
@@ -200,7 +144,7 @@ class Source:
         return Clips(tuple(self.columns), moves, ends[first])
 
 
-def _moves(columns: Columns, rates: NDArray[np.float64]) -> tuple[Moves, Numbers]:
+def _moves(columns: Columns, rates: Doubles) -> tuple[Moves, Numbers]:
     """Return the movements of one part in several clips, and how many each has."""
     rows = np.flatnonzero(columns.cell & PASSING == 0)  # a score does not show what is passed
     edges = np.searchsorted(rows, columns.bounds)
@@ -211,24 +155,15 @@ def _moves(columns: Columns, rates: NDArray[np.float64]) -> tuple[Moves, Numbers
     swings = np.zeros(len(rows), np.float32)
     if columns.swings is not None:
         swings += np.float32(SWING) * columns.swings[rows]
-    points = _placed(columns, rows)
-    way = np.zeros(len(rows), np.float32)
-    way[1:] = distances(points[1:].T, points[:-1].T)
+    margins = (columns.margin[rows] / THOUSANDTHS).clip(max=1.0).astype(np.float32)
+    points = points_of(columns.cell[rows] & CELL, columns.runner[rows], margins)
+    lengths = np.zeros(len(rows), np.float32)
+    lengths[1:] = distances(points[1:].T, points[:-1].T)
     moving = starts < stops
     moving[edges[:-1][counts > 0]] = False
-    sizes = swings + np.where(moving, np.float32(STEP) + way, np.float32(0))
+    sizes = swings + np.where(moving, np.float32(STEP) + lengths, np.float32(0))
     places = rows - np.repeat(columns.bounds[:-1], counts)
     return Moves(points, sizes, paces, swings, starts, stops, places), counts
-
-
-def _placed(columns: Columns, rows: Numbers) -> Floats:
-    """Return where symbols lead to; one without direction or level leads to the centre."""
-    cells, runners = columns.cell[rows] & CELL, columns.runner[rows]
-    points: Floats = _MIDDLES[cells]
-    margin = (columns.margin[rows] / THOUSANDTHS).clip(max=1.0).astype(np.float32)
-    share = (0.5 * (1 - margin)) * (_KNOWN[cells] & _KNOWN[runners])
-    points += share[:, None] * (_MIDDLES[runners] - points)
-    return points
 
 
 def distances(one: Floats, two: Floats) -> Floats:
@@ -255,38 +190,14 @@ def pieces(counts: Numbers, most: int) -> Iterator[slice]:
     yield from (slice(*pair) for pair in pairwise(edges.tolist()))
 
 
-# The alignment of two clips.
-
-SUBSTITUTED = 0.8
-"""What a substitution costs, for each of how far apart both ends are."""
-
-PACE = 0.05
-"""What it costs if one takes e times as long as the other."""
-
-POSE = 0.5
-"""What it costs for how far apart the parts are before they first move."""
-
-CALM = 1.0
-"""What is added to the sizes, about one large movement."""
-
-SQUARE = 1 << 20
-"""Pairs of movements that are aligned in one go; longer parts are aligned piece by piece."""
-
-_ROWS = 1 << 13
-"""Rows of the other side that are worked on at a time: what a processor's cache holds."""
-
-
-def likeness(difference: Floats, whole: Floats) -> Floats:
+def likeness(difference: Floats, size: Floats) -> Floats:
     """Return how alike clips are, 0 to 1, from their differences and their sizes."""
-    alike: Floats = np.clip(1 - difference / (whole + np.float32(CALM)), 0, 1)
+    alike: Floats = np.clip(1 - difference / (size + np.float32(CALM)), 0, 1)
     return alike
 
 
 def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
-    """Return how alike one clip is to each of many stretches: (B,) float32, 0 to 1.
-
-    Both have the same parts. What only one of both has, a part too, is not shared.
-    """
+    """Return how alike one clip is to each of many stretches with the same parts: (B,) float32."""
     count = windows.low.shape[1]
     ours = Windows(*(np.repeat(edges, count, axis=1) for edges in query.whole()))
     return paired(query, ours, clips, windows)
@@ -294,9 +205,9 @@ def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
 
 def paired(one: Clips, ours: Windows, two: Clips, theirs: Windows) -> Floats:
     """Return how alike stretches of clips are to others, pair by pair: (B,) float32, 0 to 1."""
-    whole = sizes(one.moves, ours) + sizes(two.moves, theirs)
-    saved = savings(one.moves, ours, two.moves, theirs, whole)
-    return likeness((whole - saved).sum(axis=0), whole.sum(axis=0))
+    size = sizes(one.moves, ours) + sizes(two.moves, theirs)
+    saved = savings(one.moves, ours, two.moves, theirs, size)
+    return likeness((size - saved).sum(axis=0), size.sum(axis=0))
 
 
 def sizes(moves: Moves, windows: Windows) -> Floats:
@@ -309,30 +220,28 @@ def sizes(moves: Moves, windows: Windows) -> Floats:
     return np.where(windows.low < windows.high, costs, 0).astype(np.float32)
 
 
-def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, whole: Floats) -> Floats:
-    """Return the most that substitutions save of each part of stretches, pair by pair: (P, B).
-
-    `whole` is (P, B) float32, the sizes of both together.
-    """
+def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, size: Floats) -> Floats:
+    """Return the most that substitutions save of each part, pair by pair: (P, B), as `size`."""
     mine, others = ours.high - ours.low, theirs.high - theirs.low
     both = (mine > 0) & (others > 0)
-    found = np.zeros_like(whole)
+    found = np.zeros_like(size)
     found[both] = begun(one.taken(ours.low[both]), two.taken(theirs.low[both]))
     # where one side never moves, all that the other does is deleted, and there is no choice
     both &= (mine > 1) & (others > 1)
     for part, pair in np.argwhere(mine * others * both > SQUARE).tolist():
         cell = slice(part, part + 1), slice(pair, pair + 1)
         long, other = (Windows(side.low[cell], side.high[cell]) for side in (ours, theirs))
-        found[cell] = whole[cell] - _by_pieces(one, long, two, other)
+        found[cell] = size[cell] - _by_pieces(one, long, two, other)
         both[cell] = False
     low, begin = ours.low[both], theirs.low[both]
     more = np.zeros(len(low), np.float32)
-    rows, counts, most = mine[both], others[both], whole[both]
+    rows, counts, most = mine[both], others[both], size[both]
     order = np.argsort(-rows, kind="stable")
     for some in pieces(counts[order], _ROWS):
         lanes = order[some]
-        here = _lanes(one, low[lanes], rows[lanes]), _lanes(two, begin[lanes], counts[lanes])
-        more[lanes] = _best(counts[lanes], most[lanes], _lane_savings(*here))
+        ranges_of_both = low[lanes], rows[lanes], begin[lanes], counts[lanes]
+        saved = _lane_savings(one, two, *ranges_of_both)
+        more[lanes] = _most_saved(counts[lanes], most[lanes], saved)
     found[both] += more
     return found
 
@@ -340,20 +249,19 @@ def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, whole: Float
 def _by_pieces(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> float:
     """Return the difference of two long parts if each piece is compared with the one opposite.
 
-    So the work grows with their length and not with its square. It is no less than what the
-    cheapest way of all would find.
+    So the work grows with their length, not with its square.
     """
     size = float((ours.high - ours.low).item()) * float((theirs.high - theirs.low).item())
     count = int(np.ceil(np.sqrt(size / SQUARE))) + 1
-    mine, others = _pieces(ours, count), _pieces(theirs, count)
-    whole = sizes(one, mine) + sizes(two, others)
-    return float((whole - savings(one, mine, two, others, whole)).sum())
 
+    def cut(windows: Windows) -> Windows:  # each piece begins where the one before it came to
+        low, high = windows.low.item(), windows.high.item()
+        ends = np.linspace(low, high - 1, count + 1).astype(np.int64)
+        return Windows(ends[None, :-1], ends[None, 1:] + 1)
 
-def _pieces(windows: Windows, count: int) -> Windows:
-    """Return so many pieces of a part; each begins where the one before it came to."""
-    ends = np.linspace(windows.low.item(), windows.high.item() - 1, count + 1).astype(np.int64)
-    return Windows(ends[None, :-1], ends[None, 1:] + 1)
+    mine, others = cut(ours), cut(theirs)
+    both = sizes(one, mine) + sizes(two, others)
+    return float((both - savings(one, mine, two, others, both)).sum())
 
 
 def begun(one: Moves, two: Moves) -> Floats:
@@ -365,10 +273,7 @@ def begun(one: Moves, two: Moves) -> Floats:
 
 
 def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
-    """Yield, for each movement of one part but its beginning, what substituting others saves: (N,).
-
-    The first of the others saves nothing, a negative infinity.
-    """
+    """Yield what each movement of one part but its beginning saves by substituting others: (N,)."""
     mine, theirs = _columns(query, slice(None)), _columns(others, slice(None))
     before = distances(mine[:3, :1], theirs)
     for row in range(1, len(query.rows)):
@@ -376,29 +281,11 @@ def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
         yield saved
 
 
-class _Lanes(NamedTuple):
-    """Movements of one side of pairs, those of each pair, a lane, behind those of the one before.
-
-    (L,) where each lane begins, how many rows it has, its beginning counted, and (6, N) `_columns`.
-    """
-
-    first: Numbers
-    counts: Numbers
-    columns: Floats
-
-
-def _lanes(moves: Moves, low: Numbers, counts: Numbers) -> _Lanes:
-    """Return so many rows from `low` on of each lane."""
-    bounds, rows = ranges(low, low + counts)
-    return _Lanes(bounds[:-1], counts, _columns(moves, rows))
-
-
 def _columns(moves: Moves, rows: slice | Numbers) -> Floats:
-    """Return what is worked with of some movements, (6, N).
+    """Return what `_saving` needs of some movements, (6, N).
 
-    The three coordinates where each leads to, times `SUBSTITUTED`; what it costs, less half of
-    what follows; twice what its pace and its swings cost. So what two differ in is what both cost,
-    less the smaller of each.
+    The coordinates where each leads to, times `SUBSTITUTED`; its size, less what its pace and its
+    swings cost; and twice these two. Two movements share the smaller of each.
     """
     points = moves.points[rows]
     columns = np.empty((6, len(points)), np.float32)
@@ -410,18 +297,25 @@ def _columns(moves: Moves, rows: slice | Numbers) -> Floats:
     return columns
 
 
-def _lane_savings(one: _Lanes, two: _Lanes) -> Iterator[Floats]:
+def _lane_savings(
+    one: Moves, two: Moves, low: Numbers, rows: Numbers, begin: Numbers, counts: Numbers
+) -> Iterator[Floats]:
     """Yield, row by row of the one side, what it saves in the places of the other: (N,).
 
-    One side has fewer and fewer rows, lane by lane; N is as far as there are any.
+    Each pair is a lane; lanes follow each other. (L,) where each begins on either side, and how
+    many rows it has, fewer and fewer on the one side; N is as far as there are any.
     """
-    own, ends = np.repeat(one.first, two.counts), two.first + two.counts
-    two.columns[3, two.first] = -np.inf  # a beginning takes the place of none
-    before = distances(one.columns[:3].take(own, axis=1), two.columns)
-    for row in range(1, int(one.counts[0])):
-        end = ends[np.searchsorted(-one.counts, -row) - 1]
-        mine = one.columns.take(own[:end] + row, axis=1)
-        saved, before = _saving(mine, two.columns[:, :end], before[:end])
+    firsts, places = ranges(low, low + rows)
+    mine = _columns(one, places)
+    ends, places = ranges(begin, begin + counts)
+    others = _columns(two, places)
+    others[3, ends[:-1]] = -np.inf  # a beginning takes the place of none
+    own = np.repeat(firsts[:-1], counts)
+    before = distances(mine[:3].take(own, axis=1), others)
+    for row in range(1, int(rows[0])):
+        end = ends[np.searchsorted(-rows, -row)]
+        moves = mine.take(own[:end] + row, axis=1)
+        saved, before = _saving(moves, others[:, :end], before[:end])
         yield saved
 
 
@@ -440,13 +334,11 @@ def _saving(mine: Floats, other: Floats, before: Floats) -> tuple[Floats, Floats
     return saved, here
 
 
-def _best(counts: Numbers, most: Floats, savings: Iterable[Floats]) -> Floats:
-    """Return the most that each lane saves, (L,): row by row of the one side, all lanes at once.
+def _most_saved(counts: Numbers, most: Floats, savings: Iterable[Floats]) -> Floats:
+    """Return the most that each lane saves, (L,), from what `_lane_savings` yields.
 
-    Of the other side, a lane has so many rows as `counts` says; `savings` come in its places, (N,),
-    fewer and fewer. No lane can save more than `most`: so what is saved before a place is a running
-    maximum along all lanes, if each begins to count that much higher, and a little, than the one
-    before it.
+    No lane can save more than `most`: so what is saved before a place is a running maximum along
+    all lanes, if each begins to count that much higher, and a little, than the one before it.
     """
     begun = np.cumsum(most + 1.0, dtype=np.float64) - most
     best = np.repeat(begun, counts)
@@ -459,18 +351,14 @@ def _best(counts: Numbers, most: Floats, savings: Iterable[Floats]) -> Floats:
 
 
 class Pair(NamedTuple):
-    """Two movements that correspond: their rows in both clips, and what substituting one saves."""
+    """Two movements that correspond: the row of the second, and what substituting it saves."""
 
-    own: int
     row: int
     saving: float
 
 
 def pairs(query: Clips, clip: Clips, part: int) -> list[Pair]:
-    """Return which movements of one part of two clips correspond, by the cheapest alignment.
-
-    They come by time, without those that save nothing.
-    """
+    """Return which movements of one part of two clips correspond, by the cheapest alignment."""
     (own, end), (row, last) = query.first[part], clip.first[part]
     if own == end or row == last:
         return []
@@ -490,6 +378,6 @@ def pairs(query: Clips, clip: Clips, part: int) -> list[Pair]:
             place -= 1
         else:
             saving = float(savings[index - 1, place])
-            found.append(Pair(int(own + index), int(row + place), saving))
+            found.append(Pair(int(row + place), saving))
             index, place = index - 1, place - 1
     return found[::-1]

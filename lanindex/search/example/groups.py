@@ -1,18 +1,17 @@
 """Clustering of clips that are alike: average linkage over the pairs that may be alike.
 
-Two groups are joined while the mean likeness of their members, pair by pair, is the greatest there
-is and no less than a threshold. Of few clips all pairs are aligned. Of many only each one's nearest
-by a rough signature (how much each part moves to which cell) are, and what was not aligned counts
-as not alike; then each group is stood for by its medoid, the clip that is most like all others of
-it, and the medoids are grouped in the same way, round by round, until nothing is joined any more.
-Where a number of groups is wanted and those that are left have nothing in common, those are joined
-whose signatures are nearest.
-So the work grows with the number of clips, not with its square, and groups may be of any size.
+The two groups whose members are most alike on average, pair by pair, are joined, down to a
+threshold. Of few clips all pairs are aligned. Of many each clip is aligned only with its nearest by
+a rough signature (how much each part moves to which cell), and other pairs count as not alike; then
+the medoid of each group, the clip that is most like all others of it, stands for the group, and the
+medoids are grouped in the same way, round by round, until nothing is joined any more. Where a
+number of groups is wanted and those that are left have nothing in common, those with the nearest
+signatures are joined. So the work grows with the number of clips, not with its square.
 
-To find nearest signatures, clips are dealt out into blocks of neighbours, halved by the way from
-one clip to another, both taken at random, and that some times over; the nearest are looked for
-block by block. Up to 2,048 clips that finds the nearest there are; of 50,000 captures it found
-98.7 % of the pairs that comparing all with all does, in a quarter of the time.
+To find nearest signatures, clips are split into blocks of neighbours, halved along the line between
+two clips taken at random, several times over; the nearest are looked for block by block. Up to
+2,048 clips that finds the nearest there are; of 50,000 captures it found 98.7 % of the pairs that
+comparing all with all does, in a quarter of the time.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lanindex.search.example.align import (
-    POINTS,
     Clips,
     Doubles,
     Floats,
@@ -34,45 +32,30 @@ from lanindex.search.example.align import (
     paired,
     unwatched,
 )
+from lanindex.search.sphere import CELLS, MIDDLES
 
-PAIRS = 60_000
-"""Pairs that are aligned, about; of each clip `FEWEST` at least."""
-
-FEWEST = 8
-"""Neighbours of a clip that are aligned at least."""
-
-_AXES, _TURNS = 32, 4
-"""Numbers of a signature, and how often they are turned towards where signatures differ most."""
-
-_AT_ONCE = 1 << 12
-"""Pairs that are aligned at a time."""
-
-_NOTHING = 0.01
-"""A likeness from which on two clips have nothing in common."""
-
-_NEAREST = 1e-6
-"""A likeness in the place of none, of clips whose signatures are the same, where some is wanted."""
-
-_BLOCK, _TREES = 2048, 8
-"""Clips that are compared each with each, and how often more are dealt out into such blocks."""
+PAIRS = 60_000  # pairs that are aligned, about
+FEWEST = 8  # neighbours of each clip that are aligned at least
+_AXES, _TURNS = 32, 4  # numbers of a signature, and rounds of looking for their axes
+_AT_ONCE = 1 << 12  # pairs that are aligned at a time
+_NOTHING = 0.01  # the likeness below which two clips have nothing in common
+_NEAREST = 1e-6  # the least likeness of clips with one signature, where a number is wanted
+_BLOCK, _TREES = 2048, 8  # clips of a block, and how often more are split into blocks
 
 
 class Group(NamedTuple):
-    """Clips that are like each other: the medoid, which is most like all others, then the likest.
+    """Clips that are like each other."""
 
-    `likeness` is the mean of the others' to the medoid; of one clip alone 1.
-    """
-
-    members: list[int]
-    likeness: float
+    members: list[int]  # the medoid, which is most like all others, then the likest to it
+    likeness: float  # the mean of the others' to the medoid; of one clip alone 1
 
 
 class Grouped(NamedTuple):
-    """All clips in groups, the largest first; how many pairs were aligned, and whether all were."""
+    """All clips in groups."""
 
-    groups: list[Group]
-    pairs: int
-    every: bool
+    groups: list[Group]  # the largest first
+    pairs: int  # how many were aligned
+    every: bool  # whether these are all pairs
 
 
 def grouped(
@@ -85,9 +68,9 @@ def grouped(
     clips, least : Clips, float
         All, and the mean likeness down to which groups are joined.
     wanted : int, optional
-        How many groups there shall be, instead; fewer where there are fewer clips.
+        The number of groups, instead; fewer where there are fewer clips.
     watch : callable, optional
-        Is told how far it is.
+        Is called with the progress; it may raise.
     """
     found, known = signatures(clips), _Known(clips, watch)
     groups = [[clip] for clip in range(len(clips))]
@@ -119,46 +102,36 @@ class _Known:
 
     def __init__(self, clips: Clips, watch: Watch) -> None:
         self._clips, self._watch = clips, watch
-        self._keys: Numbers = np.empty(0, np.int64)
-        self._values: Doubles = np.empty(0)
+        self._values: dict[int, float] = {}
 
     def __len__(self) -> int:
-        return len(self._keys)
+        return len(self._values)
 
     def alike(self, pairs: Numbers) -> Doubles:
         """Return how alike pairs of clips are: (K,), of a clip with itself 1."""
         low, high = np.sort(pairs, axis=1).T
-        keys = low * len(self._clips) + high
-        new = np.setdiff1d(keys[low < high], self._keys)
-        every = np.append(self._keys, new)
-        order = np.argsort(every)
-        self._values = np.append(self._values, self._aligned(new))[order]
-        self._keys = every[order]
-        values = np.ones(len(keys))
-        values[low < high] = self._values[np.searchsorted(self._keys, keys[low < high])]
-        return values
-
-    def _aligned(self, keys: Numbers) -> Doubles:
-        whole, done = self._clips.whole(), 0
-        values = []
-        for some in np.array_split(keys, len(keys) // _AT_ONCE + 1):
-            self._watch("pairs", done, len(keys))
-            one, two = (whole.taken(place) for place in np.divmod(some, len(self._clips)))
-            values.append(paired(self._clips, one, self._clips, two))
+        keys, clips, done = low * len(self._clips) + high, self._clips.whole(), 0
+        unique = np.unique(keys[low < high])
+        new = unique[[key not in self._values for key in unique.tolist()]]
+        for some in np.array_split(new, len(new) // _AT_ONCE + 1):
+            self._watch("pairs", done, len(new))
+            one, two = (clips.taken(place) for place in np.divmod(some, len(self._clips)))
+            alike = paired(self._clips, one, self._clips, two)
+            self._values.update(zip(some.tolist(), alike.tolist(), strict=True))
             done += len(some)
-        return np.concatenate(values).astype(np.float64)
+        return np.array([self._values.get(key, 1.0) for key in keys.tolist()])
 
 
 def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
     """Return the pairs that may be alike: (K, 2), the lower number first, each once.
 
-    A clip makes pairs with so many as `reach` whose signatures, (C, A), are nearest to its own.
+    Each clip is in pairs with the `reach` others whose signatures, (C, A), are nearest to its own.
     """
     count = len(found)
     if reach >= count - 1:
         return np.stack(np.triu_indices(count, 1), axis=1)
     squares = np.square(found).sum(axis=1)
-    keys, ways, done = [], [], 0
+    keys, gaps, done = [], [], 0
     trees = _TREES if count > _BLOCK else 1
     for block in _blocks(found, trees):
         watch("captures", done // trees, count)
@@ -167,15 +140,15 @@ def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
         np.fill_diagonal(apart, np.inf)
         nearest = np.argpartition(apart, reach, axis=1)[:, :reach]
         keys.append((block[:, None] * count + block[nearest]).ravel())
-        ways.append(np.take_along_axis(apart, nearest, axis=1).ravel())
+        gaps.append(np.take_along_axis(apart, nearest, axis=1).ravel())
     key, once = np.unique(np.concatenate(keys), return_index=True)
-    kept = lowest(key // count, np.concatenate(ways)[once], reach)
+    kept = lowest(key // count, np.concatenate(gaps)[once], reach)
     both = np.sort(np.stack(np.divmod(key[kept], count), axis=1), axis=1)
     return np.stack(np.divmod(np.unique(both @ [count, 1]), count), axis=1)
 
 
 def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
-    """Yield clips in blocks of neighbours, all of them as often as there are trees."""
+    """Yield clips in blocks of neighbours, all of them once for each tree."""
     random = np.random.default_rng(0)
     todo = [np.arange(len(found))] * trees
     while todo:
@@ -191,7 +164,7 @@ def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
 
 def signatures(clips: Clips) -> Floats:
     """Return how much each part of each clip moves to which cell, in a few numbers: (C, A)."""
-    cells, count = POINTS.reshape(-1, 3), len(clips)
+    cells, count = MIDDLES[CELLS].astype(np.float32), len(clips)
     table = np.zeros((count, len(clips.parts), len(cells)), np.float32)
     for part, borders in enumerate(clips.first):
         moves = clips.moves.taken(slice(borders[0], borders[-1]))
@@ -214,8 +187,7 @@ def linked(
 ) -> list[list[int]]:
     """Return groups by average linkage: joined down to a mean likeness, or until few are left.
 
-    Each stands for so many clips as its weight says. Of (K, 2) pairs it is told how alike they are,
-    (K,); others are not alike.
+    Each item stands for as many clips as its weight says. (K, 2) pairs are (K,) alike, others not.
     """
     sums: dict[int, dict[int, float]] = {one: {} for one in range(len(weights))}
     for first in range(0, len(pairs), _AT_ONCE):
@@ -273,13 +245,10 @@ def _medoids_first(
 
 def _ranked(groups: list[list[int]], known: _Known) -> list[Group]:
     """Return groups, the largest first, their members by likeness to the medoid."""
-    owner = np.repeat([group[0] for group in groups], [len(group) for group in groups])
-    alike = known.alike(np.stack([owner, np.concatenate(groups)], axis=1))
-    ranked, first = [], 0
-    for medoid, *others in groups:
-        own = alike[first + 1 : first + 1 + len(others)]
-        order = np.argsort(-own, kind="stable").tolist()
-        mean = float(own.mean()) if others else 1.0
-        ranked.append(Group([medoid, *(others[place] for place in order)], mean))
-        first += 1 + len(others)
+    alike = known.alike(np.array([(group[0], one) for group in groups for one in group]))
+    ranked, ends = [], np.cumsum([len(group) for group in groups])
+    for group, own in zip(groups, np.split(alike, ends[:-1]), strict=True):
+        order = np.argsort(-own[1:], kind="stable").tolist()
+        mean = float(own[1:].mean()) if order else 1.0
+        ranked.append(Group([group[0], *(group[1 + place] for place in order)], mean))
     return sorted(ranked, key=lambda group: (-len(group.members), group.members[0]))

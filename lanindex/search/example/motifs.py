@@ -2,9 +2,9 @@
 
 A motif is a pattern of one part, `r_arm place low -> right mid -> place high`, each step a whole
 cell; its count is the number of hits that a search for it has. So its rules are those of the
-language: between its first and its last step a motif may also go through what is only passed, no
-arrow crosses a gap, of the ways from one start the one that ends first counts, of those that end
-together the nearest, and hits that overlap are taken from left to right.
+language: between its first and its last step a motif may also match passing symbols, no arrow
+crosses a gap, of matches with one start the one that ends first counts, of those that end together
+the nearest, and hits that overlap are taken from left to right.
 
 Motifs are extended by one step at a time, all at once, at the rows where they occur. What occurs
 too seldom is not extended: no longer motif that begins with it occurs more often. So time and
@@ -22,41 +22,33 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import PASSING, Columns, codes_of, ranges
 from lanindex.search.example.align import Numbers, Watch, unwatched
+from lanindex.search.match.arrays import starts_of
+from lanindex.search.match.hits import from_left, nearest
 
-LONGEST = 12
-"""Steps of a motif, at the most."""
+LONGEST = 12  # steps of a motif at most
+MOST = 5_000_000  # occurrences of motifs that are extended at most, for one part
+RANKED = 200  # motifs that are ranked by what they alone account for
 
-MOST = 5_000_000
-"""Occurrences of motifs that are extended, at the most, for one part."""
+_CELLS = [*(f"{it} {level}" for it in DIRECTIONS for level in LEVELS), *DIRECTIONS]
+"""Cells as they are written; the last ones are those of a part whose symbols have no level."""
 
-RANKED = 200
-"""Motifs that are put in the order of what they alone account for."""
+_FLAT = len(DIRECTIONS) * len(LEVELS)  # the first of these
 
-_FLAT = len(DIRECTIONS) * len(LEVELS)
-"""The first cell of a part whose symbols have no level."""
-
-_CELLS = _FLAT + len(DIRECTIONS)
-
-_Name = tuple[int, ...]
-"""The cells of a motif."""
+_Name = tuple[int, ...]  # the cells of a motif
 
 
 class Line(NamedTuple):
-    """The symbols of one part in many captures, one capture after the other: (N,) each.
+    """The N symbols of one part in many captures, one capture after the other."""
 
-    A cell is 3 * direction + level, -1 where a symbol has no such thing. Frames are half-open, and
-    equal at a starting position. The numbers of the captures grow.
-    """
-
-    cells: Numbers
-    starts: Numbers
+    cells: Numbers  # (N,) places in `_CELLS`, -1 where a symbol has none
+    starts: Numbers  # (N,) frames, half-open; equal at a starting position
     stops: Numbers
     passing: NDArray[np.bool_]
-    captures: Numbers
+    captures: Numbers  # (N,) numbers, growing
 
 
 def line_of(columns: Columns, captures: Numbers) -> Line:
-    """Return the rows of columns side by side; `captures` is (C,) the number of each capture."""
+    """Return the rows of columns as a line; `captures` is (C,) the number of each capture."""
     direction, level = (codes.astype(np.int64) for codes in codes_of(columns.cell))
     if (level < 0).all():
         cells = np.where(direction >= 0, _FLAT + direction, -1)
@@ -69,17 +61,14 @@ def line_of(columns: Columns, captures: Numbers) -> Line:
 
 
 class Motif(NamedTuple):
-    """A sequence that recurs: a cell for each step, in how many captures, how often, and where.
-
-    `rows` is (H, 2) int32, of each hit its first and its last row in the line of the part.
-    """
+    """A sequence that recurs: a cell for each step, in how many captures, how often, and where."""
 
     part: str
     cells: _Name
     captures: int
     hits: int
     line: Line
-    rows: NDArray[np.int32]
+    rows: NDArray[np.int32]  # (H, 2) of each hit its first and its last row in the line
 
     @property
     def places(self) -> Numbers:
@@ -91,23 +80,14 @@ class Motif(NamedTuple):
     @property
     def pattern(self) -> str:
         """As one types it into a search."""
-        return f"{self.part} {' -> '.join(map(_words, self.cells))}"
-
-
-def _words(cell: int) -> str:
-    if cell >= _FLAT:
-        return DIRECTIONS[cell - _FLAT]
-    return f"{DIRECTIONS[cell // len(LEVELS)]} {LEVELS[cell % len(LEVELS)]}"
+        return f"{self.part} {' -> '.join(_CELLS[cell] for cell in self.cells)}"
 
 
 class Motifs(NamedTuple):
-    """What recurs in a part: motifs that no longer one of the same count contains.
-
-    From `cut` steps on they were not extended, there being too many occurrences; 0: all were.
-    """
+    """What recurs in a part: motifs that no longer one of the same count contains."""
 
     found: list[Motif]
-    cut: int
+    cut: int  # steps from which on too many occurrences were not extended; 0: all were
 
 
 class _Occurrences(NamedTuple):
@@ -141,12 +121,12 @@ def motifs(
     least, shortest, longest, most : int
         How often a motif occurs at least, how many steps it has, and how many are extended at most.
     watch : callable, optional
-        Is told how far it is; it may raise.
+        Is called with the progress; it may raise.
     """
     follows = _following(line)
     shown = np.flatnonzero(~line.passing & (line.cells >= 0))
     there = _Occurrences(line.cells[shown], shown, shown)
-    names: list[_Name] = [(cell,) for cell in range(_CELLS)]
+    names: list[_Name] = [(cell,) for cell in range(len(_CELLS))]
     counted: dict[_Name, Motif] = {}
     cut = 0
     for steps in range(2, longest + 2):
@@ -164,10 +144,9 @@ def motifs(
 
 
 def _following(line: Line) -> Numbers:
-    """Return by row to how many rows an arrow may lead, which lie right behind it.
+    """Return to how many rows right behind each row an arrow may lead, (N,).
 
-    They are those that are passed on the way, and the next one that a score shows; none where a
-    capture ends, or the part is unknown for a while.
+    They are the passing ones and the next that is shown; none at the end of a capture or at a gap.
     """
     count = len(line.cells)
     shown = np.where(line.passing, count, np.arange(count))
@@ -178,11 +157,10 @@ def _following(line: Line) -> Numbers:
 
 
 def _frequent(there: _Occurrences, least: int) -> _Occurrences:
-    """Return only those of motifs that have begun often enough."""
-    # A motif that is at several rows from one beginning has begun once.
+    """Return only those of motifs with enough beginnings, however often each goes on."""
     far = int(there.first.max(initial=0)) + 1
     begun = np.sort(there.motif * far + there.first)
-    counts = np.bincount(begun[_fresh(begun)] // far)
+    counts = np.bincount(begun[starts_of(begun)] // far)
     return there.kept(counts[there.motif] >= least)
 
 
@@ -194,9 +172,11 @@ def _extended(
     _, last = ranges(there.last + 1, there.last + 1 + counts)
     motif, first = np.repeat(there.motif, counts), np.repeat(there.first, counts)
     longer = _Occurrences(motif, first, last).kept(line.cells[last] >= 0)
-    pairs = longer.motif * _CELLS + line.cells[longer.last]
+    pairs = longer.motif * len(_CELLS) + line.cells[longer.last]
     keys, motif = np.unique(pairs, return_inverse=True)
-    named = [(*names[key // _CELLS], int(key % _CELLS)) for key in keys.tolist()]
+    named = [
+        (*names[name], cell) for name, cell in (divmod(it, len(_CELLS)) for it in keys.tolist())
+    ]
     return longer._replace(motif=motif), named
 
 
@@ -206,49 +186,21 @@ def _counted(
     """Return the motifs that end here often enough, with their hits."""
     ends = there.kept(~line.passing[there.last])
     ends = ends.kept(np.lexsort((ends.last, ends.first, ends.motif)))
-    # From one beginning the way that ends first counts.
-    ends = ends.kept(_fresh(ends.motif, ends.first))
-    owners = line.captures[ends.first]
-    kept = _apart(ends.motif, owners, line.starts[ends.first], line.stops[ends.last])
-    motif, owners = ends.motif[kept], owners[kept]
-    rows = np.stack([ends.first[kept], ends.last[kept]], axis=1).astype(np.int32)
-    edges = np.append(0, np.cumsum(np.bincount(motif, minlength=len(names))))
-    other = np.cumsum(_fresh(motif, owners))
+    ends = ends.kept(starts_of(ends.motif, ends.first))  # of each beginning the first end
+    owner: Numbers = np.cumsum(starts_of(ends.motif, line.captures[ends.first]))
+    kept = np.flatnonzero(nearest(owner, ends.first, line.stops[ends.last]))
+    frames = line.starts[ends.first[kept]], line.stops[ends.last[kept]]
+    kept = kept[from_left(owner[kept], *frames)]
+    ends, owner = ends.kept(kept), owner[kept]
+    rows = np.stack([ends.first, ends.last], axis=1).astype(np.int32)
+    edges = np.append(0, np.cumsum(np.bincount(ends.motif, minlength=len(names))))
+    other = np.cumsum(starts_of(owner))
     found = []
     for one in np.flatnonzero(np.diff(edges) >= least).tolist():
         low, high = edges[one : one + 2].tolist()
         captures = int(other[high - 1] - other[low]) + 1
         found.append(Motif(part, names[one], captures, high - low, line, rows[low:high]))
     return found
-
-
-def _apart(motif: Numbers, owner: Numbers, start: Numbers, stop: Numbers) -> Numbers:
-    """Return which hits stay; they come in the order of motif, capture and start.
-
-    Of those of a motif that end together it is the one that begins last; of the others, from left
-    to right, those that begin when the one before is over.
-    """
-    order = np.lexsort((stop, owner, motif))  # what is the same stays in order
-    last = np.ones(len(order), bool)
-    last[order[:-1]] = _fresh(motif[order], owner[order], stop[order])[1:]
-    hits = np.flatnonzero(last)
-    changes = _fresh(motif[hits], owner[hits])
-    line, far = np.cumsum(changes), int(stop.max(initial=0)) + 1
-    begins, ends = line * far + start[hits], line * far + stop[hits]
-    behind = np.searchsorted(begins, ends)  # the next that begins when this one is over
-    kept, here = np.zeros(len(hits), bool), np.flatnonzero(changes)
-    while len(here):  # a hit of each capture that has any left
-        kept[here] = True
-        ahead = behind[here]
-        here = ahead[np.append(line, -1)[ahead] == line[here]]
-    return hits[kept]
-
-
-def _fresh(*columns: Numbers) -> NDArray[np.bool_]:
-    """Return which rows differ from the row before them; the first one does."""
-    fresh = np.ones(len(columns[0]), bool)
-    fresh[1:] = np.logical_or.reduce([np.diff(column) != 0 for column in columns])
-    return fresh
 
 
 def _closed(counted: dict[_Name, Motif]) -> list[Motif]:
@@ -263,10 +215,9 @@ def _closed(counted: dict[_Name, Motif]) -> list[Motif]:
 
 
 def ranked(found: list[Motif], most: int = RANKED) -> list[Motif]:
-    """Return motifs in the order in which one wants to hear of them.
+    """Return motifs in order: each accounts for most symbols that those before it leave.
 
-    First the one that accounts for most symbols, then the one that accounts for most of the
-    others, and so on; where nothing is left, or `most` are ranked, by symbols alone.
+    Where nothing is left, or `most` are ranked, they are ordered by their symbols alone.
     """
     queue = [
         (-motif.hits * len(motif.cells), motif.part, motif.cells, index)

@@ -1,12 +1,11 @@
 """The nearest neighbours of a clip: whole clips or, where they are much longer, a stretch of each.
 
-To align the example with every clip would take long, so a prefilter comes first: what two clips
-share is at most what each movement of one saves if it may substitute the best of the other,
-whatever the order. That bound takes one look at each symbol, and is never less than what an
-alignment finds. Clips are aligned in the order of their bounds, and when the bound falls below the
-likeness of the worst that is wanted, the rest need not be looked at.
+A prefilter comes first: two clips share at most what each movement of one saves if it may
+substitute the best of the other, whatever the order. That bound takes one look at each symbol.
+Clips are aligned in the order of their bounds, until the bound falls below the likeness of the
+worst that is wanted.
 
-In a long clip, stretches of about the example's length begin everywhere. Running sums tell the
+In a long clip, stretches of about the example's length begin everywhere. Running sums give the
 bound of each; the most promising are aligned, those of all clips together; then the edges of the
 best are moved about, and the most promising of these aligned.
 """
@@ -40,32 +39,15 @@ from lanindex.search.example.align import (
     unwatched,
 )
 
-LONGER = 4.0
-"""From how many times the length of the example on a clip is looked through by stretches, too."""
-
-MOST = 4096
-"""Clips that are aligned at the most."""
-
-_BLOCK, _ROWS = 256, 1 << 18
-"""Clips that are aligned at a time, and rows of clips that are laid out."""
-
-_LONG = 16
-"""Rows a part of an example from which on these are fewer."""
-
-LONGEST = 2048
-"""Movements of one part of the example that are each compared with every movement."""
-
-_FARTHEST = 2.0
-"""How far a movement can go."""
-
-_STEPS, _BEGINNINGS = 4, 2000
-"""Beginnings of stretches in the length of the example, and in one clip at the most."""
-
-_TRIED, _FINALISTS = 12, 3
-"""Stretches of a clip that are aligned at a time, and whose edges are moved about."""
-
-_LENGTHS = np.array([0.7, 1.0, 1.4])
-"""Lengths of stretches, as parts of the example's."""
+LONGER = 4.0  # times the example's length from which on stretches of a clip are tried, too
+MOST = 4096  # clips that are aligned at most
+_BLOCK, _ROWS = 256, 1 << 18  # clips aligned at a time, and rows of clips laid out
+_LONG = 16  # rows a part of an example from which on these are fewer
+LONGEST = 2048  # movements of a part of the example that are each compared with every movement
+_FARTHEST = 2.0  # how far a movement can go
+_STEPS, _BEGINNINGS = 4, 2000  # stretches begun in the example's length, and in a clip at most
+_TRIED, _FINALISTS = 12, 3  # stretches of a clip aligned at a time, and those that are shifted
+_LENGTHS = np.array([0.7, 1.0, 1.4])  # of stretches, in proportion to the example's
 
 
 class Near(NamedTuple):
@@ -78,14 +60,11 @@ class Near(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What is like an example, the best first, and how many clips were aligned to find it.
+    """What is like an example."""
 
-    It is `sure` if no whole clip that was not aligned could be among them.
-    """
-
-    near: list[Near]
-    aligned: int
-    sure: bool
+    near: list[Near]  # the best first
+    aligned: int  # how many clips were aligned to find it
+    sure: bool  # whether no other whole clip could be among them
 
 
 def nearest(
@@ -106,12 +85,13 @@ def nearest(
     source : Source
         To choose from.
     limit, most : int
-        How many are wanted, and how many are aligned at the most.
+        How many are wanted, and how many are aligned at most.
     watch : callable, optional
-        Is told how far it is; it may raise.
+        Is called with the progress; it may raise.
     """
-    # of a long example fewer clips at a time, so that whoever waits is told as often
-    work = source.counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
+    # of a long example fewer clips at a time, so that `watch` is called as often
+    counts = np.sum([np.diff(it.bounds)[source.places] for it in source.columns.values()], axis=0)
+    work = counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
     whole, stretch = np.zeros((2, len(source)), np.float32)
     for some in pieces(work, _ROWS):
         watch("captures", some.start, len(source))
@@ -164,25 +144,21 @@ def _best(near: list[Near], more: _Tried, limit: int) -> list[Near]:
 
 
 class Bounds(NamedTuple):
-    """How alike clips can be to one: (C,) each whole clip at most, and about its best stretch.
+    """How alike C clips can be to one."""
 
-    `sizes` and `shares` are (N + 1,) running sums over the clips' rows: of their sizes, and of what
-    they save at most; `asked` is the size of the one, `begun` what its beginnings save at most.
-    """
-
-    whole: Floats
-    stretch: Floats
-    sizes: Doubles
-    shares: Doubles
-    asked: float
-    begun: float
+    whole: Floats  # (C,) each whole clip at most
+    stretch: Floats  # (C,) about the best stretch of each
+    sizes: Doubles  # (N + 1,) running sum over the clips' rows of their sizes
+    shares: Doubles  # (N + 1,) the same of what they save at most
+    size: float  # of the one clip
+    begun: float  # what its beginnings save at most
 
     def of(self, windows: Windows) -> Doubles:
-        """Return how alike stretches may be at the most: (B,)."""
+        """Return how alike stretches may be at most: (B,)."""
         inside = np.minimum(windows.low + 1, windows.high)
-        whole = self.asked + (self.sizes[windows.high] - self.sizes[inside]).sum(axis=0)
+        size = self.size + (self.sizes[windows.high] - self.sizes[inside]).sum(axis=0)
         common = (self.shares[windows.high] - self.shares[inside]).sum(axis=0)
-        most: Doubles = (common + self.begun + CALM) / (whole + CALM)
+        most: Doubles = (common + self.begun + CALM) / (size + CALM)
         return most
 
 
@@ -205,23 +181,16 @@ def bounds_of(query: Clips, clips: Clips) -> Bounds:
     sizes, shares = (
         np.append(0, np.cumsum(values, dtype=np.float64)) for values in (clips.moves.sizes, share)
     )
-    asked = query.moves.sizes.sum()
-    total = np.diff(sizes[clips.first], axis=1).sum(axis=0).astype(np.float32) + asked
-    stretch = found / np.maximum(asked + found / 2, np.float32(1e-6))  # 0 where nothing is asked
-    return Bounds(
-        likeness(total - saved, total),
-        np.clip(stretch, 0, 1),
-        sizes,
-        shares,
-        float(asked),
-        2 * float(begins.swings.sum()),
-    )
+    size, begun_most = query.moves.sizes.sum(), 2 * float(begins.swings.sum())
+    total = np.diff(sizes[clips.first], axis=1).sum(axis=0).astype(np.float32) + size
+    stretch = np.clip(found / np.maximum(size + found / 2, np.float32(1e-6)), 0, 1)
+    return Bounds(likeness(total - saved, total), stretch, sizes, shares, float(size), begun_most)
 
 
 def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
-    """Return by clip what the query's movements save at most, and by row what it saves at most.
+    """Return what the query's movements save at most by clip, and each row: (C,) and (N,).
 
-    `first` is where each clip begins among the rows.
+    `first` is (C,) where each clip begins among the rows.
     """
     most = np.zeros(len(first), np.float32)
     best = np.zeros(len(rows.rows), np.float32)
@@ -239,10 +208,10 @@ def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
 
 
 def _most(moves: Moves) -> Floats:
-    """Return what each movement saves at most, whatever it may substitute.
+    """Return what each movement saves at most, whatever it may substitute: (N,).
 
-    That is what it and its like cost, and what is not asked for how much farther the other goes; a
-    starting position behind a gap, which costs nothing of its own, may stand for a whole movement.
+    That is what it and its like cost, and what a substitution does not charge for how much farther
+    the other goes. A starting position behind a gap costs nothing, but may stand for a movement.
     """
     farther = np.float32((1 - SUBSTITUTED) * _FARTHEST)
     starting = np.float32(STEP + _FARTHEST)
@@ -253,9 +222,9 @@ def _most(moves: Moves) -> Floats:
 def _stretches(
     query: Clips, clips: Clips, chosen: Numbers, frames: Numbers, lengths: Doubles, worst: float
 ) -> _Tried:
-    """Return the best stretch of each chosen clip; what cannot be above `worst` is left out.
+    """Return the best stretch of each chosen clip, if it can be above `worst`.
 
-    `frames` and `lengths` are (C,), of each clip its length, and the example's at its rate.
+    `frames` and `lengths` are (C,): the length of each clip, and the example's at its rate.
     """
     bounds = bounds_of(query, clips)
 

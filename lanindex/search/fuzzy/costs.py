@@ -1,59 +1,40 @@
 """Scan with costs: what each symbol costs where a step asks for another, by the angle between them.
 
-A symbol is known finer than by its cell: the margin tells how far it is from the border to the
-runner-up, so it stands for a direction between the middles of the two. Up to half a cell beside
-the middle of what was asked for costs nothing, from there on it costs an edit for every cell's
-width: a neighbour in its middle costs half an edit, the next but one an edit and a half.
+Up to half a cell beside the middle of what was asked for costs nothing; from there on each cell's
+width costs an edit: a neighbour in its middle costs half an edit, the next but one an edit and a
+half.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, lru_cache
-from weakref import WeakKeyDictionary
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTIONS, LEVELS, MID, PLACE
 from lanindex.errors import UsageError
 from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
 from lanindex.search.language.words import WORD_KINDS
 from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray
 from lanindex.search.match.batch import Batch, cells_of
 from lanindex.search.plan import State
+from lanindex.search.sphere import KNOWN, MIDDLES, points_of
 
 Costs = NDArray[np.int16]
 
-UNIT = 64
-"""Parts of an edit in which costs are counted, so that equal ones are equal."""
+UNIT = 64  # parts of an edit in which costs are counted, so that equal ones are equal
+WIDTH, FREE = 45.0, 22.5  # degrees: from one cell to the next, and what costs nothing
+DRAWN_IN = 60.0  # degrees between a direction and place mid
+MOST = 2 * UNIT  # what a symbol costs at most: more than to leave out the step and pass over it
+CHANGE = UNIT  # what a change of level costs that is not the one asked for
+NEVER = 30000  # what a symbol costs that no edit makes a match
+BUCKETS = 16  # steps of the margin
+CARRYING = 2  # steps that a share of edits is not given for: without them nothing is left
 
-WIDTH, FREE, DRAWN_IN = 45.0, 22.5, 60.0
-"""Degrees: from one cell to the next, what costs nothing, and between a direction and place mid."""
-
-MOST, CHANGE = 2 * UNIT, UNIT
-"""What a symbol costs at most, which is more than leaving out the step and passing over the symbol;
-and what a change of level costs that is not the one asked for."""
-
-NEVER = 30000
-"""What a symbol costs that no edit makes a match."""
-
-BUCKETS = 16
-"""Steps of the margin that are told apart."""
-
+# by thousandths of a margin, its step
 _BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.uint8)
-"""By thousandths of a margin, its step."""
-
-
-@lru_cache(maxsize=1)
-def middles() -> NDArray[np.float64]:
-    """Return the middle of each cell: (27, 3) unit vectors, right, forward, up; place mid is 0."""
-    direction, level = np.divmod(np.arange(len(DIRECTIONS) * len(LEVELS)), len(LEVELS))
-    around, up = np.radians(WIDTH * direction), np.radians(WIDTH * (level - MID))
-    flat = np.where(direction == PLACE, 0, np.cos(up))
-    height = np.where(direction == PLACE, level - MID, np.sin(up))
-    return np.stack((flat * np.cos(around), flat * np.sin(around), height), axis=1)
 
 
 def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -69,11 +50,11 @@ def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np
 
 
 class Kinds:
-    """The kinds of symbols of a part: all that have cell, runner-up and margin in common.
+    """The symbols of a part by kind: those of a kind have cell, runner-up and margin in common."""
 
-    ``code`` is (S,) which kind each symbol is of; ``counts`` (K,) how many are, and ``bucket`` (K,)
-    the step of their margin.
-    """
+    code: AnyArray  # (S,) which kind each symbol is of
+    counts: IntArray  # (K,) how many symbols are of each kind
+    bucket: IntArray  # (K,) the step of their margin
 
     def __init__(self, columns: Columns) -> None:
         numbers = (columns.cell & CELL).astype(np.int32)
@@ -85,19 +66,17 @@ class Kinds:
         known = np.flatnonzero(counts)
         places = np.zeros(len(counts), np.min_scalar_type(len(known)))
         places[known] = np.arange(len(known))
-        self.code: AnyArray = places[numbers]
+        self.code = places[numbers]
         self.counts, self.bucket = counts[known], known % (BUCKETS + 1)
-        cells = known // (BUCKETS + 1)
-        self._cell = cells // (CELL + 1)
-        self._turns = _turns(self._cell, cells % (CELL + 1), self.bucket)
+        self._cell, runner = np.divmod(known // (BUCKETS + 1), CELL + 1)
+        self._turns = _turns(self._cell, runner, self.bucket)
         self._bounds = columns.bounds
 
     def table(self, state: State) -> Costs:
         """Return what each kind costs as what a state asks for: (K,), changes left out."""
-        asked = cells_of(state, 0)[: CELL + 1]
-        wanted = _place(np.flatnonzero(asked))
-        table = self._turns[:, wanted[wanted >= 0]].min(axis=1, initial=MOST)
-        return np.where(asked[self._cell], np.int16(0), table)
+        wanted = cells_of(state, 0)[: CELL + 1]
+        table = self._turns[:, wanted].min(axis=1, initial=MOST)
+        return np.where(wanted[self._cell], np.int16(0), table)
 
     def having(self, some: BoolArray) -> BoolArray:
         """Return which captures have a symbol of some kinds, (captures,)."""
@@ -115,44 +94,24 @@ class Kinds:
         return np.repeat(captures, np.diff(self._bounds))[order], np.cumsum(self.counts)
 
 
-_known: WeakKeyDictionary[Columns, Kinds] = WeakKeyDictionary()
-"""The kinds of columns, for as long as somebody has these."""
-
-
 def kinds_of(columns: Columns) -> Kinds:
-    """Return the kinds of columns; they are worked out once."""
-    if columns not in _known:
-        _known[columns] = Kinds(columns)
-    return _known[columns]
+    """Return the kinds of columns, which are kept with them."""
+    if __name__ not in columns.kept:
+        columns.kept[__name__] = Kinds(columns)
+    kept: Kinds = columns.kept[__name__]
+    return kept
 
 
 def _turns(cell: IntArray, runner: IntArray, bucket: IntArray) -> Costs:
-    """Return what kinds of symbols cost where each of the 27 cells is asked for: (K, 27).
-
-    What stands for no direction costs the most; one without a runner-up stands for the middle of
-    its cell.
-    """
-    middle, place, other = middles(), _place(cell), _place(runner)
-    share = ((1 - bucket / BUCKETS) / 2 * (other >= 0))[:, None]
-    standing = middle[place] + share * (middle[other] - middle[place])
-    costs = np.rint(np.maximum(angles(standing, middle) - FREE, 0) / WIDTH * UNIT)
-    known = np.minimum(costs, MOST).astype(np.int16)
-    known[place < 0] = MOST
-    return known
-
-
-def _place(cell: IntArray) -> IntArray:
-    """Return the index in `middles` of cells as columns hold them; -1 where something is absent."""
-    direction, level = (cell & 15) - 1, (cell >> 4 & 3) - 1
-    known = (direction >= 0) & (direction < len(DIRECTIONS)) & (level >= 0)
-    return np.where(known, direction * len(LEVELS) + level, -1)
+    """Return what kinds of symbols cost where each cell is asked for: (K, cells)."""
+    turned = angles(points_of(cell, runner, bucket / BUCKETS), MIDDLES)
+    costs = np.rint(np.maximum(turned - FREE, 0) / WIDTH * UNIT)
+    directed = KNOWN[cell][:, None] & KNOWN
+    return np.where(directed, np.minimum(costs, MOST), MOST).astype(np.int16)
 
 
 def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
-    """Return what symbols cost as the one that a state, of movement or stay, asks for: (R,).
-
-    ``costs`` are those of their kinds, as from `Kinds.table`, ``row`` is where they stand.
-    """
+    """Return what rows (R,) cost at a state, of which `costs` (R,) are those of their kinds."""
     rows = batch.rows(state.members[0])
     if "change" in state.fits[0]:
         neither = WORD_KINDS["change"].codes["neither"]
@@ -164,10 +123,6 @@ def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
         lasts = batch.meets(rows.capture[row].astype(np.int64), stop - start, state.length)
         costs = np.where(lasts & (start < stop), costs, np.int16(NEVER))
     return np.where(rows.passing[row], np.int16(NEVER), costs) if state.manner == "at" else costs
-
-
-CARRYING = 2
-"""Steps that a share of edits is not given for: without them nothing is left of a pattern."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,8 +146,7 @@ class Allowance:
         share = number != text.strip()
         if not number.replace(".", "", 1).isdecimal() or len(number) > 9:
             raise UsageError(f'"{text}" edits', wanted="a number of edits, 2, or a share, 20%")
-        edits = Fraction(number) / (100 if share else 1)
-        return cls(edits, share)
+        return cls(Fraction(number) / (100 if share else 1), share)
 
     def of(self, steps: int) -> int:
         """Return how much a pattern of so many steps may cost, in parts of an edit."""

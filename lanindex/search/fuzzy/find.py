@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,22 +15,30 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Hit, Span, Symbol
 from lanindex.model.columns import Columns, Roster
 from lanindex.search.fuzzy.costs import BUCKETS, UNIT, Allowance
-from lanindex.search.fuzzy.follow import Line, Matches, joined
+from lanindex.search.fuzzy.follow import NO_MATCHES, Line, Matches, joined
 from lanindex.search.fuzzy.join import Plan, fits
+from lanindex.search.hits import Placed
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match.arrays import FAR, AnyArray, IntArray, best_of_each, once
+from lanindex.search.match.arrays import (
+    FAR,
+    AnyArray,
+    IntArray,
+    best_of_each,
+    limited_to,
+    once,
+)
 from lanindex.search.match.batch import Batch, split
 from lanindex.search.match.finder import MOST_ROWS, Finder, Recordings, Watch
 from lanindex.search.match.hits import Found as Exact
 from lanindex.search.match.hits import staying
-from lanindex.search.placed import Placed
 from lanindex.search.plan import plan
 
-CLEAR, MORE = (14, 12, 8), 4
-"""How clear the best hits are looked for, in steps of a margin, one after the other; and in how
-many times the captures that would be enough had each a hit."""
+CLEAR = (14, 12, 8)  # margins, in steps, down to which the best hits are looked for in turn
+MORE = 4  # captures that are tried at first for each hit that is wanted
+
+Result = TypeVar("Result")
 
 
 def find(
@@ -83,18 +92,24 @@ def find(
     ]
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number
-    told = roster, columns, recordings, tolerance
-    search = _Search(Finder(query, *told), plans, *told, overlaps, watch)
-    if any(one.leaps for one in plans):
-        found = search.found(search.exactly(query))
-        found = found if best is None else found.by_fit(best)[:best]
-    else:
-        found = search.found() if best is None else search.best(best)
+
+    def finder(query: Query) -> Finder:
+        own = {part: columns[part] for part in query.parts}
+        return Finder(query, roster, own, recordings, tolerance)
+
+    search = _Search(finder, finder(query), plans, len(roster), columns, overlaps, watch)
+    with limited_to(None):
+        if any(one.leaps for one in plans):
+            search.exact = search.exactly(query)
+            found = search.found()
+            found = found if best is None else found.by_fit(best)[:best]
+        else:
+            found = search.found() if best is None else search.best(best)
     errors = [error for _, error in sorted(search.refused.items())]
-    if refused is None and errors:
-        raise errors[0]
     if refused is not None:
         refused += errors
+    elif errors:
+        raise errors[0]
     return found
 
 
@@ -115,16 +130,16 @@ def _opened(pattern: Choice) -> Choice:
 
 @dataclass
 class _Search:
-    """A search for some plans; ``finder`` holds the captures of its hits."""
+    """A search for some plans; `finder` holds the captures, `exact` are exact hits to add."""
 
+    finder_of: Callable[[Query], Finder]
     finder: Finder
     plans: list[Plan]
-    roster: Roster
+    captures: int
     columns: Mapping[str, Columns]
-    recordings: Recordings
-    tolerance: Fraction
     overlaps: str
     watch: Watch | None
+    exact: Exact | None = None
     refused: dict[int, LanindexError] = field(default_factory=dict)
     done: int = 0
 
@@ -136,15 +151,14 @@ class _Search:
 
     def exactly(self, query: Query, among: IntArray | None = None) -> Exact:
         """Return all exact hits, in some captures; None: in all."""
-        columns = {part: self.columns[part] for part in query.parts}
-        finder = Finder(query, self.roster, columns, self.recordings, self.tolerance)
+        finder = self.finder_of(query)
         found = finder.find("all", self.watch, refused=[], among=among)
         self.refused |= finder.refused
         return found
 
-    def found(self, exact: Exact | None = None) -> Found:
-        """Return all hits; of exact ones those, too, where none that costs nothing begins."""
-        return self._among(self._within(BUCKETS), None, exact)
+    def found(self) -> Found:
+        """Return all hits."""
+        return self._among(self._within(BUCKETS))
 
     def best(self, number: int) -> Found:
         """Return so many hits that fit best, the clearest first.
@@ -153,9 +167,10 @@ class _Search:
         enough of them, no other can be among the best.
         """
         for clear in CLEAR:
-            plans, bounds = self._within(BUCKETS - clear, clear), np.zeros(len(self.roster))
-            for batch in self._blocks(plans, None):
-                bounds[batch.places] = np.max([it.bounds(batch, self.ask) for it in plans], axis=0)
+            plans, bounds = self._within(BUCKETS - clear, clear), np.zeros(self.captures)
+            fitting = self._in_batches(lambda one, batch: one.bounds(batch, self.ask), plans)
+            for places, most in fitting:
+                bounds[places] = np.max(most, axis=0)
             order = np.flatnonzero(bounds)
             order, many = order[np.argsort(-bounds[order], kind="stable")], MORE * number
             while len(order):
@@ -172,35 +187,50 @@ class _Search:
         limit = UNIT * most // BUCKETS
         return [it.within(self.columns, it.steps * limit, clear) for it in self.plans]
 
-    def _blocks(self, plans: list[Plan], places: IntArray | None) -> Iterator[Batch]:
-        """Yield captures, of some, or of all that may match, so many at once as fit a block."""
+    def _in_batches(
+        self,
+        work: Callable[[Plan, Batch], Result],
+        plans: list[Plan],
+        places: IntArray | None = None,
+    ) -> Iterator[tuple[IntArray, list[Result]]]:
+        """Yield the places of a batch of captures, and what work makes of each plan there.
+
+        They are some captures, or all that may match; one that is too much alone is refused.
+        """
         if places is None:
             places = np.flatnonzero(np.any([one.possible() for one in plans], axis=0))
-        for some in split(self.columns.values(), places, MOST_ROWS) or [places]:
-            self.done = int(some[0]) if len(some) else 0
+
+        def of_each(batch: IntArray, some: IntArray) -> list[Result]:
+            self.done = int(batch[some[0]])
             self.ask()
-            yield self.finder.batch(some)
+            own = self.finder.batch(batch[some])
+            return [work(one, own) for one in plans]
+
+        for batch in split(self.columns.values(), places, MOST_ROWS):
+            for some, found in self.finder.in_parts(partial(of_each, batch), batch):
+                if isinstance(found, LanindexError):
+                    self.refused[int(batch[some[0]])] = found
+                else:
+                    yield batch[some], found
 
     def ask(self) -> None:
         """Ask whether to go on."""
         if self.watch:
-            self.watch(self.done, len(self.roster))
+            self.watch(self.done, self.captures)
 
-    def _among(
-        self, plans: list[Plan], places: IntArray | None, exact: Exact | None = None
-    ) -> Found:
+    def _among(self, plans: list[Plan], places: IntArray | None = None) -> Found:
         """Return all hits in some captures; None: in all."""
-        kept = [self._in_block(plans, batch, exact) for batch in self._blocks(plans, places)]
-        return Found(self, joined(kept), exact)
+        batches = self._in_batches(
+            lambda one, batch: one.matches(batch, self.exactly, self.ask), plans, places
+        )
+        found = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
+        return Found(self, found.at(~np.isin(found.capture, list(self.refused))))
 
-    def _in_block(self, plans: list[Plan], batch: Batch, exact: Exact | None) -> Matches:
-        """Return all hits in some captures that are searched together."""
-        sets: list[Matches] = []
-        for one in plans:
-            found = one.matches(batch, self.exactly, self.ask)
-            sets.append(found._replace(capture=batch.places[found.capture]))
-        if exact is not None:
-            sets.append(self._besides(exact, joined(sets), batch.places))
+    def _hits(self, plans: list[Plan], places: IntArray, sets: list[Matches]) -> Matches:
+        """Return the hits among the matches of plans in a batch, by capture, start and end."""
+        sets = [it._replace(capture=places[it.capture]) for it in sets]
+        if self.exact is not None:
+            sets.append(self._besides(self.exact, joined(sets), places))
         found = joined(sets)
         if len(sets) > 1:
             parts = [one.sides[0][0].part for one in plans]
@@ -212,7 +242,6 @@ class _Search:
             rank = np.empty(len(found.cost), np.int64)
             rank[np.lexsort((-found.low, found.high, found.cost))] = np.arange(len(rank))
             found = found.at(staying(found.capture, found.low, found.high, rank, self.ask))
-        found = found.at(~np.isin(found.capture, list(self.refused)))
         return found.at(np.lexsort((found.high, found.low, found.capture)))
 
     def _besides(self, exact: Exact, found: Matches, places: IntArray) -> Matches:
@@ -229,9 +258,9 @@ class _Search:
 class Found(Placed):
     """The hits of a search as columns; each is made an object when it is asked for."""
 
-    def __init__(self, search: _Search, matches: Matches, exact: Exact | None) -> None:
+    def __init__(self, search: _Search, matches: Matches) -> None:
         super().__init__(search.finder, matches.capture, matches.low, matches.high)
-        self._search, self._matches, self._exact = search, matches, exact
+        self._search, self._matches = search, matches
 
     @cached_property
     def fit(self) -> NDArray[np.float64]:
@@ -259,14 +288,14 @@ class Found(Placed):
     def _exactly(self) -> tuple[IntArray, Exact | None]:
         """Return which hits were found exactly, by place, and as such."""
         number, place = self._matches.taken[:, 0, :2].T
-        own = np.flatnonzero(number == len(self._search.lines))
-        return own, self._exact.arranged(place[own].tolist()) if self._exact else None
+        own, exact = np.flatnonzero(number == len(self._search.lines)), self._search.exact
+        return own, exact.arranged(place[own].tolist()) if exact else None
 
     def _some(self, chosen: AnyArray | slice) -> Found:
-        return Found(self._search, self._matches.at(chosen), self._exact)
+        return Found(self._search, self._matches.at(chosen))
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
-        lines, finder = self._search.lines, self._search.finder
+        lines, finder, exact = self._search.lines, self._search.finder, self._search.exact
         places = once(self.place[list(indices)])
         if not finder.fetched.keys() >= {*places.tolist()}:
             finder.fetch(places.tolist())
@@ -274,17 +303,17 @@ class Found(Placed):
         listed: dict[tuple[int, str], list[Symbol]] = {}
         for index in indices:
             taken = self._matches.taken[index].tolist()
-            if self._exact and taken[0][0] == len(lines):
-                hits.append(self._exact[taken[0][1]])
+            if exact and taken[0][0] == len(lines):
+                hits.append(exact[taken[0][1]])
                 continue
-            place, told = int(self.place[index]), []
+            place, matched = int(self.place[index]), []
             capture, tracks = finder.fetched[place]
             for number, first, last, *_ in (it for it in taken if it[0] >= 0):
                 line, part = lines[number][0], lines[number][0].net.part
                 if (place, part) not in listed:
                     listed[place, part] = tracks[part].listed()
                 rows = line.rows(batch, int(np.searchsorted(places, place)), first, last)
-                told.append(tuple(listed[place, part][row] for row, _ in rows))
+                matched.append(tuple(listed[place, part][row] for row, _ in rows))
             span = Span(int(self.low[index]), int(self.high[index]))
-            hits.append(Hit(capture, span, float(self.fit[index]), tuple(told)))
+            hits.append(Hit(capture, span, float(self.fit[index]), tuple(matched)))
         return hits

@@ -2,8 +2,7 @@
 
 Each state has a column of keys, one for each symbol: the cheapest match that stands at the state
 with that symbol. An arrow to the next state is a running minimum of such a column; over ``->`` it
-rises with each shown symbol that is passed over. Where a step is missing, what waits before its
-state waits behind it too, for an edit more.
+rises with each shown symbol that is passed over. A match may leave out a state for an edit.
 
 A key holds what a match costs, where it begins and how unclear it is: the smallest is the cheapest,
 of the cheapest the one that begins last, and of these the clearest.
@@ -22,27 +21,19 @@ from lanindex.errors import UsageError
 from lanindex.model.columns import Columns
 from lanindex.search.fuzzy.costs import CHANGE, MOST, NEVER, UNIT, costs_of, kinds_of
 from lanindex.search.language.query import Arrow
-from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, best_of_each
+from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, TooMuch, best_of_each
 from lanindex.search.match.batch import Batch, unavoidable
 from lanindex.search.plan import Program
 
-MISSING, SKIPPED = UNIT, UNIT // 2
-"""What a step costs that is missing, and a shown symbol between two steps joined by ``->``."""
+MISSING = UNIT  # what a step costs that is missing
+SKIPPED = UNIT // 2  # what a shown symbol costs between two steps joined by ->
+MOST_STEPS = 40  # of a line that can be followed: the work grows with their number
+IMPOSSIBLE = 1 << 14  # what it costs to begin or end where a line cannot: more than any match
+FREE, NEXT, LATER = range(3)  # a line lies anywhere, right at a clip's start or end, or apart
 
-MOST_STEPS = 40
-"""Steps of a line that can be followed: the work grows with their number."""
-
-IMPOSSIBLE = 1 << 14
-"""What it costs to begin or end where a line cannot: more than any match."""
-
-FREE, NEXT, LATER = range(3)
-"""How a line lies to a clip's start or end: anywhere, right there (``->``), some way off."""
-
-COST, FIRST = 32, 10
-"""From which bit on a key tells the cost, and the beginning among 4 million; below, the blur."""
-
-BLUR, LATEST, NOTHING = (1 << FIRST) - 1, (1 << COST - FIRST) - 1, 1 << 62
-"""The bits of the blur, the latest beginning, and the key where no match stands."""
+COST, FIRST = 32, 10  # the lowest bits of a key's cost and of its beginning; below, the blur
+BLUR, LATEST = (1 << FIRST) - 1, (1 << COST - FIRST) - 1  # the bits of the blur, the latest start
+NOTHING = 1 << 62  # the key where no match stands
 
 Ask = Callable[[], None]  # raises where a search may not go on
 
@@ -51,7 +42,7 @@ class Net:
     """A line, of one of the parts that move in it: its K states, and what joins them."""
 
     def __init__(self, program: Program, member: int) -> None:
-        self.number = 0  # what `Matches` call it; a search counts its lines
+        self.number = 0  # of the line in `Matches`; a search counts its lines
         self.part = program.states[0].members[member]
         self.states = [
             replace(state, members=(self.part,), fits=(state.fits[member],))
@@ -65,7 +56,7 @@ class Net:
         self.leaps = bool(self.edges[1].any())
         joined = self.edges[0] | self.edges[1]
         self.back = np.flatnonzero(np.tril(joined).any(axis=1))  # where an open count goes back
-        # (3, K) by way: what the steps cost that are missing before each state, and behind it
+        # (3, K) by FREE, NEXT, LATER: what the missing steps before each state cost, and behind it
         entries = [(it.state, it.from_start) for it in program.entries]
         exits = [(it.state, it.to_end) for leaving in program.exits for it in leaving]
         self.entry, self.exit = _missing(entries, joined), _missing(exits, joined.T)
@@ -74,26 +65,26 @@ class Net:
 
 
 def _missing(ends: Sequence[tuple[int, tuple[Arrow, ...]]], joined: BoolArray) -> IntArray:
-    """Return by way and state what it costs to leave out all between it and an end of the line."""
-    ways = np.full((3, len(joined)), IMPOSSIBLE)
+    """Return what it costs to leave out all steps between each state and an end: (3, K)."""
+    costs = np.full((3, len(joined)), IMPOSSIBLE)
     for state, arrows in ends:
         near = LATER if all(arrow.later for arrow in arrows) else NEXT
-        ways[near if arrows else FREE, state] = 0
+        costs[near if arrows else FREE, state] = 0
     step = np.where(joined, MISSING, IMPOSSIBLE)
     for _ in joined:
-        ways = np.minimum(ways, np.min(ways[:, :, None] + step, axis=1))
-    return ways
+        costs = np.minimum(costs, np.min(costs[:, :, None] + step, axis=1))
+    return costs
 
 
 def nets_of(program: Program) -> list[Net]:
     """Return a program as nets, one a part that moves; a `UsageError` where it has no edits."""
     states = program.states
     edges = [edge for leaving in program.edges for edge in leaving]
-    ends = [it.from_start for it in program.entries]
-    ends += [it.to_end for leaving in program.exits for it in leaving]
-    arrows = [edge.arrow for edge in edges] + [arrow for it in ends for arrow in it]
+    ends = [arrow for entry in program.entries for arrow in entry.from_start]
+    ends += [arrow for leaving in program.exits for it in leaving for arrow in it.to_end]
+    arrows = [edge.arrow for edge in edges] + ends
     stays = len(states) == 1 and states[0].manner == "at" and states[0].length is None
-    stays = stays and not any(ends) and len(states[0].members) == 1
+    stays = stays and not ends and len(states[0].members) == 1
     cannot = {
         "brackets with a length or a line beside them": any(
             group.length or group.companions for group in program.brackets
@@ -106,8 +97,8 @@ def nets_of(program: Program) -> list[Net]:
         "arrows to another part": any(not edge.same for edge in edges),
         "limits on an arrow": any(arrow.length or arrow.skips for arrow in arrows),
     }
-    for what, said in cannot.items():
-        if said:
+    for what, found in cannot.items():
+        if found:
             raise UsageError(
                 f"a fuzzy search cannot count edits in {what}",
                 remedy="Leave that out, or search without --fuzzy.",
@@ -152,6 +143,10 @@ class Matches(NamedTuple):
         return Matches._make(column[chosen] for column in self)
 
 
+_NONE = np.empty(0, np.int64)
+NO_MATCHES = Matches(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((0, 1, 5), np.int64))
+
+
 def joined(matches: Sequence[Matches]) -> Matches:
     """Return several tables as one."""
     lines = max(it.taken.shape[1] for it in matches)
@@ -164,11 +159,11 @@ def joined(matches: Sequence[Matches]) -> Matches:
 class Line:
     """A line to be searched for, where a match costs no more than `most` parts of an edit.
 
-    `clear` is how many of `BUCKETS` steps of the margin symbols have at least which cost nothing.
+    Symbols that cost nothing have a margin of `clear` of `BUCKETS` steps at least.
     """
 
     def __init__(self, net: Net, columns: Columns, most: int, clear: int = 0) -> None:
-        self.net = net
+        self.net, self._bounds = net, columns.bounds
         self._most = min(most, (MOST + MISSING) * len(net.states))
         kinds = self._kinds = kinds_of(columns)
         self._tables = [kinds.table(state) for state in net.states]
@@ -176,7 +171,6 @@ class Line:
             if "change" not in state.fits[0] or self._most < CHANGE:
                 table[(table == 0) & (kinds.bucket < clear)] = NEVER
         self._able = np.any([table <= self._most for table in self._tables], axis=0)
-        self._bounds = columns.bounds
 
     def possible(self) -> BoolArray:
         """Return which captures have a symbol for enough of the steps it needs, (captures,)."""
@@ -217,11 +211,14 @@ class Line:
         costs = np.stack([costs_of(state, table[code], batch, row) for state, table in pairs])
 
         def passed(at: IntArray, end: IntArray) -> IntArray:
-            """Return what it costs to pass over all rows up to some, in the stretches of others."""
-            apart = rows.stretch[at].astype(np.int64) * (self._most + 1)
-            return np.stack((apart + SKIPPED * rows.rank[end], apart))
+            """Return what it costs to get from the first row to some, and past others."""
+            apart = (rows.stretch[at] - rows.stretch[row[:1]]).astype(np.int64) * (self._most + 1)
+            shown = (rows.rank[end] - rows.rank[row[:1]]).astype(np.int64)
+            return np.stack((apart + SKIPPED * shown, apart))
 
         before, behind = passed(row, row), passed(row, row + 1)
+        if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
+            raise TooMuch  # keys have no room for so many symbols
         entry, leave = net.entry[FREE, :, None], net.exit[FREE, :, None]
         if min(net.entry[NEXT:].min(), net.exit[NEXT:].min()) < IMPOSSIBLE:
             capture = rows.capture[row]
@@ -238,10 +235,7 @@ class Line:
         return Symbols(stretch, costs, blur, before << COST, behind << COST, entry, leave)
 
     def rows(self, batch: Batch, capture: int, first: int, last: int) -> list[tuple[int, int]]:
-        """Return the rows, counted in their capture, and the states of the best match of a span.
-
-        Of equal ones it is the one whose last but one symbol comes first, and so on.
-        """
+        """Return the rows, counted in their capture, and the states of the best match of a span."""
         row = np.arange(first, last + 1)
         code = self._kinds.code[self._bounds[batch.places[capture]] + row]
         symbols = self._symbols(batch, batch.rows(self.net.part).bounds[capture] + row, code)
@@ -262,10 +256,9 @@ class Line:
 
 
 def followed(net: Net, symbols: Symbols, most: int, ask: Ask) -> tuple[IntArray, IntArray]:
-    """Return keys of the best match at each state with each symbol: (K, R) int64, twice.
+    """Return keys of the best match at each state with each symbol, or `NOTHING`: (K, R), twice.
 
-    The first are of matches that stand there with the symbol, the second of these and of those for
-    which the step is missing; `NOTHING` where there is none that costs no more than `most`.
+    The first are of matches that stand there, the second also of those that left out the state.
     """
     arrived, gone = _once(net, symbols, most, np.full(symbols.entry.shape, NOTHING))
     left, better = np.arange(len(symbols.blur)), (gone[net.back] < NOTHING).any(axis=0)

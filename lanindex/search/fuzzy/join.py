@@ -1,13 +1,11 @@
 """Join with costs: beside each match of the leading line the cheapest match of each other line.
 
-Which lines stand beside each other the relations of exact matches tell; what they cost is added.
-Lines that must not happen have no edits: they are searched for exactly.
+Their costs are added. Lines that must not happen have no edits: they are searched for exactly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from math import floor
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,15 +18,13 @@ from lanindex.search.match import arrays, relations
 from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.hits import Found
-from lanindex.search.match.relations import RELATIONS, Margins, Spans
+from lanindex.search.match.join import margins_of
+from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans
 from lanindex.search.plan import NEGATIONS, Companion, Program
 
-NOBODY = 1 << 62
-"""The place of the match that stands beside another, where none does."""
+NOBODY = 1 << 62  # the place of a match where there is none
 
-
-Exactly = Callable[[Query, IntArray], Found]
-"""Searches exactly, in some captures of the roster."""
+Exactly = Callable[[Query, IntArray], Found]  # searches exactly, in some captures of the roster
 
 
 class Plan(NamedTuple):
@@ -66,7 +62,7 @@ class Plan(NamedTuple):
         return cls(sides, beside, apart, steps, allowance.of(steps))
 
     def within(self, columns: Mapping[str, Columns], most: int, clear: int = 0) -> Plan:
-        """Return the plan for matches that cost no more, and are so clear as of `Line`."""
+        """Return the plan for matches that cost no more than `most`; `clear` as of `Line`."""
         most = min(self.most, most)
         lines = [[Line(it, columns[it.part], most, clear) for it in nets] for nets in self.sides]
         return self._replace(most=most, lines=lines)
@@ -78,7 +74,7 @@ class Plan(NamedTuple):
         return found
 
     def bounds(self, batch: Batch, ask: Ask) -> AnyArray:
-        """Return how well a match fits at most in each capture, (captures,); 0: there is none."""
+        """Return how well a match in each capture fits at most, (captures,); 0: there is none."""
         least = np.ones(len(batch))
         for it in self._found(batch, ask):
             best = np.zeros(len(batch))
@@ -91,7 +87,7 @@ class Plan(NamedTuple):
         lead, *others = self._found(batch, ask)
         for companion, nets, other in zip(self.beside, self.sides[1:], others, strict=True):
             ask()
-            margins = _margins(batch, companion)
+            margins = margins_of(batch, companion)
             if companion.relation == "with":  # no two movements of one part share a frame
                 same = [net.number for net in nets if net.part == self.sides[0][0].part]
                 near = margins.most[other.capture] > 0
@@ -124,40 +120,37 @@ class Plan(NamedTuple):
     def _disturbed(
         self, apart: Beside, found: Matches, batch: Batch, exactly: Exactly, ask: Ask
     ) -> BoolArray:
-        """Return beside which matches stands one of a line that must not happen, (N,).
+        """Return which matches have a match of a `without` line beside them, (N,) bool.
 
-        Those do not count that have a symbol in common with it.
+        Matches of that line that share a symbol with them do not count.
         """
         query = Query(Choice((Lines(apart.line),)))
         exact = exactly(query, batch.places[arrays.once(found.capture)])
         parts = {net.number: net.part for net in self.nets}
         shares = not query.parts.isdisjoint(parts.values())
-        place = np.searchsorted(batch.places, exact.place)
-        others = relations.SpanIndex(_spans(place, exact.low, exact.high))
-        lines, margins = _spans(*found[:3]), _margins(batch, apart)
+        others = _spans(np.searchsorted(batch.places, exact.place), exact.low, exact.high)
         begin, end = found.taken[:, :, 3].min(axis=1), found.taken[:, :, 4].max(axis=1)
-        told, pairs = np.zeros(len(lines), np.bool_), [np.empty((2, 0), np.int64)]
-        for some in arrays.in_pieces(relations.many(apart.relation, lines, others, margins)):
+        disturbed, pairs = np.zeros(len(begin), np.bool_), [np.empty((2, 0), np.int64)]
+        margins = margins_of(batch, Companion(apart.relation, (), apart.within))
+        for match, hit in _pairs(apart.relation, _spans(*found[:3]), SpanIndex(others), margins):
             ask()
-            line, other = relations.pairs(apart.relation, lines.at(some), others, margins)
-            match, hit = some[line], others.order[other]
             # what a match is made of lies in its frames: any hit outside of them disturbs it
             near = shares & (exact.low[hit] <= end[match]) & (exact.high[hit] >= begin[match])
-            told[match[~near]] = True
-            pairs.append(np.stack((match, hit))[:, near & ~told[match]])
+            disturbed[match[~near]] = True
+            pairs.append(np.stack((match, hit))[:, near & ~disturbed[match]])
         match, hit = np.concatenate(pairs, axis=1)
-        wanted = arrays.once(hit[~told[match]]).tolist()
+        wanted = arrays.once(hit[~disturbed[match]]).tolist()
         symbols = {}
         for index, one in zip(wanted, exact.arranged(wanted), strict=True):
             ask()
             symbols[index] = [(it.part, it.ordinal) for it in one.symbols]
         for one, index in zip(match.tolist(), hit.tolist(), strict=True):
-            told[one] = told[one] or not any(
+            disturbed[one] = disturbed[one] or not any(
                 parts[net] == part and first <= row <= last
                 for net, first, last, *_ in found.taken[one].tolist()
                 for part, row in symbols[index]
             )
-        return told
+        return disturbed
 
 
 def fits(cost: IntArray, blur: IntArray, steps: AnyArray | int) -> AnyArray:
@@ -170,28 +163,26 @@ def _spans(capture: IntArray, start: IntArray, until: IntArray) -> Spans:
     return Spans(capture, start, until, start, until, np.zeros(len(capture), np.bool_))
 
 
-def _margins(batch: Batch, beside: Companion | Beside) -> Margins:
-    """Return how far lines may lie apart, by capture."""
-    none = np.zeros(len(batch), np.int64)
-    least, most = none, none + (FAR >> 1 if beside.relation in ("after", "before") else -1)
-    if beside.within:
-        least, most = batch.bounds(beside.within)
-    clocks, own = batch.clocks()
-    slack = np.array([floor(batch.tolerance * clock.rate) for clock in clocks], np.int64)
-    return Margins(least, most, slack[own])
+def _pairs(
+    relation: str, lines: Spans, others: SpanIndex, margins: Margins
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield all pairs of a line and another one beside it, by their places, some at a time."""
+    for some in arrays.in_pieces(relations.many(relation, lines, others, margins)):
+        line, other = relations.pairs(relation, lines.at(some), others, margins)
+        yield some[line], others.order[other]
 
 
 def _first(relation: str, lines: Spans, spans: Spans, margins: Margins) -> IntArray:
     """Return the first of some spans that stands beside each line, by place; or `NOBODY`."""
-    others, limit = relations.SpanIndex(spans), relations.limits(relation, lines, margins)
-    keys, order, first, last = others.starts, others.order, limit.begin_first, limit.begin_last
+    others, limit = SpanIndex(spans), relations.limits(relation, lines, margins)
     if relation in ("after", "ending with"):
         keys, order, first, last = others.ends, others.order[others.by_end], *limit[2:]
-    elif relation not in ("before", "starting with"):
+    elif relation in ("before", "starting with"):
+        keys, order, first, last = others.starts, others.order, *limit[:2]
+    else:
         found = np.full(len(lines), NOBODY)
-        for some in arrays.in_pieces(relations.many(relation, lines, others, margins)):
-            line, other = relations.pairs(relation, lines.at(some), others, margins)
-            np.minimum.at(found, some[line], order[other])
+        for line, other in _pairs(relation, lines, others, margins):
+            np.minimum.at(found, line, other)
         return found
     base = lines.capture * FAR
     low, high = np.searchsorted(keys, base + first), np.searchsorted(keys, base + last, "right")

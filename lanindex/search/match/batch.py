@@ -14,6 +14,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,6 @@ from lanindex.model.columns import (
     ranges,
 )
 from lanindex.model.measures import GRADES, graded
-from lanindex.search import nearly
 from lanindex.search.language.times import Clock, Length
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 from lanindex.search.match.arrays import (
@@ -279,7 +279,10 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]
     if state.near:
         margin = THOUSANDTHS - cost.astype(np.int64)
         across = ~fits & table[rows.runner] & (margin < state.near)
-        cost = np.where(across, nearly.across(margin, state.near), nearly.own(margin, state.near))
+        inside = state.near + np.where(
+            across, -margin, margin
+        )  # the border lies so much further out
+        cost = THOUSANDTHS - inside * THOUSANDTHS // (state.near + THOUSANDTHS)
         fits |= across
     if "change" in wanted:
         fits &= np.isin(rows.change, sorted(wanted["change"]))
@@ -441,6 +444,13 @@ class Batch:
             ]
             self._clocks = clocks, np.searchsorted(used, own)
         return self._clocks
+
+    @cached_property
+    def slack(self) -> IntArray:
+        """By how many frames edges may differ that should agree, by capture."""
+        clocks, own = self.clocks()
+        slack = [floor(self.tolerance * clock.rate) for clock in clocks]
+        return np.array(slack, np.int64)[own]
 
     def bounds(self, length: Length) -> tuple[IntArray, IntArray]:
         """Return the fewest and the most frames of each capture that meet a condition on length."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cached_property
-from math import floor
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -298,13 +296,6 @@ class Context:
         first = np.where(claims.first < FAR, claims.first - passed, FAR)
         last = np.where(claims.first < FAR, claims.last - passed, FAR)
         return Claims(np.concatenate((claims.first, first)), np.concatenate((claims.last, last)))
-
-    @cached_property
-    def slack(self) -> IntArray:
-        """By how many frames edges may differ that should agree, by capture."""
-        clocks, own = self.batch.clocks()
-        slack = [floor(self.batch.tolerance * clock.rate) for clock in clocks]
-        return np.array(slack, np.int64)[own]
 
     def met(self, conditions: Iterable[Condition], capture: IntArray, seen: IntArray) -> IntArray:
         """Return the places of the matches that meet conditions on labels."""

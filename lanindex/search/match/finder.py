@@ -15,7 +15,7 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
 from lanindex.model.symbol import joined as rows_joined
 from lanindex.model.symbol import listed
-from lanindex.search.conditions import meets
+from lanindex.search.fields import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
 from lanindex.search.match.arrays import IntArray, TooMuch, limited_to, once, together
@@ -169,7 +169,7 @@ class Finder:
             self.fetch(captures)
         made: dict[int, Hit] = {}
         with limited_to(self._memory):
-            for some, found in self._in_parts(partial(self._made, hits), hits.capture):
+            for some, found in self.in_parts(partial(self._made, hits), hits.capture):
                 if isinstance(found, LanindexError):
                     raise found
                 made.update(zip(some.tolist(), found, strict=True))
@@ -199,7 +199,7 @@ class Finder:
             for trace, capture, span in zip(traces, captures, spans, strict=True)
         ]
 
-    def _in_parts(
+    def in_parts(
         self, work: Callable[[IntArray], Result], captures: IntArray
     ) -> Iterator[tuple[IntArray, Result | LanindexError]]:
         """Yield what work makes of items in some captures: half at a time where it is too much.
@@ -248,7 +248,7 @@ class Finder:
 
     def _among(self, places: IntArray) -> Iterator[HitTable]:
         """Yield all hits in some captures; captures that are refused get an error."""
-        for some, found in self._in_parts(lambda some: self._in_batch(places[some]), places):
+        for some, found in self.in_parts(lambda some: self._in_batch(places[some]), places):
             if isinstance(found, LanindexError):
                 self.refused[int(places[some[0]])] = found
             else:

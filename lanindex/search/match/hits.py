@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import TRACKS
 from lanindex.model import Hit, Symbol
 from lanindex.model.columns import THOUSANDTHS
+from lanindex.search.hits import TOGETHER, Holder, Placed
 from lanindex.search.match.arrays import (
     FAR,
     AnyArray,
@@ -26,7 +27,6 @@ from lanindex.search.match.arrays import (
     starts_of,
 )
 from lanindex.search.match.batch import Batch, Events
-from lanindex.search.placed import TOGETHER, Holder, Placed
 from lanindex.search.plan import State
 
 ROUNDS, PATIENCE = 24, 1 << 12

@@ -23,6 +23,7 @@ from lanindex.search.match.arrays import (
     starts_of,
     together,
 )
+from lanindex.search.match.batch import Batch
 from lanindex.search.match.context import CompanionMatches, Context, Hulls
 from lanindex.search.match.matches import Claims, Nodes, distinct, sets_together
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
@@ -82,6 +83,15 @@ def unexcused(
     many -= np.searchsorted(ends, base + limit.end_first)
     found: BoolArray = many > excused
     return found
+
+
+def margins_of(batch: Batch, companion: Companion) -> Margins:
+    """Return how far apart a line and the one beside it may lie."""
+    least = np.zeros(len(batch), np.int64)
+    most = least + (FAR >> 1 if companion.relation in ("after", "before") else -1)
+    if companion.within:
+        least, most = batch.bounds(companion.within)
+    return Margins(least, most, batch.slack)
 
 
 def _touching(one: Claims, other: Claims) -> Iterator[tuple[IntArray, IntArray]]:
@@ -255,15 +265,6 @@ class Joiner:
         conditions = [it for it in clauses.conditions if it not in clauses.of_all]
         return self._context.met_where_known(conditions, capture, seen)
 
-    def _margins(self, companion: Companion) -> Margins:
-        none = np.zeros(len(self._batch), np.int64)
-        if companion.within:
-            least, most = self._batch.bounds(companion.within)
-            return Margins(least, most, self._context.slack)
-        if companion.relation in ("after", "before"):
-            return Margins(none, none + (FAR >> 1), self._context.slack)
-        return Margins(none, none - 1, self._context.slack)
-
     def _with(
         self,
         companion: Companion,
@@ -291,7 +292,7 @@ class Joiner:
             here = lines.at(own[once])  # those that stand alike have hulls of their own
             here.high = np.zeros(len(here), np.int64)
             here.low = here.start if "start" in compared else here.high + FAR - 1
-            line = Standing(here, stands[hulls.line], self._margins(companion))
+            line = Standing(here, stands[hulls.line], margins_of(self._batch, companion))
             for program in self._context.rewrites.programs(companion):
                 beside = self._beside(program, companion)
                 if not alone:
@@ -322,7 +323,7 @@ class Joiner:
             for alone in (False, True):
                 own = np.flatnonzero(lines.alone == alone)
                 some = others if alone else others.at(~others.alone)
-                margins = self._margins(companion)
+                margins = margins_of(self._batch, companion)
                 found[own] |= relations.holds(
                     companion.relation, lines.at(own), relations.SpanIndex(some), margins
                 )
@@ -400,7 +401,7 @@ class Joiner:
         capture, alone = lines.capture[hulls.line], lines.alone[hulls.line]
         low, high = hulls.low, np.maximum(hulls.high, lines.until[hulls.line])
         here = Spans(capture, low, high, low, high, alone)
-        margins, free = self._margins(companion), others.claims.none
+        margins, free = margins_of(self._batch, companion), others.claims.none
         disturbed = np.zeros(len(here), bool)
         excusing = self._context.excusing(hulls.claims)
         unmet: list[IntArray] = []

@@ -264,7 +264,7 @@ class Expiry:
             keys = (owner * FAR + until)[order]
             self._earliest[companion] = keys, np.append(owner[order] * FAR + earliest, FAR << 20)
         keys, earliest = self._earliest[companion]
-        slack = self._context.slack[capture]
+        slack = self._context.batch.slack[capture]
         place = np.searchsorted(keys, capture * FAR + begun - slack)
         frames: IntArray = np.minimum(earliest[place] - capture * FAR, FAR - 1)
         return frames

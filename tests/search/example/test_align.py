@@ -8,10 +8,12 @@ from made_clips import PARTS, clips, clips_of, mirrored, source_of
 from plain_example import likeness, middle
 
 from lanindex.model import SYMBOL
+from lanindex.model.columns import cell_of
 from lanindex.search.example import align
 from lanindex.search.example import nearest as module
-from lanindex.search.example.align import POINTS, compared, pairs
+from lanindex.search.example.align import compared, pairs
 from lanindex.search.example.nearest import bounds_of, nearest
+from lanindex.search.sphere import MIDDLES
 
 RATE = 30.0
 
@@ -28,7 +30,9 @@ def alike(one, many):
 def test_cells_lie_where_their_angles_say() -> None:
     for direction in range(9):
         for level in range(3):
-            assert POINTS[direction, level] == pytest.approx(middle(direction, level), abs=1e-6)
+            assert MIDDLES[cell_of(direction, level)] == pytest.approx(
+                middle(direction, level), abs=1e-6
+            )
 
 
 @settings(max_examples=40)

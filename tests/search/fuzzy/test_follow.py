@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
-from lanindex.search.fuzzy.costs import MOST, UNIT, angles, middles
+from lanindex.search.fuzzy.costs import MOST, UNIT, angles
 from lanindex.search.fuzzy.follow import (
     BLUR,
     COST,
@@ -27,6 +27,7 @@ from lanindex.search.fuzzy.follow import (
 )
 from lanindex.search.language import parse
 from lanindex.search.plan import plan
+from lanindex.search.sphere import CELLS, MIDDLES
 
 
 def ask() -> None:
@@ -198,7 +199,7 @@ def test_a_symbol_at_the_border_to_what_is_asked_costs_nothing():
 
 
 def test_the_middles_are_as_far_apart_as_a_body_sees_them():
-    found = angles(middles(), middles())
+    found = angles(MIDDLES[CELLS], MIDDLES[CELLS])
     assert found.shape == (27, 27)
     assert np.allclose(found, found.T)
     assert np.allclose(np.diag(found), 0)

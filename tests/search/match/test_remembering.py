@@ -11,12 +11,12 @@ from plain_matcher import find
 from query_cases import recordings_of
 from random_library import random_library
 
+from lanindex.pipeline.how import NEAR
 from lanindex.search.language import parse
 from lanindex.search.match import arrays, leading, matches, walk
 from lanindex.search.match.arrays import FAR, TooMuch, together
 from lanindex.search.match.context import Context
 from lanindex.search.match.matches import Claims, Nodes, one_each
-from lanindex.search.nearly import NEAR
 
 PATTERNS = [
     # conditions on one step, on several, on what is missing
