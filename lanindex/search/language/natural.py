@@ -135,27 +135,23 @@ def _plain(text: str) -> list[str]:
 
 def _meanings(text: str) -> Iterator[tuple[str, str]]:
     """Yield what the words of a text mean, as `_phrases` says it, the longest phrases first."""
-    words, known = _plain(text), _phrases()
+    words, known = tuple(_plain(text)), _phrases()
     longest = max(map(len, known))
     while words:
         for count in range(min(longest, len(words)), 0, -1):
             phrase, rest = words[:count], words[count:]
-            side = phrase[-1] in ("right", "left") and _begins_limb(rest)
-            if tuple(phrase) in known and not (side and phrase[-2:-1] == ["to"]):
+            tables = {known[rest[:some]][0] for some in (1, 2) if rest[:some] in known}
+            side = phrase[-1] in ("right", "left") and not tables.isdisjoint(("limbs", "movers"))
+            if phrase in known and not (side and phrase[-2:-1] == ("to",)):
                 break
         else:
             raise _UnclearError
-        table, meaning = known[tuple(phrase)]
+        table, meaning = known[phrase]
         _want(table != "unclear")
-        if phrase in (["right"], ["left"]):
+        if phrase in (("right",), ("left",)):
             table, meaning = ("sides", meaning) if side else ("phrases", phrase[0])
         yield table, meaning
         words = rest
-
-
-def _begins_limb(words: list[str]) -> bool:
-    some = (_phrases().get(tuple(words[:count])) for count in (1, 2))
-    return any(meaning and meaning[0] in ("limbs", "movers") for meaning in some)
 
 
 @dataclass(slots=True)
@@ -172,18 +168,6 @@ class _Clause:
     def says(self) -> bool:
         """Whether it says more than who moves."""
         return bool(self.values or self.verbs)
-
-    def take(self, table: str, meaning: str) -> None:
-        if table == "phrases":
-            self.values += [meaning] if meaning not in self.values else []
-        elif table == "verbs":
-            self.verbs.append(meaning)
-        elif table in ("limbs", "movers"):
-            _want(not self.limb and not (self.side and meaning[:2] in ("r_", "l_")))
-            self.limb = meaning
-        elif table == "sides":
-            _want(not self.side and not self.limb)
-            self.side = meaning
 
     @property
     def group(self) -> str:
@@ -215,8 +199,16 @@ def _clauses(text: str) -> Iterator[_Clause]:
         if table == "links":
             yield clause
             clause = _Clause(meaning)
-        else:
-            clause.take(table, meaning)
+        elif table == "phrases":
+            clause.values += [meaning] if meaning not in clause.values else []
+        elif table == "verbs":
+            clause.verbs.append(meaning)
+        elif table in ("limbs", "movers"):
+            _want(not clause.limb and not (clause.side and meaning[:2] in ("r_", "l_")))
+            clause.limb = meaning
+        elif table == "sides":
+            _want(not clause.side and not clause.limb)
+            clause.side = meaning
     yield clause
 
 

@@ -193,9 +193,13 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
         return "Hand touches hand by itself: hands touch"
     if things:
         return f"Hands touch each other. Both of them something else: hand_touches {word}"
-    before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
-    if before and not word.negated:
-        return _twice(before[0], word)
+    same = (it for it in words[:-1] if it.kind == word.kind and not (it.negated or word.negated))
+    if first := next(same, None):
+        if word.kind == "degrees":
+            return "Two angles. From 90deg to 180deg is 90deg..180deg"
+        either = f'One movement has one {noun}. "{first}/{word}" means either'
+        then = f'; "{first} -> {word}" means one after the other.'
+        return f"{either}{then if word.kind != 'change' else '.'}"
     if manner in _STILL and word.kind in MOVING:
         return f'{_STILL[manner]}: say a direction or a level, not "{word.values[0]}".'
     if manner in _STILL and bends:
@@ -212,12 +216,3 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     if not meaning(words, word.kind, part):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'
     return None
-
-
-def _twice(first: Word, second: Word) -> str:
-    if first.kind == "degrees":
-        return "Two angles. From 90deg to 180deg is 90deg..180deg"
-    either = f'One movement has one {WORD_KINDS[first.kind].noun}. "{first}/{second}" means either'
-    if first.kind == "change":
-        return f"{either}."
-    return f'{either}; "{first} -> {second}" means one after the other.'

@@ -37,10 +37,6 @@ RELATIVE = {
 }
 """Directions relative to the limb's own side, and what they are for a right limb."""
 
-CHANGES = ("rising", "sinking")  # how a level compares with the one before
-PACES = ("slow", "fast")  # how a movement's speed compares with others of its group of parts
-EXTENTS = ("small", "large")  # and its size
-
 BEND_MOVES = ("bend", "stretch")  # movements of an elbow or a knee, named by the limb
 BEND_WORDS = {
     **{name: name for name in (*BEND_MOVES, "bent", "straight")},
@@ -64,11 +60,11 @@ _DIRECTION_ALIASES = {
 VALUES: dict[str, tuple[str, str]] = {
     **{name: ("direction", name) for name in (*DIRECTIONS, *RELATIVE, ANY)},
     **{name: ("level", name) for name in LEVELS},
-    **{name: ("change", name) for name in CHANGES},
+    **{name: ("change", name) for name in ("rising", "sinking")},
     **{name: ("feet", name) for name in FEET},
     "circling": ("degrees", ">=45deg"),
-    **{name: ("pace", name) for name in PACES},
-    **{name: ("extent", name) for name in EXTENTS},
+    **{name: ("pace", name) for name in ("slow", "fast")},
+    **{name: ("extent", name) for name in ("small", "large")},
     **{alias: ("bend", name) for alias, name in BEND_WORDS.items()},
     **{alias: ("direction", name) for alias, name in _DIRECTION_ALIASES.items()},
     **{"middle": ("level", "mid"), "normal": ("level", "mid")},
@@ -110,10 +106,6 @@ class Numbers(Mapping[str, int]):
         return self._most + 1
 
 
-def _codes(names: Collection[str]) -> dict[str, int]:
-    return {name: code for code, name in enumerate(names)}
-
-
 @dataclass(frozen=True, slots=True)
 class WordKind:
     """What the words of one kind describe."""
@@ -127,15 +119,13 @@ WORD_KINDS = {
     "direction": WordKind("direction", "direction", DIRECTION_CODES),
     "level": WordKind("level", "level", LEVEL_CODES),
     "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
-    "feet": WordKind("kind of jump", "amount", _codes(FEET)),
+    "feet": WordKind("kind of jump", "amount", {it: FEET.index(it) for it in FEET}),
     "degrees": WordKind("angle", "amount", Numbers(MOST_AMOUNT)),
     "bend": WordKind("degree of bending", "amount", Numbers(stretching(SIXTHS))),
-    **{
-        kind: WordKind(noun, "", {below: BELOW, "usual": USUAL, above: ABOVE})
-        for kind, noun, (below, above) in (("pace", "speed", PACES), ("extent", "size", EXTENTS))
-    },
-    "touched": WordKind("thing touched", "amount", _codes(TOUCHED)),
-    "carrier": WordKind("carrier", "amount", _codes(CARRIERS)),
+    "pace": WordKind("speed", "", {"slow": BELOW, "usual": USUAL, "fast": ABOVE}),
+    "extent": WordKind("size", "", {"small": BELOW, "usual": USUAL, "large": ABOVE}),
+    "touched": WordKind("thing touched", "amount", {it: TOUCHED.index(it) for it in TOUCHED}),
+    "carrier": WordKind("carrier", "amount", {it: CARRIERS.index(it) for it in CARRIERS}),
 }
 """Every kind of words; ``alphabet.KINDS`` has those of each kind of track."""
 
