@@ -188,10 +188,8 @@ class Pattern:
     def _bare(self) -> Choice:
         """Return the pattern; refuse clauses and stages."""
         if self._behind:
-            raise UsageError(
-                f'"{self._behind.strip()}" in a part of a pattern',
-                wanted="it behind the whole pattern, as it speaks of all of it",
-            )
+            found = f'"{self._behind.strip()}" in a part of a pattern'
+            raise UsageError(found, wanted="it behind the whole pattern, as it speaks of all of it")
         return self.query.pattern
 
     def _step(self, *words: str) -> Pattern:

@@ -124,9 +124,8 @@ def _plain(text: str) -> list[str]:
     text = re.sub(r"(?<=\w)-(?=\w)", " ", text.lower()).strip()
     text = _HALF.sub(r"\1 \2_\3", text)
     verbs, articles = _tables()["verbs"], _tables()["fillers"]["articles"]
-    if (said := _FROM.fullmatch(text)) and not {*text.split()}.intersection(
-        (*verbs["raise"], *verbs["lower"])  # they tell an end, and so go with no 'from'
-    ):
+    ends = {*verbs["raise"], *verbs["lower"]}  # they say where it ends by themselves
+    if (said := _FROM.fullmatch(text)) and ends.isdisjoint(text.split()):
         text = f"{said[1]} {said[2]} ... {said[3]}"
     text = text.rstrip("!? ")
     words = _TOKEN.findall(text.removesuffix(".") if not text.endswith("..") else text)

@@ -109,12 +109,8 @@ def parse(
 
     try:
         if len(text) > _LONGEST:
-            raise PatternError(
-                f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
-                text=f"{text[:60]}…",
-                start=60,
-                stop=61,
-            )
+            found = f"A pattern of {len(text)} characters; {_LONGEST} is the most."
+            raise PatternError(found, text=f"{text[:60]}…", start=60, stop=61)
         return read(str(text))
     except PatternError as error:
         offer_reading(error, read, vocabulary.parts)

@@ -304,9 +304,8 @@ def everywhere(node: Any, changed: Callable[[Any], Any]) -> Any:
             return tuple(map(inside, value))
         return everywhere(value, changed) if is_dataclass(value) else value
 
-    return changed(
-        replace(node, **{it.name: inside(getattr(node, it.name)) for it in fields(node)})
-    )
+    own = {it.name: inside(getattr(node, it.name)) for it in fields(node)}
+    return changed(replace(node, **own))
 
 
 Node = TypeVar("Node", Choice, Step | Bracket)

@@ -207,11 +207,9 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     sideless = {it for it in RELATIVE if kind.name == "gesture" or it.startswith("across")}
     if not mover.sided and sideless.intersection(word.values):
         return f"The {mover.name} has no side of its own: say right or left."
-    if word.kind == "direction" and not all(
-        kind.directions == DIRECTIONS
-        or values_of("direction", value, part).intersection(kind.directions)
-        for value in word.values
-    ):
+    limited = word.kind == "direction" and kind.directions != DIRECTIONS
+    reached = (values_of("direction", value, part) for value in word.values)
+    if limited and any(it.isdisjoint(kind.directions) for it in reached):
         return f"{cannot} it goes {' or '.join(kind.directions)}."
     if not meaning(words, word.kind, part):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'
