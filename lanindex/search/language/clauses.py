@@ -228,8 +228,8 @@ def _stage_at(cursor: Cursor, bar: Token) -> Stage:
         found = 'A stage follows "|": count, count by clip.label, sort by match.start, first 10'
         raise cursor.error(found, bar if cursor.stands("end") else cursor.token)
     if word.text == "first":
-        whole = cursor.stands("number") and cursor.token.text.isdecimal()
-        number = int(cursor.number()) if whole else 0
+        is_whole = cursor.stands("number") and cursor.token.text.isdecimal()
+        number = int(cursor.number()) if is_whole else 0
         if not number:
             raise cursor.error_since(word, "The first how many? first 10")
         return First(number)

@@ -197,8 +197,8 @@ class Cursor:
 
     def _sixth(self) -> Time:
         token = self.advance()
-        whole = token.kind == "number" and token.text.isdecimal()
-        if whole and len(token.text) <= _LONGEST_NUMBER and int(token.text) <= SIXTHS:
+        is_whole = token.kind == "number" and token.text.isdecimal()
+        if is_whole and len(token.text) <= _LONGEST_NUMBER and int(token.text) <= SIXTHS:
             return Time(Fraction(token.text), "")
         known = f"by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+"
         raise self.error(f"A limb is bent {known}", token)

@@ -46,7 +46,7 @@ _MOST_STEPS = 1000
 _MOST_WORDS = 10_000
 
 _ANYONE = Mover("any part", "one", ("r_any",))
-"""Who moves in a pattern that is being named: its use will tell."""
+"""Stands for the part that each use of a named pattern will give."""
 
 _EDGES = "--tolerance tells how far the edges may lie apart."
 _UNLIMITED = {
@@ -142,7 +142,7 @@ class _Parser(Cursor):
         if self.strict and not self.timed:
             found = "Only the timing of pasted LND can be strict, and there is none here."
             raise self.error_since(begin, found)
-        query = self.clauses(_opened(pattern) if self.timed else pattern)
+        query = self.clauses(_without_brackets(pattern) if self.timed else pattern)
         if self.words_named and (length := len(str(query))) > _LONGEST:
             found = f"With all names written out it has {length} characters;"
             raise self.error_since(begin, f"{found} {_LONGEST} is the most.")
@@ -268,7 +268,7 @@ class _Parser(Cursor):
             raise self.error_since(token, "Two lengths. From 1s to 2s is 1s..2s")
         item = Item(unit, length or timed, self.repeat(), label)
         if item.repeat != ONCE:
-            self.refuse_more(first)
+            self.refuse_after_count(first)
             self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
         if (steps := steps_taken(item)) > _MOST_STEPS:
             found = f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most."
@@ -299,7 +299,7 @@ class _Parser(Cursor):
         return self.advance()
 
     def refuse_labels(self, before: int, where: str) -> None:
-        """Refuse labels of which nobody could tell which symbols they mean."""
+        """Refuse labels since a place, where they would be ambiguous."""
         for name, place in list(self.labels.items())[before:]:
             raise self.error(f'The label "{name}" stands inside {where}', *place)
 
@@ -328,7 +328,7 @@ class _Parser(Cursor):
             raise self.error_since(begin, found)
         return Repeat(least, most)
 
-    def refuse_more(self, begin: Token) -> None:
+    def refuse_after_count(self, begin: Token) -> None:
         """Refuse a length or another count after a count, since it is ambiguous."""
         counted, token = self.said(begin, self.before), self.token
         if self.length():
@@ -406,7 +406,7 @@ class _Parser(Cursor):
         at = self.advance()
         self.deepen(at)
         labelled = len(self.labels)
-        name, text, read = self.opened(at)
+        name, text, read = self.pattern_behind(at)
         outside = self.text, self.tokens, self.index
         self.text, self.tokens, self.index = text, read, 0
         self.open_names.append(name)
@@ -428,7 +428,7 @@ class _Parser(Cursor):
         self.depth -= 1
         return Bracket(pattern)
 
-    def opened(self, at: Token) -> tuple[str, str, Sequence[Token]]:
+    def pattern_behind(self, at: Token) -> tuple[str, str, Sequence[Token]]:
         """Read a name behind ``@``, and return it with the text and tokens of its pattern."""
         token = self.token
         if token.kind != "word":
@@ -457,7 +457,7 @@ class _Parser(Cursor):
         return name, text, read
 
     def clauses(self, pattern: Choice) -> Query:
-        """Read the clauses and stages, and return the whole query."""
+        """Read the clauses and stages, and return the query."""
         query = Query(pattern)
         seen: list[str] = []
         while word := self.take("word", "either", "rhythm", "where"):
@@ -511,7 +511,7 @@ def _number_of_steps(least: int, most: float) -> str:
     return f"{least} steps or more" if most == float("inf") else f"{least} to {most:.0f} steps"
 
 
-def _opened(pattern: Choice) -> Choice:
+def _without_brackets(pattern: Choice) -> Choice:
     """Return the pattern inside the brackets, if it is nothing but a bracket."""
     match pattern:
         case Choice((Lines(Line((Item(Bracket(inner), None, repeat, ""),), (), None, None), ()),)):

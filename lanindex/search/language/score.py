@@ -163,7 +163,7 @@ class _Score:
         cursor = self.cursor
         part = cursor.mover()
         if part is None:
-            raise unknown(cursor, True) if is_unknown(cursor) else self.short(begin)
+            raise unknown(cursor, True) if is_unknown(cursor) else self.incomplete(begin)
         if part.form != "one":
             right, left = part.members
             raise cursor.error(f"LND names one part: {right} or {left}", cursor.before)
@@ -173,10 +173,10 @@ class _Score:
         if stop < start:
             raise cursor.error_since(begin, f"An end at {times[1]} lies before the start.")
         self.tracks.setdefault(part, []).append(_Symbol(words, start, stop))
-        told = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
-        return " ".join([begin.text, part.name, *told, *times])
+        spelled = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
+        return " ".join([begin.text, part.name, *spelled, *times])
 
-    def short(self, begin: Token) -> PatternError:
+    def incomplete(self, begin: Token) -> PatternError:
         names = LINES[begin.text].names
         count = {1: "four", 2: "five"}[len(names)]
         known = f"A line of LND has {count} words behind {begin.text}: part"
@@ -190,14 +190,14 @@ class _Score:
             raise unknown(cursor)
         found = values_for((kind,)).get(cursor.token.text) if cursor.stands("word") else None
         if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
-            raise self.short(begin)
+            raise self.incomplete(begin)
         cursor.advance()
         return Word(kind, (found[1],))
 
     def number(self, begin: Token) -> str:
         number = self.cursor.take("number")
         if number is None:
-            raise self.short(begin)
+            raise self.incomplete(begin)
         if len(number.text) > 40:
             raise self.cursor.error("No more than 40 digits, please.", number)
         return number.text

@@ -27,7 +27,7 @@ from lanindex.search.language.words import (
 )
 
 _STILL = {"at": "at is being there", "hold": "hold is staying put"}
-_WHERE = {
+_NO_WORDS = {
     "at": "At what? Say where: at high, at place low",
     "via": "Via what? Say where it goes through: via right, via any",
 }
@@ -41,10 +41,10 @@ _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to nam
 
 
 def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:
-    """Read a step; `mirror` tells whether it is seen in a mirror.
+    """Read a step.
 
-    An arrow carries one mover over, or one of several in `carried`; `after` is what comes before:
-    ``->``, a relation, ``or``, ``start`` or nothing.
+    `carried` is who moved last, one or several alternatives; `after` is what comes before the
+    step: ``->``, a relation, ``or``, ``start`` or nothing; `mirror`: return its mirror image.
     """
     _check_meant(cursor, carried)
     named = cursor.mover()
@@ -61,8 +61,8 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
     if manner == "at" and not THINGS.keys().isdisjoint(_kind(mover).words):
         raise cursor.error(f"It lasts as long as its movement does: {mover} 1s+", cursor.before)
     words = _words(cursor, mover, manner)
-    if manner in _WHERE and not words:
-        raise cursor.error(_WHERE[manner], cursor.before)
+    if manner in _NO_WORDS and not words:
+        raise cursor.error(_NO_WORDS[manner], cursor.before)
     if mirror:
         words = tuple(word.mirrored() for word in words)
     return Step(mover, bool(named or bending), manner, words)
@@ -108,8 +108,9 @@ def _bending(cursor: Cursor, mover: Mover) -> Mover | None:
     ahead += cursor.ahead(ahead).text == "not"
     kind, value = VALUES.get(cursor.ahead(ahead).text, ("", ""))
     moves = manner in _STILL or value.split(" ")[0] in BEND_MOVES
-    means = kind == "bend" and moves and cursor.ahead(1).text != ":"
-    return cursor.vocabulary.bending(mover) if means else None
+    if kind != "bend" or not moves or cursor.ahead(1).text == ":":
+        return None
+    return cursor.vocabulary.of(mover.form, tuple(BENDS.get(it, "") for it in mover.members))
 
 
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:

@@ -1,4 +1,4 @@
-"""What is wrong with a token that cannot stand where it stands, and what was probably meant."""
+"""Errors about a token that cannot stand where it stands, with what was probably meant."""
 
 from __future__ import annotations
 

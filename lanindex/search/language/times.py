@@ -19,8 +19,8 @@ def decimal(number: Fraction) -> str:
     digits = 0
     while (number * 10**digits).denominator != 1:
         digits += 1
-    whole = str(int(number * 10**digits)).rjust(digits + 1, "0")
-    return f"{whole[:-digits]}.{whole[-digits:]}" if digits else whole
+    text = str(int(number * 10**digits)).rjust(digits + 1, "0")
+    return f"{text[:-digits]}.{text[-digits:]}" if digits else text
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from lanindex.alphabet import (
-    BENDS,
     BENT,
     CARRIERS,
     DEGREES_BENT,
@@ -132,7 +131,7 @@ WORD_KINDS = {
 AMOUNTS = ("feet", "degrees", "bend", "touched", "carrier")  # a track has one of them
 MOVING = ("change", *GRADES)  # said of a movement, and of no stay or rest
 BESIDE_CELLS = (*AMOUNTS, *GRADES)  # not in a cell
-_NAMES_TOO = ("feet", "bend", *GRADES)  # words that may also be the name of a label or a pattern
+_ALSO_NAMES = ("feet", "bend", *GRADES)  # words that may also be the name of a label or a pattern
 
 DEGREES = "deg"
 UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}  # of time, and what they are called
@@ -150,7 +149,7 @@ LANGUAGE = (
 )
 """The words that hold a pattern together; none of them can be a name."""
 
-_APART = (
+_FIRST_WORDS = (
     *("right", "left", "either", "both", "body", "other", "torso", "head"),
     *("hand", "hands", "r_hand", "l_hand"),
 )
@@ -274,22 +273,18 @@ class Vocabulary:
 
     def mover(self, *words: str) -> Mover | None:
         """Return who is named by a word, or by several: ``right arm``, ``right hand touch``."""
-        known = len(words) == 1 or words[0] in _APART
+        known = len(words) == 1 or words[0] in _FIRST_WORDS
         return self.movers.get("_".join(words)) if known else None
 
     def of(self, form: str, members: tuple[str, ...]) -> Mover | None:
-        """Return the mover with a form (one, either, both) and members."""
+        """Return the mover with this form and these members, as `Mover` has them."""
         those = (form, members)
         return next((it for it in self.movers.values() if (it.form, it.members) == those), None)
-
-    def bending(self, mover: Mover) -> Mover | None:
-        """Return the elbows or knees of limbs; None of other parts."""
-        return self.of(mover.form, tuple(BENDS.get(part, "") for part in mover.members))
 
     def taken(self, word: str) -> str:
         """Return the meaning of a word that cannot be a name; empty where it can."""
         kind, _ = VALUES.get(word, ("feet", ""))
-        if word in LANGUAGE or kind not in _NAMES_TOO:
+        if word in LANGUAGE or kind not in _ALSO_NAMES:
             return "a word of the language"
         mover = self.mover(word)
         return "a part" if mover and is_limb(mover.members[0]) else ""
