@@ -24,7 +24,6 @@ from lanindex.search.language.clauses import (
     Reference,
     Sum,
     Term,
-    Text,
     references_in,
 )
 from lanindex.search.language.times import Clock, Time
@@ -97,7 +96,7 @@ def constant(term: Term, clock: Clock, capture: Capture | None) -> Value:
             return value_of_span(term, capture, Span(0, 0))
         case Time():
             return term.frames(clock) / clock.rate
-    return term.text if isinstance(term, Text) else term.value
+    return term.value
 
 
 def number_of(value: Value) -> Fraction | None:

@@ -6,7 +6,7 @@ from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, mir
 from lanindex.model import Hit, Symbol
 from lanindex.search.conditions import COMPARE, about, number_of
 from lanindex.search.fields import Value, value_of
-from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term, Text
+from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term
 from lanindex.search.language.times import Clock, Time
 
 
@@ -46,7 +46,7 @@ def _term(term: Term, hit: Hit) -> Value:
         case Time():
             rate = hit.capture.rate
             return term.frames(Clock(rate, hit.capture.meter.speed / 60)) / rate
-    return term.text if isinstance(term, Text) else term.value
+    return term.value
 
 
 def _mirrors(one: Symbol, other: Symbol) -> bool:

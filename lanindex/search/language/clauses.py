@@ -48,37 +48,19 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
-    """A bare number, as for ``margin`` and ``swings``."""
+class Constant:
+    """A bare number, a text in quotation marks, a part, or a word: ``right``, ``mid``, ``hop``."""
 
-    value: Fraction
-
-    def __str__(self) -> str:
-        return decimal(self.value)
-
-
-@dataclass(frozen=True, slots=True)
-class Text:
-    """A text in quotation marks; also a part, which is written without them."""
-
-    text: str
+    kind: str  # number, text (parts, too), or a key of `words.WORD_KINDS`
+    value: str | Fraction
 
     def __str__(self) -> str:
-        return f'"{self.text}"'
+        if isinstance(self.value, Fraction):
+            return decimal(self.value)
+        return f'"{self.value}"' if self.kind == "text" else self.value
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
-    """A direction, a level or a kind of jump: ``right``, ``mid``, ``hop``."""
-
-    kind: str
-    value: str
-
-    def __str__(self) -> str:
-        return self.value
-
-
-Term = Reference | Time | Number | Text | Value
+Term = Reference | Time | Constant
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,9 +180,9 @@ def _type(term: Term) -> str:
     match term:
         case Reference(name=name, field=field):
             return "clip" if name == CLIP else FIELDS[field]
-        case Value(kind=kind):
+        case Constant(kind=kind):
             return kind
-    return {Time: "time", Number: "number", Text: "text"}[type(term)]
+    return "time"
 
 
 def _noun(kind: str) -> str:
@@ -278,8 +260,8 @@ def _condition_at(cursor: Cursor) -> Condition:
 def _with_things(side: Sum, things: dict[str, tuple[str, str]]) -> Sum:
     """Return a side in which a text is read as the thing that it is compared with."""
     match side.terms:
-        case ((sign, Text(text)),) if text in things:
-            return Sum(((sign, Value(*things[text])),))
+        case ((sign, Constant("text", str(text))),) if text in things:
+            return Sum(((sign, Constant(*things[text])),))
     return side
 
 
@@ -360,28 +342,28 @@ def _term_at(cursor: Cursor) -> Term:
     token, after = cursor.token, cursor.ahead(1)
     if token.kind == "number":
         timed = after.kind == "word" and after.text in UNITS
-        return cursor.time() if timed else Number(cursor.number())
+        return cursor.time() if timed else Constant("number", cursor.number())
     if token.kind == "string":
         said = cursor.text[token.start : token.stop]
         if len(said) < 2 or not said.endswith('"'):
             raise cursor.error("These quotation marks are never closed.", token)
         cursor.advance()
-        return Text(said[1:-1])
+        return Constant("text", said[1:-1])
     if after.text == "." and token.kind == "word":
         return _reference_at(cursor)
     if token.kind == "word" and token.text in VALUES:
         kind, value = VALUES[cursor.advance().text]
         if found := _NO_VALUE.get(kind) or _NO_VALUE.get(value):
             raise cursor.error(f'"{value}" {found}', token)
-        return Value(kind, value)
+        return Constant(kind, value)
     if mover := cursor.mover():
         if mover.form != "one":
             right, left = mover.members
             found = f'One part is meant: {right} or {left}. "{mover}" is none by itself.'
             raise cursor.error(found, cursor.before)
-        return Text(mover.name)
+        return Constant("text", mover.name)
     if any(token.text in known for known in THINGS.values()):
-        return Text(cursor.advance().text)
+        return Constant("text", cursor.advance().text)
     raise _no_term(cursor, token)
 
 
@@ -410,11 +392,11 @@ def _complaint(cursor: Cursor, said: Comparison) -> str | None:
     if said.compare not in ("=", "!=") and unordered:
         noun = _noun(unordered).capitalize()
         return f"{noun} is neither more nor less than another: use = or !="
-    text = next((term.text for term in (left, right) if isinstance(term, Text)), None)
-    if text is not None and "part" in types:
-        mover = cursor.vocabulary.mover(text)
-        if mover is None or mover.form != "one":
-            return unknown_word(cursor.vocabulary, text, part_expected=True)
+    for term in (left, right):
+        if isinstance(term, Constant) and set(types) == {"part", "text"}:
+            mover = cursor.vocabulary.mover(str(term.value))
+            if mover is None or mover.form != "one":
+                return unknown_word(cursor.vocabulary, str(term.value), part_expected=True)
     return None
 
 
@@ -423,10 +405,10 @@ def _unlike(left: Term, right: Term) -> str:
     types = [_type(left), _type(right)]
     for term in (right, left):
         match term:
-            case Number() if "time" in types:
+            case Constant(kind="number") if "time" in types:
                 return f"{term} what? {term}s is seconds, {term}b beats, {term}f frames."
-            case Text(text) if not {"direction", "level", "feet"}.isdisjoint(types):
+            case Constant("text", text) if not {"direction", "level", "feet"}.isdisjoint(types):
                 return f"Take the quotation marks away: {text}"
-            case Value() if "clip" in types:
+            case Constant(kind=kind) if kind in WORD_KINDS and "clip" in types:
                 return f'A text has quotation marks: "{term}"'
     return f"{left} is {_noun(types[0])}, {right} is {_noun(types[1])}: they cannot be compared."
