@@ -5,7 +5,7 @@ from fractions import Fraction
 from plain_things import AMOUNTS
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, MIRRORED, kind_of, mirrored_part
-from lanindex.search.language.clauses import Mirrors, Number, Reference, Text, Value
+from lanindex.search.language.clauses import Constant, Mirrors, Reference
 from lanindex.search.language.times import Clock
 
 
@@ -102,10 +102,8 @@ def total(side, capture, told):
 
 
 def value(term, capture, told):
-    if isinstance(term, Number | Value):
+    if isinstance(term, Constant):
         return term.value
-    if isinstance(term, Text):
-        return term.text
     if not isinstance(term, Reference):
         clock = Clock(capture.rate, capture.meter.speed / 60)
         return term.frames(clock) / capture.rate

@@ -28,7 +28,6 @@ from lanindex.search.language.clauses import (
     Reference,
     Sum,
     Term,
-    Text,
     references_in,
 )
 from lanindex.search.language.query import Query, steps_of
@@ -199,7 +198,7 @@ def constant(term: Term, clock: Clock, capture: Capture | None) -> Value:
             return value_of_span(term, capture, Span(0, 0))
         case Time():
             return term.frames(clock) / clock.rate
-    return term.text if isinstance(term, Text) else term.value
+    return term.value
 
 
 def number_of(value: Value) -> Fraction | None:

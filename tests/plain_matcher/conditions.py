@@ -5,7 +5,7 @@ from fractions import Fraction
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, mirrored_part
 from lanindex.model import Hit, Symbol
 from lanindex.search.fields import COMPARE, Value, about, number_of, value_of
-from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term, Text
+from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term
 from lanindex.search.language.times import Clock, Time
 
 
@@ -45,7 +45,7 @@ def _term(term: Term, hit: Hit) -> Value:
         case Time():
             rate = hit.capture.rate
             return term.frames(Clock(rate, hit.capture.meter.speed / 60)) / rate
-    return term.text if isinstance(term, Text) else term.value
+    return term.value
 
 
 def _mirrors(one: Symbol, other: Symbol) -> bool:

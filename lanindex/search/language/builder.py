@@ -1,7 +1,7 @@
 """Patterns built in Python: ``part("r_arm").to("right", "mid").then(level="high")``.
 
-What is built is read by the parser at each step, so that it is a pattern like any other: it prints
-as text, and what cannot be said in the language cannot be built.
+The parser reads the pattern after each call, so that it prints as text, and that whatever the
+language cannot say is an error.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from lanindex.search.language.query import Bracket, Choice, Item, Line, Query, S
 class Pattern:
     """A pattern; each method returns another one. Made by `part`.
 
-    What speaks of a step (`lasting`, `times`, `labelled`) speaks of the last one. After lines side
-    by side, `group` or ``|`` all that is there is one step, in brackets.
+    `lasting`, `times`, `optional` and `labelled` speak of the last step. After lines side by
+    side, `group` or ``|`` the whole pattern is one step, in brackets.
 
     Examples
     --------
@@ -26,16 +26,9 @@ class Pattern:
     >>> wave = part("r_arm").to("left").then("right").group().times("3+")
     >>> print(wave.with_(part("l_arm").hold("low")).either_side())
     (r_arm left -> right) x3+ with l_arm hold low either side
-    >>> open_arms = part("r_arm").to(direction="right") | part("l_arm").to(direction="left")
-    >>> print(open_arms.then(level="high").lasting("<0.5s"))
-    Traceback (most recent call last):
-    ...
-    lanindex.errors.PatternError: (r_arm right or l_arm left) -> high
-                                                               ^^^^
-    The alternatives before end with different parts (l_arm, r_arm). Name the part here.
     """
 
-    query: Query  # as the parser builds it
+    query: Query
 
     def __str__(self) -> str:
         return str(self.query)
@@ -43,13 +36,8 @@ class Pattern:
     def __repr__(self) -> str:
         return f"<Pattern {self}>"
 
-    # steps
-
     def to(self, *words: str, direction: str = "", level: str = "") -> Pattern:
-        """Move there: the part that was just named, else the next step.
-
-        Words are as in a pattern: ``"right", "mid"``; ``"not low"``; ``"right/left"``.
-        """
+        """Move there: ``"right", "mid"``; ``"not low"``; ``"right/left"``."""
         return self._step(*words, direction, level)
 
     def at(self, *words: str, direction: str = "", level: str = "") -> Pattern:
@@ -57,7 +45,7 @@ class Pattern:
         return self._step("at", *words, direction, level)
 
     def hold(self, *words: str, direction: str = "", level: str = "") -> Pattern:
-        """Rest, there if it is said where."""
+        """Rest, there or anywhere."""
         return self._step("hold", *words, direction, level)
 
     def via(self, *words: str, direction: str = "", level: str = "") -> Pattern:
@@ -67,20 +55,17 @@ class Pattern:
     def then(
         self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
     ) -> Pattern:
-        """Go on: the next movement, whose part may stand first, or a pattern in brackets.
-
-        `within` limits the time between: ``"<1s"``.
-        """
+        """Go on with the next movement, or with a pattern; `within` a time: ``"<1s"``."""
         return self._on("->", within, *words, direction, level)
 
     def later(
         self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
     ) -> Pattern:
-        """Go on, with anything between; `within` may also count: ``"<=2"``."""
+        """Go on with a later movement; `within` may also count those skipped: ``"<=2"``."""
         return self._on("...", within, *words, direction, level)
 
     def lasting(self, length: str) -> Pattern:
-        """Let the last step last so long: ``"<0.3s"``, ``"1s..2s"``, ``"2s+"``."""
+        """Limit the length of the last step: ``"<0.3s"``, ``"1s..2s"``, ``"2s+"``."""
         return self._read(f"{self._line()} {length}")
 
     def times(self, count: int | str) -> Pattern:
@@ -98,11 +83,11 @@ class Pattern:
         return self._read(str(replace(line, items=(*line.items[:-1], named))))
 
     def group(self) -> Pattern:
-        """Make one step of all that is there."""
+        """Put the pattern in brackets, as one step."""
         return self._read(f"({self.query.pattern})")
 
     def mirrored(self) -> Pattern:
-        """Return the mirror image of all that is there."""
+        """Return the mirror image."""
         return self._read(f"mirror({self.query.pattern})")
 
     def from_start(self) -> Pattern:
@@ -112,8 +97,6 @@ class Pattern:
     def to_end(self) -> Pattern:
         """End with the capture: the last movement in it."""
         return self._read(f"{self._line()} -> end")
-
-    # lines side by side
 
     def with_(self, other: Pattern, *, within: str = "") -> Pattern:
         """Share a frame with another line, or lie less than a time apart: ``"1s"``."""
@@ -156,10 +139,8 @@ class Pattern:
         return self._beside("never", other)
 
     def __or__(self, other: Pattern) -> Pattern:
-        """Return a pattern for which either of the two will do."""
+        """Find either of two patterns."""
         return _parsed(f"{self._bare()} or {other._bare()}")
-
-    # the whole
 
     def either_side(self) -> Pattern:
         """Let the mirror image do as well."""
@@ -171,13 +152,13 @@ class Pattern:
         return without._read(f"{self.query.pattern} rhythm {':'.join(map(str, numbers))}")
 
     def where(self, condition: str) -> Pattern:
-        """Ask for a condition, besides those that are there: ``"a.start > 1s"``."""
+        """Add a condition: ``"a.start > 1s"``."""
         said = " and ".join([*map(str, self.query.where), condition])
         without = Pattern(replace(self.query, where=()))
         return without._read(f"{self.query.pattern} where {said}")
 
     def sort_by(self, field: str) -> Pattern:
-        """Sort the hits by a field: ``"match.length"``, ``"a.start"``, ``"clip.label"``."""
+        """Sort the hits by a field: ``"match.length"``, ``"clip.label"``."""
         return _parsed(f"{self} | sort by {field}")
 
     def first(self, count: int) -> Pattern:
@@ -187,8 +168,6 @@ class Pattern:
     def count(self, by: str = "") -> Pattern:
         """Count the hits, or how many there are for each value of a field."""
         return _parsed(f"{self} | count{f' by {by}' if by else ''}")
-
-    # how it is done
 
     @property
     def _behind(self) -> str:
@@ -207,12 +186,10 @@ class Pattern:
         return lines.first if single else Line((Item(Bracket(pattern)),))
 
     def _bare(self) -> Choice:
-        """Return the pattern, which shall have neither clauses nor stages."""
+        """Return the pattern; refuse clauses and stages."""
         if self._behind:
-            raise UsageError(
-                f'"{self._behind.strip()}" in a part of a pattern',
-                wanted="it behind the whole pattern, as it speaks of all of it",
-            )
+            found = f'"{self._behind.strip()}" in a part of a pattern'
+            raise UsageError(found, wanted="it behind the whole pattern, as it speaks of all of it")
         return self.query.pattern
 
     def _step(self, *words: str) -> Pattern:
@@ -220,11 +197,11 @@ class Pattern:
         last = line.items[-1]
         bare = isinstance(last.unit, Step) and str(last).endswith(str(last.unit.mover))
         arrow = "" if bare and not line.end else "-> "
-        return self._read(f"{line} {arrow}{_joined(*words)}")
+        return self._read(f"{line} {arrow}{' '.join(filter(None, words))}")
 
     def _on(self, arrow: str, within: str, *words: str | Pattern) -> Pattern:
         said = [str(it._unit()) if isinstance(it, Pattern) else it for it in words]
-        return self._read(f"{self._line()} {arrow}{_limit(within)} {_joined(*said)}")
+        return self._read(f"{self._line()} {arrow}{_limit(within)} {' '.join(filter(None, said))}")
 
     def _unit(self) -> Item:
         """Return the pattern as a step of another one."""
@@ -243,10 +220,6 @@ def _parsed(text: str) -> Pattern:
     return Pattern(parse(text))
 
 
-def _joined(*words: str) -> str:
-    return " ".join(filter(None, words))
-
-
 def _limit(within: str) -> str:
     return f"[{within}]" if within else ""
 
@@ -262,17 +235,15 @@ def part(name: str) -> Pattern:
     Raises
     ------
     PatternError
-        There is no such part, or a later method is told what the language cannot say.
+        There is no such part, or the language cannot say what a method adds.
     UsageError
-        What speaks of a whole pattern stands in a part of one.
+        A part of a pattern has clauses or stages.
 
     Examples
     --------
     >>> import lanindex
     >>> from lanindex import part
     >>> bow = part("torso").to("forward", "high").hold().lasting("1s+")
-    >>> print(bow)
-    torso forward high -> hold 1s+
     >>> with lanindex.open_library("dance.db") as library:
     ...     len(library.search(bow))
     1

@@ -1,11 +1,8 @@
-"""What stands behind a pattern: conditions of ``where``, and the stages of a pipe.
-
-First the syntax tree, of which every node prints as it is written; then how it is read.
-"""
+"""Conditions behind ``where``, and the stages of a pipe: the syntax tree, then how it is read."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -27,7 +24,7 @@ from lanindex.search.language.words import (
 )
 
 CLIP, MATCH = "clip", "match"
-"""What may be spoken of besides labels: the capture, and all that matched."""
+"""What has fields besides labels: the capture, and all that matched."""
 
 FIELDS = {
     **{"part": "part", "direction": "direction", "level": "level"},
@@ -36,7 +33,7 @@ FIELDS = {
     **{"feet": "feet", "bend": "number", "touched": "touched", "carrier": "carrier"},
     **dict.fromkeys(MEASURES, "number"),
 }
-"""What a label, or `MATCH`, has, and what it is; `CLIP` has the capture's own columns."""
+"""The fields of a label and of `MATCH`, with their types; `CLIP` has the capture's columns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,42 +48,24 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
-    """A bare number, as for ``margin`` and ``swings``."""
+class Constant:
+    """A bare number, a text in quotation marks, a part, or a word: ``right``, ``mid``, ``hop``."""
 
-    value: Fraction
-
-    def __str__(self) -> str:
-        return decimal(self.value)
-
-
-@dataclass(frozen=True, slots=True)
-class Text:
-    """A text in quotation marks; also a part, which is written without them."""
-
-    text: str
+    kind: str  # number, text (parts, too), or a key of `words.WORD_KINDS`
+    value: str | Fraction
 
     def __str__(self) -> str:
-        return f'"{self.text}"'
+        if isinstance(self.value, Fraction):
+            return decimal(self.value)
+        return f'"{self.value}"' if self.kind == "text" else self.value
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
-    """A direction, a level or a kind of jump: ``right``, ``mid``, ``hop``."""
-
-    kind: str
-    value: str
-
-    def __str__(self) -> str:
-        return self.value
-
-
-Term = Reference | Time | Number | Text | Value
+Term = Reference | Time | Constant
 
 
 @dataclass(frozen=True, slots=True)
 class Sum:
-    """Terms added up and taken away, with 1 or -1 for each; of one term alone it is that one."""
+    """Terms with their signs, 1 or -1."""
 
     terms: tuple[tuple[int, Term], ...]
 
@@ -97,7 +76,7 @@ class Sum:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """One side compared with the other: ``b.start - a.end < 0.5s``."""
+    """Two sums compared: ``b.start - a.end < 0.5s``."""
 
     left: Sum
     compare: str
@@ -109,7 +88,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Mirrors:
-    """Two labels, one the mirror image of the other, symbol by symbol."""
+    """Two labels that mirror each other, symbol by symbol."""
 
     first: str
     second: str
@@ -123,7 +102,7 @@ Condition = Comparison | Mirrors
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """How many hits there are, or how many for each value of a field."""
+    """The number of hits, or of those for each value of a field."""
 
     by: Reference | None = None
 
@@ -133,7 +112,7 @@ class Count:
 
 @dataclass(frozen=True, slots=True)
 class Sort:
-    """Hits by a field, the smallest first."""
+    """The hits sorted by a field, the smallest first."""
 
     by: Reference
 
@@ -155,7 +134,7 @@ Stage = Count | Sort | First
 
 
 def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
-    """Yield the fields that conditions and stages speak of."""
+    """Yield the fields that conditions and stages use."""
     for clause in clauses:
         match clause:
             case Comparison(left=left, right=right):
@@ -169,8 +148,7 @@ def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
 
 _ORDERED = ("time", "number", "level", "text", "clip")  # the types that can be more or less
 _COMPARABLE = [{"part", "text"}, {"clip", "text"}, {"clip", "number"}, {"clip", "part"}]
-_COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")
-"""What people ask a clip for."""
+_COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")  # of a clip
 
 _FIELD_ALIASES = {
     **{"duration": "length", "time": "length", "begin": "start", "stop": "end"},
@@ -178,22 +156,33 @@ _FIELD_ALIASES = {
     **{"velocity": "speed", "pace": "speed", "extent": "size", "angle": "size"},
 }
 
+_TWO_LABELS = "Two labels: a mirrors b"
 _NO_TERM = {
     "not": "A condition is not denied but turned round: a.level != high",
     "(": "Conditions stand without brackets; + and - add times up from left to right.",
     "-": "Times and numbers are 0 or more; turn it round: a.start - b.end < 1s",
     "'": 'Double quotation marks, please: clip.label = "wave"',
 }
-"""What stands where a term should, and what to do about it."""
+"""By text that stands where a term should, the remedy."""
+
+_OF_OTHERS = "compares with others of its kind. A condition has a number:"
+_NO_VALUE = {
+    "pace": f"{_OF_OTHERS} a.{GRADES['pace']} > 3",
+    "extent": f"{_OF_OTHERS} a.{GRADES['extent']} > 90",
+    "change": "compares with the symbol before. A condition speaks of what is: a.level = high",
+    **dict.fromkeys(RELATIVE, "is a direction for each side: say right or left here."),
+    ANY: "is every direction: there is nothing to compare.",
+}
+"""By kind or value of a word that cannot be compared, the reason."""
 
 
 def _type(term: Term) -> str:
     match term:
         case Reference(name=name, field=field):
             return "clip" if name == CLIP else FIELDS[field]
-        case Value(kind=kind):
+        case Constant(kind=kind):
             return kind
-    return {Time: "time", Number: "number", Text: "text"}[type(term)]
+    return "time"
 
 
 def _noun(kind: str) -> str:
@@ -203,7 +192,7 @@ def _noun(kind: str) -> str:
 
 
 def stages_at(cursor: Cursor) -> Iterator[Stage]:
-    """Read the stages that stand here."""
+    """Read all stages."""
     counted = False
     while bar := cursor.take("mark", "|"):
         begin = cursor.token
@@ -221,8 +210,8 @@ def _stage_at(cursor: Cursor, bar: Token) -> Stage:
         found = 'A stage follows "|": count, count by clip.label, sort by match.start, first 10'
         raise cursor.error(found, bar if cursor.stands("end") else cursor.token)
     if word.text == "first":
-        whole = cursor.stands("number") and cursor.token.text.isdecimal()
-        number = int(cursor.number()) if whole else 0
+        is_whole = cursor.stands("number") and cursor.token.text.isdecimal()
+        number = int(cursor.number()) if is_whole else 0
         if not number:
             raise cursor.error_since(word, "The first how many? first 10")
         return First(number)
@@ -237,7 +226,7 @@ def _stage_at(cursor: Cursor, bar: Token) -> Stage:
 
 
 def conditions_at(cursor: Cursor) -> tuple[Condition, ...]:
-    """Read the conditions that begin here."""
+    """Read conditions joined by ``and``."""
     conditions: list[Condition] = []
     while not conditions or cursor.take("word", "and"):
         conditions.append(_condition_at(cursor))
@@ -252,7 +241,7 @@ def _condition_at(cursor: Cursor) -> Condition:
     compare = cursor.take("compare") or cursor.take("mark", "=", "!=")
     if compare is None:
         if cursor.stands("word", "mirrors"):
-            raise cursor.error("Two labels: a mirrors b", begin, cursor.token)
+            raise cursor.error(_TWO_LABELS, begin, cursor.token)
         if cursor.stands("word") or cursor.token.text in ("*", "/"):
             raise cursor.error("Here goes =, !=, <, <=, > or >=: a.level = high")
         raise cursor.error_since(begin, "Compared with what? a.level = high")
@@ -269,10 +258,10 @@ def _condition_at(cursor: Cursor) -> Condition:
 
 
 def _with_things(side: Sum, things: dict[str, tuple[str, str]]) -> Sum:
-    """Understand a word that is compared with what a hand touches, or what carries, as such."""
+    """Return a side in which a text is read as the thing that it is compared with."""
     match side.terms:
-        case ((sign, Text(text)),) if text in things:
-            return Sum(((sign, Value(*things[text])),))
+        case ((sign, Constant("text", str(text))),) if text in things:
+            return Sum(((sign, Constant(*things[text])),))
     return side
 
 
@@ -283,24 +272,22 @@ def _mirrors_at(cursor: Cursor) -> Mirrors:
         raise cursor.error("Another label follows: a mirrors b", cursor.before)
     second = _label_at(cursor)
     if first == second:
-        raise cursor.error("Two labels: a mirrors b", cursor.before)
+        raise cursor.error(_TWO_LABELS, cursor.before)
     return Mirrors(first, second)
 
 
-def _label_at(cursor: Cursor) -> str:
-    if cursor.token.text not in cursor.labels:
-        raise cursor.error(_no_label(cursor.token.text, cursor.labels))
-    return cursor.advance().text
-
-
-def _no_label(name: str, labels: Collection[str]) -> str:
-    if labels:
-        return f'There is no label "{name}". There is: {" ".join(labels)}'
-    return f'There is no label "{name}". It stands before a step: {name}: r_arm high'
+def _label_at(cursor: Cursor, *others: str) -> str:
+    """Read the name of a label, or one of some others."""
+    name, labels = cursor.token.text, cursor.labels
+    if name in labels or name in others:
+        return cursor.advance().text
+    known = f"There is: {' '.join(labels)}"
+    known = known if labels else f"It stands before a step: {name}: r_arm high"
+    raise cursor.error(f'There is no label "{name}". {known}')
 
 
 def _reference_at(cursor: Cursor) -> Reference:
-    """Read what a term or a stage speaks of: ``a.start``, ``match.length``, ``clip.label``."""
+    """Read ``a.start``, ``match.length`` or ``clip.label``."""
     token = cursor.token
     name, names = token.text, (*cursor.labels, CLIP, MATCH)
     taken = name in (*LANGUAGE, *VALUES) and name not in (*names, *FIELDS)
@@ -308,19 +295,23 @@ def _reference_at(cursor: Cursor) -> Reference:
         raise cursor.error("Of what? match.start, match.length, clip.label, or a label: a.start")
     if cursor.ahead(1).text != ".":
         raise cursor.error(_no_reference(name, cursor.labels))
-    if name not in names:
-        raise cursor.error(_no_label(name, cursor.labels))
-    cursor.advance()
+    _label_at(cursor, CLIP, MATCH)
     dot, field = cursor.advance(), cursor.token
     if field.kind != "word":
         known = " ".join(FIELDS) if name != CLIP else "clip.label, clip.path or another column"
         raise cursor.error(f"A field follows: {known}", token, dot)
     if name != CLIP and field.text not in FIELDS:
-        raise cursor.error(_no_field(name, field.text))
+        from rapidfuzz import process
+
+        guess = process.extractOne(field.text, list(FIELDS), score_cutoff=60)
+        near = _FIELD_ALIASES.get(field.text) or (guess[0] if guess else "")
+        meant = f"Did you mean {name}.{near}?" if near else f"It has: {' '.join(FIELDS)}"
+        raise cursor.error(f'"{name}" has no "{field.text}". {meant}')
     return Reference(name, cursor.advance().text)
 
 
-def _no_reference(name: str, labels: Collection[str]) -> str:
+def _no_reference(name: str, labels: Iterable[str]) -> str:
+    """Return the sentence about a name that no dot follows."""
     if name in FIELDS:
         label = next(iter(labels), "")
         return f'"{name}" of what? match.{name}' + (f", {label}.{name}" if label else "")
@@ -329,15 +320,6 @@ def _no_reference(name: str, labels: Collection[str]) -> str:
     if name in labels or name in (CLIP, MATCH):
         return f"What of it? {name}.{'label' if name == CLIP else 'start'}"
     return f'"{name}" of what? match.start, clip.label, or a label: a.start'
-
-
-def _no_field(name: str, field: str) -> str:
-    from rapidfuzz import process
-
-    guess = process.extractOne(field, list(FIELDS), score_cutoff=60)
-    near = _FIELD_ALIASES.get(field) or (guess[0] if guess else "")
-    meant = f"Did you mean {name}.{near}?" if near else f"It has: {' '.join(FIELDS)}"
-    return f'"{name}" has no "{field}". {meant}'
 
 
 def _sum_at(cursor: Cursor) -> Sum:
@@ -360,25 +342,28 @@ def _term_at(cursor: Cursor) -> Term:
     token, after = cursor.token, cursor.ahead(1)
     if token.kind == "number":
         timed = after.kind == "word" and after.text in UNITS
-        return cursor.time() if timed else Number(cursor.number())
+        return cursor.time() if timed else Constant("number", cursor.number())
     if token.kind == "string":
         said = cursor.text[token.start : token.stop]
         if len(said) < 2 or not said.endswith('"'):
             raise cursor.error("These quotation marks are never closed.", token)
         cursor.advance()
-        return Text(said[1:-1])
+        return Constant("text", said[1:-1])
     if after.text == "." and token.kind == "word":
         return _reference_at(cursor)
-    if token.kind == "word" and (value := VALUES.get(token.text)):
-        return _value_at(cursor, *value)
+    if token.kind == "word" and token.text in VALUES:
+        kind, value = VALUES[cursor.advance().text]
+        if found := _NO_VALUE.get(kind) or _NO_VALUE.get(value):
+            raise cursor.error(f'"{value}" {found}', token)
+        return Constant(kind, value)
     if mover := cursor.mover():
         if mover.form != "one":
             right, left = mover.members
             found = f'One part is meant: {right} or {left}. "{mover}" is none by itself.'
             raise cursor.error(found, cursor.before)
-        return Text(mover.name)
+        return Constant("text", mover.name)
     if any(token.text in known for known in THINGS.values()):
-        return Text(cursor.advance().text)
+        return Constant("text", cursor.advance().text)
     raise _no_term(cursor, token)
 
 
@@ -395,25 +380,8 @@ def _no_term(cursor: Cursor, token: Token) -> PatternError:
     return cursor.error(sentence, token if token.kind != "end" else cursor.before)
 
 
-def _value_at(cursor: Cursor, kind: str, value: str) -> Value:
-    token, found = cursor.advance(), ""
-    if kind in GRADES:
-        number = f"a.{GRADES[kind]} > {'3' if kind == 'pace' else '90'}"
-        found = f'"{value}" compares with others of its kind. A condition has a number: {number}'
-    elif kind == "change":
-        is_so = "A condition speaks of what is: a.level = high"
-        found = f'"{value}" compares with the symbol before. {is_so}'
-    elif value in RELATIVE:
-        found = f'"{value}" is a direction for each side: say right or left here.'
-    elif value == ANY:
-        found = '"any" is every direction: there is nothing to compare.'
-    if found:
-        raise cursor.error(found, token)
-    return Value(kind, value)
-
-
 def _complaint(cursor: Cursor, said: Comparison) -> str | None:
-    """Return why two sides cannot be compared so, or None."""
+    """Return why two sides cannot be compared, or None."""
     (_, left), (_, right) = said.left.terms[0], said.right.terms[0]
     types = [_type(left), _type(right)]
     if not any(references_in([said])):
@@ -424,11 +392,11 @@ def _complaint(cursor: Cursor, said: Comparison) -> str | None:
     if said.compare not in ("=", "!=") and unordered:
         noun = _noun(unordered).capitalize()
         return f"{noun} is neither more nor less than another: use = or !="
-    text = next((term.text for term in (left, right) if isinstance(term, Text)), None)
-    if text is not None and "part" in types:
-        mover = cursor.vocabulary.mover(text)
-        if mover is None or mover.form != "one":
-            return unknown_word(cursor.vocabulary, text, part_expected=True)
+    for term in (left, right):
+        if isinstance(term, Constant) and set(types) == {"part", "text"}:
+            mover = cursor.vocabulary.mover(str(term.value))
+            if mover is None or mover.form != "one":
+                return unknown_word(cursor.vocabulary, str(term.value), part_expected=True)
     return None
 
 
@@ -437,10 +405,10 @@ def _unlike(left: Term, right: Term) -> str:
     types = [_type(left), _type(right)]
     for term in (right, left):
         match term:
-            case Number() if "time" in types:
+            case Constant(kind="number") if "time" in types:
                 return f"{term} what? {term}s is seconds, {term}b beats, {term}f frames."
-            case Text(text) if not {"direction", "level", "feet"}.isdisjoint(types):
+            case Constant("text", text) if not {"direction", "level", "feet"}.isdisjoint(types):
                 return f"Take the quotation marks away: {text}"
-            case Value() if "clip" in types:
+            case Constant(kind=kind) if kind in WORD_KINDS and "clip" in types:
                 return f'A text has quotation marks: "{term}"'
     return f"{left} is {_noun(types[0])}, {right} is {_noun(types[1])}: they cannot be compared."

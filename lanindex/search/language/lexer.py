@@ -1,7 +1,7 @@
-"""Pattern text → tokens, and the cursor over them: where the parser stands, and what went wrong.
+"""Pattern text → tokens, and the cursor over them, which makes the errors.
 
 The lexer never fails: a character it does not know becomes a token of kind ``unknown``, so that
-the first error reported is the first one that a reader meets.
+the error reported is the first one that a reader meets.
 """
 
 from __future__ import annotations
@@ -48,10 +48,7 @@ class Token:
 
 
 def tokens(text: str) -> list[Token]:
-    """Split a pattern into tokens; the last one is of kind ``end``, behind the others.
-
-    ``then`` is an arrow; comments and white space are left out.
-    """
+    """Split a pattern into tokens without comments and white space; the last is of kind ``end``."""
     found = []
     for match in _TOKEN.finditer(text):
         kind, said = str(match.lastgroup), match.group()
@@ -84,8 +81,23 @@ class Cursor:
         """The last token that was read; at the beginning the next one."""
         return self.tokens[max(self.index - 1, 0)]
 
+    @property
+    def at_label(self) -> bool:
+        """Whether a word with a colon stands here."""
+        return self.token.kind == "word" and self.ahead(1).text == ":"
+
+    @property
+    def at_length(self) -> bool:
+        """Whether a number or a comparison stands here."""
+        return self.token.kind in ("number", "compare")
+
+    @property
+    def at_angle(self) -> bool:
+        """Whether an angle stands here."""
+        return self.number_and_unit()[1] == DEGREES
+
     def ahead(self, steps: int) -> Token:
-        """Return the token that many places behind the next one."""
+        """Return the token so many places behind the next one."""
         return self.tokens[min(self.index + steps, len(self.tokens) - 1)]
 
     def advance(self) -> Token:
@@ -102,60 +114,50 @@ class Cursor:
         """Read the next token if it is of a kind, and one of these if any are given."""
         return self.advance() if self.stands(kind, *texts) else None
 
-    @property
-    def at_label(self) -> bool:
-        """Whether a word with a colon stands here."""
-        return self.token.kind == "word" and self.ahead(1).text == ":"
-
     def said(self, first: Token, last: Token | None = None) -> str:
-        """Return the text from one token to another, on one line, and cut where it is long."""
+        """Return the text from one token to another, on one line, cut where it is long."""
         return shown(" ".join(self.text[first.start : (last or first).stop].split()))
 
     def error(
         self, sentence: str, first: Token | None = None, last: Token | None = None
     ) -> PatternError:
-        """Return an error about the next token, or about those from `first` to `last`."""
+        """Return an error about the next token, or about the text from `first` to `last`."""
         first = first or self.token
         sentence = _QUOTED.sub(lambda quoted: f'"{shown(quoted[1])}"', sentence)
         return PatternError(sentence, text=self.text, start=first.start, stop=(last or first).stop)
 
     def error_since(self, first: Token, sentence: str) -> PatternError:
-        """Return an error about what was read from a token on."""
+        """Return an error about all that was read since a token."""
         return self.error(sentence, first, self.before)
 
-    # what several tokens make together
-
     def mover(self) -> Mover | None:
-        """Read who moves, if it is said here, in up to three words: ``r_arm``, ``right arm``."""
+        """Read who moves, if a name of up to three words stands here: ``r_arm``, ``right arm``."""
         for count in (3, 2, 1):
             some = [self.ahead(number) for number in range(count)]
-            if any(token.kind != "word" for token in some):
-                continue
-            words = [token.text for token in some]
-            known = self.vocabulary
-            if mover := known.spelt_apart(*words) if count > 1 else known.mover(words[0]):
+            mover = self.vocabulary.mover(*(token.text for token in some))
+            if mover and all(token.kind == "word" for token in some):
                 self.index += count
                 return mover
         return None
 
     def checked(self, number: Token, digits: str = "") -> str:
-        """Return the digits of a number, unless they are too many."""
+        """Return the digits of a number; refuse too many."""
         digits = digits or number.text
         if len(digits) > _LONGEST_NUMBER:
             raise self.error(f"No more than {_LONGEST_NUMBER} digits, please.", number)
         return digits
 
     def number(self) -> Fraction:
-        """Read a number, which stands here."""
+        """Read a number."""
         return Fraction(self.checked(self.advance()))
 
     def number_and_unit(self) -> tuple[str, str]:
-        """Return the number that stands here, also behind < or >, and what follows it; unread."""
+        """Return the number that stands here or behind a comparison, and its unit, unread."""
         number, unit = (self.ahead(self.stands("compare") + ahead) for ahead in (0, 1))
         return (number.text, unit.text) if number.kind == "number" else ("", "")
 
     def time(self, units: Collection[str] = UNITS) -> Time:
-        """Read a time, which goes here: ``0.3s``, ``300ms``, ``9f``, ``2b``; or in other units."""
+        """Read a time: ``0.3s``, ``300ms``, ``9f``, ``2b``; or a number with another unit."""
         number = self.take("number")
         if number is None:
             raise self.error("A time goes here: 0.3s, 300ms, 9f, 2b", self.before)
@@ -163,19 +165,16 @@ class Cursor:
         if not self.stands("word", *units):
             often = {"1": "once", "2": "twice"}.get(said, f"{said} times")
             counted = f"; x{said} means {often}" if said.isdecimal() else ""
-            raise self.error(
-                f"{said} what? {said}s is seconds, {said}b beats, {said}f frames{counted}.", number
-            )
+            units_are = f"{said}s is seconds, {said}b beats, {said}f frames{counted}."
+            raise self.error(f"{said} what? {units_are}", number)
         return Time(Fraction(said), self.advance().text)
 
     def length(self, units: Collection[str] = UNITS) -> Length | None:
         """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
-        if self.stands("compare") or self.stands("number"):
-            return self._range(lambda: self.time(units))
-        return None
+        return self._range(lambda: self.time(units)) if self.at_length else None
 
     def _range(self, value: Callable[[], Time]) -> Length:
-        """Read a range, which stands here; `value` reads one end of it."""
+        """Read a range; `value` reads one end of it."""
         begin = self.token
         if compare := self.take("compare"):
             return Length(compare.text, value())
@@ -189,11 +188,6 @@ class Cursor:
             raise self.error_since(begin, f"From more to less: write {last}..{first}")
         return Length("..", first, last)
 
-    @property
-    def at_angle(self) -> bool:
-        """Whether an angle stands here."""
-        return self.number_and_unit()[1] == DEGREES
-
     def sixths(self) -> str:
         """Read a degree of bending, if one stands here: ``3``, ``3+``, ``2..4``, ``<3``."""
         number, unit = self.number_and_unit()
@@ -203,10 +197,8 @@ class Cursor:
 
     def _sixth(self) -> Time:
         token = self.advance()
-        whole = token.kind == "number" and token.text.isdecimal()
-        if whole and len(token.text) <= _LONGEST_NUMBER and int(token.text) <= SIXTHS:
+        is_whole = token.kind == "number" and token.text.isdecimal()
+        if is_whole and len(token.text) <= _LONGEST_NUMBER and int(token.text) <= SIXTHS:
             return Time(Fraction(token.text), "")
-        raise self.error(
-            f"A limb is bent by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+",
-            token,
-        )
+        known = f"by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+"
+        raise self.error(f"A limb is bent {known}", token)

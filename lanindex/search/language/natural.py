@@ -1,7 +1,7 @@
 """Plain words → the pattern that says it: what people type before they know the language.
 
-No grammar: words and phrases of `natural.toml` are looked up, one limb and what is said of it make
-a step. Whatever is not understood to the last word is not guessed at.
+There is no grammar: words and phrases are looked up in `natural.toml`; a limb and what is said of
+it make a step. A text of which one word is not understood has no pattern.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ _SPELLING = re.compile(
     r'^Did you mean "[^"]*"\? '
     r'| (Did you mean "[^"]*"\?|(The parts are|It has): .*|A movement has a direction .*)$'
 )
-"""What an error says to mend a word alone."""
+"""Sentences of an error that suggest another word."""
 
 _SINGLE = ("head", "torso")  # parts that have no side
 _LEGS = ("leg", "thigh", "shank")
 _UP = {"arm": "high", "forearm": "high", "upper_arm": "mid/high", "leg": "mid/high"}
 _UP |= {"thigh": _UP["leg"], "palm": "high"}
-"""By limb, where it is when it is up; of the others nobody can tell."""
+"""By limb that can be up, the levels that this means."""
 
 _BENDING = {"upper_arm": "arm", "thigh": "leg", "arm": "arm", "leg": "leg"}
-"""What bends, by what is said to: ``thigh`` stands for the knee, too."""
+"""The limb that bends, by the word for it; ``thigh`` also stands for the knee."""
 
 _MANNERS = {"stay": "at", "rest": "hold"}
 _ORDER = ("bend", "change", "direction", "level", *GRADES)
-"""In which words are written, by kind; others are said of no limb."""
+"""The kinds of words that are said of limbs, in the order in which they are written."""
 
 
 class _UnclearError(Exception):
@@ -50,7 +50,7 @@ def _want(clear: bool) -> None:
 
 
 def reading(text: str) -> str | None:
-    """Return the pattern that plain words say, None where that is not clear to the last word.
+    """Return the pattern that plain words mean, None where one of them is not clear.
 
     Examples
     --------
@@ -69,10 +69,9 @@ def reading(text: str) -> str | None:
 def offer_reading(
     error: PatternError, understood: Callable[[str], Query], held: Collection[str]
 ) -> None:
-    """Let the error of a whole pattern offer the one that was probably meant, if that is plain.
+    """Add the pattern that was probably meant to an error, if it names a part that is `held`.
 
-    `understood` reads a pattern, or raises a PatternError; what names none of the parts that the
-    library has (`held`) is not offered.
+    `understood` parses a pattern, or raises a PatternError.
     """
     read = reading(error.text)
     try:
@@ -86,13 +85,11 @@ def offer_reading(
     error.args = (error.found,)
 
 
-# Phrases: a text is cut into the longest ones that are known.
-
 _TOKEN = re.compile(r"->|→|\.\.\.|…|[^\W\d]\w*|\S")
 _HALF = re.compile(r"\b(right|left|both|the|an?|his|her|their|your|my) (lower|upper) (arm|leg)")
 """Where 'lower arm' is surely a limb, and 'lower' no verb."""
 
-_FROM = re.compile(r"(.*)\bfrom (.+?) to (.+)")  # from where to where: the one, and later the other
+_FROM = re.compile(r"(.*)\bfrom (.+?) to (.+)")
 
 
 @lru_cache(maxsize=1)
@@ -103,7 +100,7 @@ def _tables() -> Mapping[str, Mapping[str, Sequence[str]]]:
 
 @lru_cache(maxsize=1)
 def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
-    """Return the table that knows each phrase and what it means; with those of the language."""
+    """Return the table and the meaning of each phrase, words of the language included."""
     known: dict[tuple[str, ...], tuple[str, str]] = {
         **{(word,): ("phrases", word) for word in VALUES},
         **{(name,): ("movers", name) for name in _movers()},
@@ -112,9 +109,8 @@ def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
         for meaning, phrases in meanings.items():
             for phrase in phrases:
                 known[tuple(phrase.replace(",", " , ").split())] = (table, meaning)
-    for limb, phrases in _tables()["limbs"].items():
-        if limb not in _SINGLE:
-            known |= {tuple(f"{phrase}s".split()): ("limbs", f"{limb}s") for phrase in phrases}
+                if table == "limbs" and meaning not in _SINGLE:
+                    known[tuple(f"{phrase}s".split())] = (table, f"{meaning}s")
     return known
 
 
@@ -128,9 +124,8 @@ def _plain(text: str) -> list[str]:
     text = re.sub(r"(?<=\w)-(?=\w)", " ", text.lower()).strip()
     text = _HALF.sub(r"\1 \2_\3", text)
     verbs, articles = _tables()["verbs"], _tables()["fillers"]["articles"]
-    if (said := _FROM.fullmatch(text)) and not {*text.split()}.intersection(
-        (*verbs["raise"], *verbs["lower"])  # they tell an end, and so go with no 'from'
-    ):
+    ends = {*verbs["raise"], *verbs["lower"]}  # they say where it ends by themselves
+    if (said := _FROM.fullmatch(text)) and ends.isdisjoint(text.split()):
         text = f"{said[1]} {said[2]} ... {said[3]}"
     text = text.rstrip("!? ")
     words = _TOKEN.findall(text.removesuffix(".") if not text.endswith("..") else text)
@@ -139,43 +134,31 @@ def _plain(text: str) -> list[str]:
 
 def _meanings(text: str) -> Iterator[tuple[str, str]]:
     """Yield what the words of a text mean, as `_phrases` says it, the longest phrases first."""
-    words = _plain(text)
-    known = _phrases()
+    words, known = tuple(_plain(text)), _phrases()
     longest = max(map(len, known))
-    index = 0
-    while index < len(words):
-        for count in range(min(longest, len(words) - index), 0, -1):
-            meaning = known.get(tuple(words[index : index + count]))
-            if meaning and not _is_side(words, index + count, meaning):
+    while words:
+        for count in range(min(longest, len(words)), 0, -1):
+            phrase, rest = words[:count], words[count:]
+            tables = {known[rest[:some]][0] for some in (1, 2) if rest[:some] in known}
+            side = phrase[-1] in ("right", "left") and not tables.isdisjoint(("limbs", "movers"))
+            if phrase in known and not (side and phrase[-2:-1] == ("to",)):
                 break
         else:
             raise _UnclearError
-        _want(meaning[0] != "unclear")
-        if words[index] in ("right", "left") and count == 1:
-            limb = _begins_limb(words, index + 1)
-            meaning = ("sides", words[index][0]) if limb else ("phrases", words[index])
-        index += count
-        yield meaning
-
-
-def _begins_limb(words: list[str], index: int) -> bool:
-    some = (_phrases().get(tuple(words[index : index + count])) for count in (1, 2))
-    return any(meaning and meaning[0] in ("limbs", "movers") for meaning in some)
-
-
-def _is_side(words: list[str], index: int, meaning: tuple[str, str]) -> bool:
-    """Tell whether 'to right' goes on with a limb, whose side it then is."""
-    said = meaning[1] in ("right", "left") and words[index - 2 : index - 1] == ["to"]
-    return said and _begins_limb(words, index)
-
-
-# Clauses: what is said between two links.
+        table, meaning = known[phrase]
+        _want(table != "unclear")
+        if phrase in (("right",), ("left",)):
+            table, meaning = ("sides", meaning) if side else ("phrases", phrase[0])
+        yield table, meaning
+        words = rest
 
 
 @dataclass(slots=True)
 class _Clause:
-    link: str = ""  # what goes before it; the first has none
-    limb: str = ""  # a part, in singular or plural, or how it is called in the language
+    """What stands between two links."""
+
+    link: str = ""  # before it; the first has none
+    limb: str = ""  # a part, in singular or plural, or its name in the language
     side: str = ""  # r, l, both, either or nothing
     values: list[str] = field(default_factory=list)
     verbs: list[str] = field(default_factory=list)
@@ -184,18 +167,6 @@ class _Clause:
     def says(self) -> bool:
         """Whether it says more than who moves."""
         return bool(self.values or self.verbs)
-
-    def take(self, table: str, meaning: str) -> None:
-        if table == "phrases":
-            self.values += [meaning] if meaning not in self.values else []
-        elif table == "verbs":
-            self.verbs.append(meaning)
-        elif table in ("limbs", "movers"):
-            _want(not self.limb and not (self.side and meaning[:2] in ("r_", "l_")))
-            self.limb = meaning
-        elif table == "sides":
-            _want(not self.side and not self.limb)
-            self.side = meaning
 
     @property
     def group(self) -> str:
@@ -227,13 +198,21 @@ def _clauses(text: str) -> Iterator[_Clause]:
         if table == "links":
             yield clause
             clause = _Clause(meaning)
-        else:
-            clause.take(table, meaning)
+        elif table == "phrases":
+            clause.values += [meaning] if meaning not in clause.values else []
+        elif table == "verbs":
+            clause.verbs.append(meaning)
+        elif table in ("limbs", "movers"):
+            _want(not clause.limb and not (clause.side and meaning[:2] in ("r_", "l_")))
+            clause.limb = meaning
+        elif table == "sides":
+            _want(not clause.side and not clause.limb)
+            clause.side = meaning
     yield clause
 
 
 def _joined(clauses: list[_Clause]) -> list[_Clause]:
-    """Join what 'and' and 'with' do not separate: 'forward and up', 'with the right leg'."""
+    """Join clauses that 'and' and 'with' do not separate: 'forward and up'."""
     joined = clauses[:1]
     for clause in clauses[1:]:
         before = joined[-1]
@@ -252,7 +231,6 @@ def _joined(clauses: list[_Clause]) -> list[_Clause]:
 
 
 def _pattern(clauses: list[_Clause]) -> str:
-    """Return what the clauses say together."""
     first = clauses[0]
     if not first.limb and first.verbs in (["lean"], ["bend"]):
         first.limb = "torso"
@@ -272,7 +250,7 @@ def _pattern(clauses: list[_Clause]) -> str:
 
 
 def _step(clause: _Clause, name: str) -> str:
-    """Return a clause as a step; `name` is empty where the part carries over."""
+    """Return the step of a clause; `name` is empty where the part carries over."""
     words = _words(clause)
     verbs = ["rest"] if clause.verbs == ["stay", "rest"] else clause.verbs  # to keep still
     manner = _MANNERS.get(verbs[0], "") if verbs else ""
@@ -282,7 +260,7 @@ def _step(clause: _Clause, name: str) -> str:
 
 
 def _words(clause: _Clause) -> list[str]:
-    """Return what a clause says, in the order of `_ORDER`."""
+    """Return the words of a clause, in the order of `_ORDER`."""
     kinds: dict[str, str] = {}
     for value in clause.values:
         for word in value.split():

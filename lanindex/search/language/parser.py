@@ -46,7 +46,7 @@ _MOST_STEPS = 1000
 _MOST_WORDS = 10_000
 
 _ANYONE = Mover("any part", "one", ("r_any",))
-"""Who moves in a pattern that is being named, where only its use will tell."""
+"""Stands for the part that each use of a named pattern will give."""
 
 _EDGES = "--tolerance tells how far the edges may lie apart."
 _UNLIMITED = {
@@ -63,7 +63,7 @@ _NOT_IN_WHERE = {
     "/": 'A condition has one word: a.level >= mid. "/" is for steps.',
     **dict.fromkeys(("<", "<=", ">", ">=", "=", "!="), _ONE_COMPARISON),
 }
-"""What may seem to go on behind a condition."""
+"""By text that seems to go on behind a condition, the remedy."""
 
 
 def parse(
@@ -78,12 +78,11 @@ def parse(
     Parameters
     ----------
     text : str
-        In the pattern language; one from `score.pattern_in` names its file in errors.
+        The pattern; errors of one from `score.pattern_in` name its file.
     parts : collection of str, optional
         The parts that the library has; a pattern may name those of the alphabet, too.
     names : Mapping of str to str, optional
-        Names in small letters that the pattern may use besides those that it gives itself, and
-        the pattern that each stands for: ``@raise``.
+        Patterns that may be used by name besides those of the text, ``@raise``; in small letters.
     strict : bool
         Whether the timing of pasted LND counts.
 
@@ -95,21 +94,13 @@ def parse(
     Raises
     ------
     PatternError
-        The pattern cannot be understood; says where and why.
+        The pattern cannot be understood.
 
     Examples
     --------
-    >>> from lanindex.errors import PatternError
     >>> from lanindex.search.language import parse
     >>> sorted(parse("r_arm right mid -> high with head").parts)
     ['head', 'r_arm']
-    >>> try:
-    ...     parse("r_arm rihgt")
-    ... except PatternError as error:
-    ...     print(error)
-    r_arm rihgt
-          ^^^^^
-    I don't know "rihgt". Did you mean "right"?
     """
     vocabulary = Vocabulary(parts)
 
@@ -118,12 +109,8 @@ def parse(
 
     try:
         if len(text) > _LONGEST:
-            raise PatternError(
-                f"A pattern of {len(text)} characters; {_LONGEST} is the most.",
-                text=f"{text[:60]}…",
-                start=60,
-                stop=61,
-            )
+            found = f"A pattern of {len(text)} characters; {_LONGEST} is the most."
+            raise PatternError(found, text=f"{text[:60]}…", start=60, stop=61)
         return read(str(text))
     except PatternError as error:
         offer_reading(error, read, vocabulary.parts)
@@ -133,23 +120,17 @@ def parse(
 
 
 class _Parser(Cursor):
-    """Each rule reads its tokens and returns its node.
-
-    `carried` is whom an arrow carries over, `after` what comes before: ``->``, a relation, ``or``,
-    ``start`` or nothing.
-    """
+    """Each rule reads its tokens and returns its node; `carried` and `after` as for `step_at`."""
 
     def __init__(
         self, text: str, vocabulary: Vocabulary, names: Mapping[str, str], strict: bool
     ) -> None:
         super().__init__(text, vocabulary)
         self.names, self.strict = names, strict
-        self.lets: dict[str, tuple[str, list[Token]]] = {}  # what names stand for
+        self.lets: dict[str, tuple[str, list[Token]]] = {}  # text and tokens by name
         self.open_names: list[str] = []  # of the patterns that are being read
-        self.words_named = 0
-        self.depth = 0
-        self.mirror = False
-        self.timed = False
+        self.words_named = self.depth = 0
+        self.mirror = self.timed = False
 
     def query(self) -> Query:
         begin = self.token
@@ -161,15 +142,11 @@ class _Parser(Cursor):
         if self.strict and not self.timed:
             found = "Only the timing of pasted LND can be strict, and there is none here."
             raise self.error_since(begin, found)
-        query = self.clauses(_opened(pattern) if self.timed else pattern)
+        query = self.clauses(_without_brackets(pattern) if self.timed else pattern)
         if self.words_named and (length := len(str(query))) > _LONGEST:
-            found = (
-                f"With all names written out it has {length} characters; {_LONGEST} is the most."
-            )
-            raise self.error_since(begin, found)
+            found = f"With all names written out it has {length} characters;"
+            raise self.error_since(begin, f"{found} {_LONGEST} is the most.")
         return query
-
-    # lines
 
     def pattern(self, carried: frozenset[Mover], after: str = "") -> Choice:
         alternatives = [self.lines(carried, after)]
@@ -204,29 +181,27 @@ class _Parser(Cursor):
         begin, opening = self.before, self.take("mark", "[")
         plain = relation in ("with", "without")
         example = f"{relation}[{'1s' if plain else '<1s'}]"
+        if opening is None and self.at_length:
+            raise self.error(f"A time goes into square brackets: {example}")
         if opening is None:
-            if self.stands("compare") or self.stands("number"):
-                raise self.error(f"A time goes into square brackets: {example}")
             return None
         if relation in _UNLIMITED:
             found = f'No time goes with "{relation}": {_UNLIMITED[relation]}'
             raise self.error(found, begin, opening)
-        not_plain = f"A plain time: {relation}[1s] is less than 1s between."
-        if plain and self.stands("compare"):
-            raise self.error(not_plain)
-        if plain and self.stands("number"):
-            length: Length | None = Length("<", self.time())
-        else:
-            length = self.length()
-        if length is None:
+        if not self.at_length:
             raise self.error(f"A time goes into the brackets: {example}", opening)
-        if plain and (self.stands("mark", "+") or self.stands("range")):
-            raise self.error(not_plain)
+        if not plain:
+            length = self.length()
+            self.close(opening)
+            return length
+        time = None if self.stands("compare") else self.time()
+        if time is None or self.stands("mark", "+") or self.stands("range"):
+            raise self.error(f"A plain time: {relation}[1s] is less than 1s between.")
         self.close(opening)
-        if plain and not length.time.number:
+        if not time.number:
             alone = f'"{relation}" alone is about sharing a frame.'
             raise self.error_since(opening, f"Nothing is less than no time between. {alone}")
-        return length
+        return Length("<", time)
 
     def close(self, opening: Token) -> None:
         if not self.take("mark", "]"):
@@ -247,11 +222,8 @@ class _Parser(Cursor):
             arrows.append(arrow)
             items.append(self.item(last_movers(items[-1].unit), "->"))
         if all(item.optional for item in items):
-            raise self.error_since(
-                begin,
-                "All of this line may be left out, so there is nothing to find: "
-                'take a "?" or an "x0" away.',
-            )
+            found = "All of this line may be left out, so there is nothing to find:"
+            raise self.error_since(begin, f'{found} take a "?" or an "x0" away.')
         return Line(tuple(items), tuple(arrows), start, end)
 
     def arrow(self) -> Arrow | None:
@@ -266,18 +238,13 @@ class _Parser(Cursor):
         skips = self.skips()
         length = None if skips else self.length()
         if skips is None and length is None:
-            raise self.error(
-                "A limit goes into the brackets: [<2s] of the time between, "
-                "...[<=2] of the movements skipped.",
-                opening,
-            )
+            limits = "[<2s] of the time between, ...[<=2] of the movements skipped."
+            raise self.error(f"A limit goes into the brackets: {limits}", opening)
         self.close(opening)
         if skips and not later:
-            raise self.error_since(
-                begin,
-                "The arrow -> skips nothing: it leads to the next movement. "
-                f"...[{skips}] counts what is skipped, ->[{skips}s] is a time.",
-            )
+            found = "The arrow -> skips nothing: it leads to the next movement."
+            remedy = f"...[{skips}] counts what is skipped, ->[{skips}s] is a time."
+            raise self.error_since(begin, f"{found} {remedy}")
         return Arrow(later, length, skips)
 
     def skips(self) -> Skips | None:
@@ -291,8 +258,6 @@ class _Parser(Cursor):
             raise self.error(found, token)
         return Skips(compare.text if compare else "", int(self.checked(token)))
 
-    # steps
-
     def item(self, carried: frozenset[Mover], after: str) -> Item:
         begin, labelled = self.token, len(self.labels)
         label = self.label()
@@ -303,14 +268,11 @@ class _Parser(Cursor):
             raise self.error_since(token, "Two lengths. From 1s to 2s is 1s..2s")
         item = Item(unit, length or timed, self.repeat(), label)
         if item.repeat != ONCE:
-            self.refuse_more(first)
+            self.refuse_after_count(first)
             self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
         if (steps := steps_taken(item)) > _MOST_STEPS:
-            raise self.error_since(
-                begin,
-                f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most. "
-                "x3+ leaves the number open.",
-            )
+            found = f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most."
+            raise self.error_since(begin, f"{found} x3+ leaves the number open.")
         return item
 
     def label(self) -> str:
@@ -337,7 +299,7 @@ class _Parser(Cursor):
         return self.advance()
 
     def refuse_labels(self, before: int, where: str) -> None:
-        """Refuse labels where they could not tell which symbols they mean."""
+        """Refuse labels since a place, where they would be ambiguous."""
         for name, place in list(self.labels.items())[before:]:
             raise self.error(f'The label "{name}" stands inside {where}', *place)
 
@@ -351,10 +313,10 @@ class _Parser(Cursor):
             return ONCE
         self.advance()
         least = int(self.checked(begin, counted[1]))
-        most: int | None = least
         if self.take("mark", "+"):
-            most = None
-        elif self.take("range"):
+            return Repeat(least, None)
+        most = least
+        if self.take("range"):
             number = self.take("number")
             if number is None or not number.text.isdecimal():
                 raise self.error_since(begin, "From how often to how often? x2..3")
@@ -366,8 +328,8 @@ class _Parser(Cursor):
             raise self.error_since(begin, found)
         return Repeat(least, most)
 
-    def refuse_more(self, begin: Token) -> None:
-        """Refuse a length or another count after a count: it could be meant in two ways."""
+    def refuse_after_count(self, begin: Token) -> None:
+        """Refuse a length or another count after a count, since it is ambiguous."""
         counted, token = self.said(begin, self.before), self.token
         if self.length():
             more, of, each = "length", "time", "; to time each, length first."
@@ -380,7 +342,7 @@ class _Parser(Cursor):
         raise self.error_since(token, found)
 
     def unit(self, carried: frozenset[Mover], after: str) -> tuple[Step | Bracket, Length | None]:
-        """Read a step, with the length that a line of LND tells."""
+        """Read a step or a bracket, with the length that a line of LND has."""
         if word := self.take("word", "mirror"):
             if not self.stands("mark", "("):
                 raise self.error("Brackets follow: mirror(r_arm right)", word)
@@ -416,10 +378,8 @@ class _Parser(Cursor):
         if self.depth > _DEEPEST:
             raise self.error(f"More than {_DEEPEST} brackets inside each other.", opening)
 
-    # names of patterns: each is read anew wherever it is used, since a part may carry into it
-
     def let(self, let: Token) -> None:
-        """Read ``let NAME = pattern ;``: checked now, read again with each use."""
+        """Read ``let NAME = pattern ;``; each use reads it again, as a part may carry into it."""
         token = self.name()
         name = token.text
         if name in self.lets:
@@ -446,7 +406,7 @@ class _Parser(Cursor):
         at = self.advance()
         self.deepen(at)
         labelled = len(self.labels)
-        name, text, read = self.opened(at)
+        name, text, read = self.pattern_behind(at)
         outside = self.text, self.tokens, self.index
         self.text, self.tokens, self.index = text, read, 0
         self.open_names.append(name)
@@ -468,8 +428,8 @@ class _Parser(Cursor):
         self.depth -= 1
         return Bracket(pattern)
 
-    def opened(self, at: Token) -> tuple[str, str, Sequence[Token]]:
-        """Read a name behind ``@``, and return it and what it stands for, as text and tokens."""
+    def pattern_behind(self, at: Token) -> tuple[str, str, Sequence[Token]]:
+        """Read a name behind ``@``, and return it with the text and tokens of its pattern."""
         token = self.token
         if token.kind != "word":
             raise self.error("The name of a pattern follows: @reach_up", at)
@@ -496,10 +456,8 @@ class _Parser(Cursor):
             raise self.error(found, at, token)
         return name, text, read
 
-    # clauses and stages
-
     def clauses(self, pattern: Choice) -> Query:
-        """Read all that stands behind a pattern, and return the whole query."""
+        """Read the clauses and stages, and return the query."""
         query = Query(pattern)
         seen: list[str] = []
         while word := self.take("word", "either", "rhythm", "where"):
@@ -553,8 +511,8 @@ def _number_of_steps(least: int, most: float) -> str:
     return f"{least} steps or more" if most == float("inf") else f"{least} to {most:.0f} steps"
 
 
-def _opened(pattern: Choice) -> Choice:
-    """Return what stands in brackets, if that is all: a score is lines side by side."""
+def _without_brackets(pattern: Choice) -> Choice:
+    """Return the pattern inside the brackets, if it is nothing but a bracket."""
     match pattern:
         case Choice((Lines(Line((Item(Bracket(inner), None, repeat, ""),), (), None, None), ()),)):
             return inner if repeat == ONCE else pattern

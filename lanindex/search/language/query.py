@@ -1,8 +1,7 @@
 """The syntax tree of a pattern: what the parser builds, and the matcher and the explainer read.
 
-Every node prints as a pattern that parses to the same node. A step always knows who moves, also
-where the part was carried over an arrow; `Step.named` tells whether it was written there. The
-parser takes mirror images, so that nobody below has to think of them.
+Every node prints as a pattern that parses to the same node. The parser takes mirror images, so
+that nobody below has to think of them.
 """
 
 from __future__ import annotations
@@ -16,17 +15,17 @@ from lanindex.search.language.clauses import Condition, Stage
 from lanindex.search.language.times import Length, decimal, whole_range
 from lanindex.search.language.words import (
     ABSENT,
+    BEND_MOVES,
     WORD_KINDS,
     Mover,
     mirrored_value,
     values_of,
-    written,
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Skips:
-    """A condition on the number of movements between: ``[<=2]``."""
+    """A condition on the number of movements skipped: ``[<=2]``."""
 
     form: str
     count: int
@@ -77,14 +76,13 @@ class Word:
 
     def mirrored(self) -> Word:
         """Return the mirror image."""
-        return replace(self, values=tuple(mirrored_value(self.kind, it) for it in self.values))
+        return replace(self, values=tuple(map(mirrored_value, self.values)))
 
 
 def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
-    """Return what the words of a step leave of one kind, said of one part.
+    """Return the values of one kind that the words of a step allow, said of one part.
 
-    Only words that say nothing of the kind leave `words.ABSENT`: ``not``, too, needs something to
-    deny. To ``change`` belongs ``neither``, to ``pace`` and ``extent`` ``usual``.
+    `words.ABSENT` is among them only where no word is of that kind; ``not`` excludes it, too.
     """
     left = frozenset((*WORD_KINDS[kind].codes, ABSENT))
     for word in words:
@@ -105,14 +103,16 @@ class Step:
 
     def __str__(self) -> str:
         bend = next((word.values[0] for word in self.words if word.kind == "bend"), "")
-        said = [written(self.mover.name, self.manner, bend)] if self.named else []
+        limb = bend and (self.manner in ("at", "hold") or bend.split()[0] in BEND_MOVES)
+        name = self.mover.name.replace("_bend", "", 1) if limb else self.mover.name
+        said = [name] if self.named else []
         said += [] if self.manner == "move" else [self.manner]
         return " ".join([*said, *map(str, self.words)])
 
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """A pattern in brackets: a step made of steps."""
+    """A pattern in brackets, which is a step."""
 
     pattern: Choice
 
@@ -136,7 +136,7 @@ class Repeat:
 
     @property
     def copies(self) -> int:
-        """How many copies of the step a matcher needs."""
+        """How many copies of the step a program needs."""
         return max(self.least, 1) if self.most is None else self.most
 
 
@@ -145,7 +145,7 @@ ONCE = Repeat()
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A step of a line with its length, its count, and the label by which it is spoken of."""
+    """A step of a line, with its length, count and label."""
 
     unit: Step | Bracket
     length: Length | None = None
@@ -164,7 +164,7 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Steps joined by arrows, of which there is one fewer; from the clip's start, to its end."""
+    """Steps, and the arrows between them; from the start of the clip, to its end."""
 
     items: tuple[Item, ...]
     arrows: tuple[Arrow, ...] = ()
@@ -181,26 +181,22 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """A line beside the first, and how they must lie.
-
-    `within` is a condition on the frames that lie between the two: of ``with[1s]`` and
-    ``without[1s]`` less than that, of ``after`` and ``before`` any length, as on an arrow.
-    """
+    """A line beside the first, and how they must lie."""
 
     relation: str  # such as with, ending with, never
     line: Line
-    within: Length | None = None
+    within: Length | None = None  # of the time between; after with and without only <
 
     def __str__(self) -> str:
-        limit = str(self.within or "")
-        if self.within and self.relation in ("with", "without"):
-            limit = limit.removeprefix("<")  # less than that is all it can mean
-        return f"{self.relation}{f'[{limit}]' if limit else ''} {self.line}"
+        limit = f"[{self.within}]" if self.within else ""
+        if self.relation in ("with", "without"):
+            limit = limit.replace("<", "")
+        return f"{self.relation}{limit} {self.line}"
 
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines side by side; the first one leads."""
+    """Lines side by side, compared with the first one."""
 
     first: Line
     others: tuple[Beside, ...] = ()
@@ -211,7 +207,7 @@ class Lines:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Lines joined by ``or``: any one of them will do."""
+    """Alternatives joined by ``or``."""
 
     alternatives: tuple[Lines, ...]
 
@@ -228,7 +224,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A whole pattern with its clauses, and what becomes of its hits."""
+    """A whole pattern with its clauses and stages."""
 
     pattern: Choice
     either_side: bool = False  # whether the mirror image will do as well
@@ -246,18 +242,18 @@ class Query:
 
     @property
     def patterns(self) -> tuple[Choice, ...]:
-        """The pattern, and its mirror image if that will do as well."""
+        """The pattern, and its mirror image for ``either side``."""
         return (self.pattern, mirrored(self.pattern)) if self.either_side else (self.pattern,)
 
     @property
     def parts(self) -> frozenset[str]:
         """The parts whose tracks are needed to answer it."""
-        steps = [step for pattern in self.patterns for step in steps_of(pattern)]
+        steps = (step for pattern in self.patterns for step in steps_of(pattern))
         return frozenset(part for step in steps for part in step.mover.members)
 
 
 def items_of(pattern: Choice) -> Iterator[Item]:
-    """Yield every item of a pattern that is a step, brackets opened."""
+    """Yield every item of a pattern that is a step, also those inside brackets."""
     for item in (item for line in pattern.lines for item in line.items):
         if isinstance(item.unit, Bracket):
             yield from items_of(item.unit.pattern)
@@ -271,7 +267,7 @@ def steps_of(pattern: Choice) -> Iterator[Step]:
 
 
 def steps_taken(item: Item) -> int:
-    """Return how many steps a matcher needs for an item, repeats written out."""
+    """Return how many steps a program needs for an item, repeats written out."""
     if isinstance(item.unit, Step):
         return item.repeat.copies
     inner = (steps_taken(it) for line in item.unit.pattern.lines for it in line.items)
@@ -308,9 +304,8 @@ def everywhere(node: Any, changed: Callable[[Any], Any]) -> Any:
             return tuple(map(inside, value))
         return everywhere(value, changed) if is_dataclass(value) else value
 
-    return changed(
-        replace(node, **{it.name: inside(getattr(node, it.name)) for it in fields(node)})
-    )
+    own = {it.name: inside(getattr(node, it.name)) for it in fields(node)}
+    return changed(replace(node, **own))
 
 
 Node = TypeVar("Node", Choice, Step | Bracket)

@@ -1,4 +1,4 @@
-"""Scores as patterns: pasted LND, a line of it a step, several a score to find; and files."""
+"""Patterns in files, and pasted LND: a line of it is a step, several are a score to find."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")  # what m
 
 
 class Saved(str):
-    """A pattern's text that knows the file it comes from, so that an error can name it."""
+    """A pattern's text with the path of its file, which errors name."""
 
     path: Path
 
@@ -53,7 +53,7 @@ class Saved(str):
 
 
 def pattern_in(text: str, folder: Path | None = None) -> str:
-    r"""Return a pattern: the text itself, or a `Saved` one where that names a file.
+    """Return a pattern: the text itself, or a `Saved` one where that names a file.
 
     Parameters
     ----------
@@ -66,16 +66,7 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
     Raises
     ------
     NotationError
-        Where the file cannot be read, or is not text.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from lanindex.search.language.score import pattern_in
-    >>> _ = Path("up.lq").write_text("// to overhead\nr_arm low -> place high")
-    >>> print(pattern_in("@up.lq"))
-    // to overhead
-    r_arm low -> place high
+        The file cannot be read, or is not text.
     """
     named = _FILE.fullmatch(text.strip())
     if named is None:
@@ -90,7 +81,7 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
 
 
 def is_lnd(cursor: Cursor) -> bool:
-    """Tell whether a line of LND begins here: a word like jump alone is none."""
+    """Tell whether a line of LND begins here; a word like jump alone is none."""
     if cursor.stands("word", "direction") or cursor.stands("mark", "#"):
         return True
     kind, part = LINES.get(cursor.token.text), cursor.ahead(1)
@@ -98,10 +89,7 @@ def is_lnd(cursor: Cursor) -> bool:
 
 
 def score_at(cursor: Cursor, strict: bool) -> tuple[Step | Bracket, Length | None]:
-    """Read one or more lines of LND, which begin here.
-
-    Of a single line it is a step, and how long that lasts if the timing counts (`strict`).
-    """
+    """Read lines of LND; one alone is a step, with its length if the timing counts (`strict`)."""
     score = _Score(cursor, strict)
     if len(score.lines) == 1 and score.tracks:
         ((mover, (symbol,)),) = score.tracks.items()
@@ -119,7 +107,7 @@ class _Symbol:
 
     @property
     def length(self) -> Fraction:
-        """Beats that it lasts; a starting position has none."""
+        """Its beats; a starting position has none."""
         return self.stop - self.start
 
 
@@ -135,10 +123,7 @@ def _stays(symbols: list[_Symbol]) -> bool:
 
 
 class _Score:
-    """Lines of LND, read from where a cursor stands; the timing of them counts, or not.
-
-    A score that tells its speed is timed in seconds, any other in beats of the capture.
-    """
+    """Lines of LND; timed in seconds if they have a speed, else in beats of the capture."""
 
     def __init__(self, cursor: Cursor, strict: bool) -> None:
         self.cursor, self.strict = cursor, strict
@@ -178,7 +163,7 @@ class _Score:
         cursor = self.cursor
         part = cursor.mover()
         if part is None:
-            raise unknown(cursor, True) if is_unknown(cursor) else self.short(begin)
+            raise unknown(cursor, True) if is_unknown(cursor) else self.incomplete(begin)
         if part.form != "one":
             right, left = part.members
             raise cursor.error(f"LND names one part: {right} or {left}", cursor.before)
@@ -188,10 +173,10 @@ class _Score:
         if stop < start:
             raise cursor.error_since(begin, f"An end at {times[1]} lies before the start.")
         self.tracks.setdefault(part, []).append(_Symbol(words, start, stop))
-        told = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
-        return " ".join([begin.text, part.name, *told, *times])
+        spelled = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
+        return " ".join([begin.text, part.name, *spelled, *times])
 
-    def short(self, begin: Token) -> PatternError:
+    def incomplete(self, begin: Token) -> PatternError:
         names = LINES[begin.text].names
         count = {1: "four", 2: "five"}[len(names)]
         known = f"A line of LND has {count} words behind {begin.text}: part"
@@ -205,29 +190,27 @@ class _Score:
             raise unknown(cursor)
         found = values_for((kind,)).get(cursor.token.text) if cursor.stands("word") else None
         if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
-            raise self.short(begin)
+            raise self.incomplete(begin)
         cursor.advance()
         return Word(kind, (found[1],))
 
     def number(self, begin: Token) -> str:
         number = self.cursor.take("number")
         if number is None:
-            raise self.short(begin)
+            raise self.incomplete(begin)
         if len(number.text) > 40:
             raise self.cursor.error("No more than 40 digits, please.", number)
         return number.text
 
     def error(self, sentence: str) -> PatternError:
-        """Return an error about all of it."""
+        """Return an error about all lines."""
         (_, first, _), (_, _, last) = self.lines[0], self.lines[-1]
         return self.cursor.error(sentence, first, last)
 
     def length(self, symbol: _Symbol) -> Length | None:
-        """Return what a symbol may last."""
         return Length("~", self.time(symbol.length)) if self.strict and symbol.length else None
 
     def arrow(self, before: _Symbol, after: _Symbol) -> Arrow:
-        """Return the arrow from one movement to the next, over the rest between."""
         if not (self.strict and before.length):
             return NEXT
         rest = after.start - before.stop
@@ -242,16 +225,13 @@ class _Score:
         """Return a line for each part: those that move first, in order of appearance."""
         if not self.tracks:
             raise self.error("A score without symbols: there is nothing to find.")
-        tracks = self.tracks
-        if self.in_units:
-            joined = self.tracks_in_units()
-            tracks = {mover: joined[mover.name] for mover in tracks}
+        tracks = self.tracks_in_units() if self.in_units else self.tracks
         movers = sorted(tracks, key=lambda mover: _stays(tracks[mover]))
         first, *others = [self.line(mover, tracks[mover]) for mover in movers]
         return Lines(first, tuple(Beside("with", line) for line in others))
 
-    def tracks_in_units(self) -> dict[str, list[_Symbol]]:
-        """Return the symbols by part, sorted by time, halves across bar lines joined."""
+    def tracks_in_units(self) -> dict[Mover, list[_Symbol]]:
+        """Return the symbols sorted by time, with halves across bar lines joined."""
         from lanindex.notation import lnd
 
         try:
@@ -265,25 +245,23 @@ class _Score:
             raise self.cursor.error(found, first, last) from error
         beat = Fraction(score.meter.beats, score.meter.division)
         return {
-            part: [
+            mover: [
                 _Symbol(_words(symbol), symbol.tick * beat, (symbol.tick + symbol.ticks) * beat)
-                for symbol in score.symbols(part)
+                for symbol in score.symbols(mover.name)
             ]
-            for part in score.tracks
+            for mover in self.tracks
         }
 
     def line(self, mover: Mover, symbols: list[_Symbol]) -> Line:
-        """Return what one part does; of one that only has a starting position, that it is there."""
+        """Return the movements of one part, or that it stays in its starting position."""
         for before, after in pairwise(symbols):
             if not after.length:
-                raise self.error(
-                    f"{mover} has a symbol without length in the middle: it was not seen before "
-                    "that, and no pattern goes over a time in which a part is unknown."
-                )
+                found = f"{mover} has a symbol without length in the middle: it was not seen before"
+                unknown = "no pattern goes over a time in which a part is unknown."
+                raise self.error(f"{found} that, and {unknown}")
             if self.strict and after.start < before.stop:
-                raise self.error(
-                    f"{mover} goes back in time: lines like #unit1 between would tell the time."
-                )
+                remedy = "lines like #unit1 between would tell the time."
+                raise self.error(f"{mover} goes back in time: {remedy}")
         if _stays(symbols):
             return Line((Item(Step(mover, True, "at", symbols[0].words)),))
         items = tuple(

@@ -8,9 +8,8 @@ from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_o
 from lanindex.errors import PatternError
 from lanindex.search.language.lexer import Cursor
 from lanindex.search.language.query import Step, Word, meaning
-from lanindex.search.language.suggestions import is_unknown, no_step, unknown, unknown_word
+from lanindex.search.language.suggestions import is_unknown, no_step, unknown
 from lanindex.search.language.words import (
-    ACROSS,
     ANY,
     BEND_MOVES,
     DEGREES,
@@ -27,9 +26,8 @@ from lanindex.search.language.words import (
     with_article,
 )
 
-_BENDING = frozenset((*BENDS, *BENDS.values()))
 _STILL = {"at": "at is being there", "hold": "hold is staying put"}
-_WHERE = {
+_NO_WORDS = {
     "at": "At what? Say where: at high, at place low",
     "via": "Via what? Say where it goes through: via right, via any",
 }
@@ -39,14 +37,14 @@ _NO_PART = {
     "start": "Name the part here: start -> r_arm high",
     "or": 'Name the part here; "/" is either-or between words: high/low.',
 }
-_WHO = {"feet": "jump", "bend": "r_arm"}  # by kind of words, who may be forgotten
+_EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
 
 def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:
-    """Read a step, which begins here; `mirror` tells whether it is seen in a mirror.
+    """Read a step.
 
-    `carried` is whom the arrow carries over (of several it is not known whom), `after` what comes
-    before: ``->``, a relation, ``or``, ``start`` or nothing.
+    `carried` is who moved last, one or several alternatives; `after` is what comes before the
+    step: ``->``, a relation, ``or``, ``start`` or nothing; `mirror`: return its mirror image.
     """
     _check_meant(cursor, carried)
     named = cursor.mover()
@@ -56,18 +54,18 @@ def step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool)
         mover = _carried(cursor, carried, after)
     else:
         raise no_step(cursor, after)
-    bends = _bends(cursor, mover)
-    mover = bends or mover
+    bending = _bending(cursor, mover)
+    mover = bending or mover
     token = cursor.take("word", *MANNERS)
     manner = token.text if token else "move"
     if manner == "at" and not THINGS.keys().isdisjoint(_kind(mover).words):
         raise cursor.error(f"It lasts as long as its movement does: {mover} 1s+", cursor.before)
     words = _words(cursor, mover, manner)
-    if manner in _WHERE and not words:
-        raise cursor.error(_WHERE[manner], cursor.before)
+    if manner in _NO_WORDS and not words:
+        raise cursor.error(_NO_WORDS[manner], cursor.before)
     if mirror:
         words = tuple(word.mirrored() for word in words)
-    return Step(mover, bool(named or bends), manner, words)
+    return Step(mover, bool(named or bending), manner, words)
 
 
 def _kind(mover: Mover) -> Kind:
@@ -75,18 +73,16 @@ def _kind(mover: Mover) -> Kind:
 
 
 def _values(*movers: Mover) -> Mapping[str, tuple[str, str]]:
-    """Return the words that may be understood of some, by spelling."""
+    """Return the words that are understood of some movers, as in `VALUES`."""
     return values_for({kind for mover in movers for kind in _kind(mover).words})
 
 
 def _check_meant(cursor: Cursor, carried: frozenset[Mover]) -> None:
-    """Refuse a bare word that may be who moves, or what whoever is carried over touches."""
+    """Refuse a bare word that may name a part, or the thing that a carried part touches."""
     word, after = cursor.token.text, cursor.ahead(1)
-    kinds = {kind for mover in carried for kind in _kind(mover).words}
-    thing = any(word in known for kind, known in THINGS.items() if kind in kinds)
     goes_on = after.kind == "word" and after.text in (*MANNERS, "not", *VALUES)
-    goes_on |= cursor.vocabulary.spelt_apart(word, after.text) is not None
-    if thing and not goes_on and cursor.vocabulary.mover(word):
+    goes_on |= cursor.vocabulary.mover(word, after.text) is not None
+    if word in _values(*carried) and cursor.vocabulary.mover(word) and not goes_on:
         (mover, *_) = carried
         raise cursor.error(f"Which is meant? {mover} {word}, or the part: {word} any")
 
@@ -98,48 +94,42 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
     if carried:
         names = ", ".join(sorted(mover.name for mover in carried))
         found = f"The alternatives before end with different parts ({names}). Name the part here."
-    elif part := _WHO.get(VALUES.get(word, ("", ""))[0]):
+    elif part := _EXAMPLES.get(VALUES.get(word, ("", ""))[0]):
         found = f"Name the part first: {part} {word}"
     else:
         found = _NO_PART.get(after, f'Name the part here: nothing carries over "{after}".')
     raise cursor.error(found)
 
 
-def _bends(cursor: Cursor, mover: Mover) -> Mover | None:
-    """Return whose elbow or knee is spoken of: ``r_arm bend``, ``r_arm at bent``; or None."""
-    if any(part not in BENDS for part in mover.members):
-        return None
+def _bending(cursor: Cursor, mover: Mover) -> Mover | None:
+    """Return the elbow or knee that the words are about: ``r_arm bend``, ``r_arm at bent``."""
     manner = cursor.token.text if cursor.stands("word", *MANNERS) else ""
     ahead = int(bool(manner))
     ahead += cursor.ahead(ahead).text == "not"
     kind, value = VALUES.get(cursor.ahead(ahead).text, ("", ""))
-    told = manner in _STILL or value.split(" ")[0] in BEND_MOVES
-    if kind != "bend" or not told or cursor.ahead(1).text == ":":
+    moves = manner in _STILL or value.split(" ")[0] in BEND_MOVES
+    if kind != "bend" or not moves or cursor.ahead(1).text == ":":
         return None
-    found = cursor.vocabulary.bending(mover)
-    if found is None:
-        sentence = unknown_word(cursor.vocabulary, BENDS[mover.members[0]], part_expected=True)
-        raise cursor.error(sentence, cursor.ahead(ahead))
-    return found
+    return cursor.vocabulary.of(mover.form, tuple(BENDS.get(it, "") for it in mover.members))
 
 
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
     words: list[Word] = []
-    telling: list[Word] = []  # what is denied once more tells nothing, and is not looked at again
-    while (_says(cursor, mover) or cursor.stands("word", "not")) and cursor.ahead(1).text != ":":
+    checked: list[Word] = []  # without repeated denials, so that a long line takes no longer
+    while (_at_value(cursor, mover) or cursor.stands("word", "not")) and not cursor.at_label:
         begin = cursor.token
         negated = cursor.take("word", "not") is not None
-        if not _says(cursor, mover):
+        if not _at_value(cursor, mover):
             raise _no_value(cursor, "Not what? A direction or level follows: not low")
         words.append(_word(cursor, mover, negated))
-        if not (negated and words[-1] in telling):
-            telling.append(words[-1])
-            if found := _complaint(tuple(telling), mover, manner):
+        if not (negated and words[-1] in checked):
+            checked.append(words[-1])
+            if found := _complaint(tuple(checked), mover, manner):
                 raise cursor.error_since(begin, found)
     number, unit = cursor.number_and_unit()
     if number and unit not in UNITS and "degrees" in _kind(mover).words:
-        told = f"{number}deg is degrees, {number}s seconds, {number}b beats, {number}f frames."
-        raise cursor.error(f"{number} what? {told}")
+        units = f"{number}deg is degrees, {number}s seconds, {number}b beats, {number}f frames."
+        raise cursor.error(f"{number} what? {units}")
     for kind in THINGS.keys() & _kind(mover).words:
         if not words and is_unknown(cursor):
             word, known = cursor.token.text, " ".join(WORD_KINDS[kind].codes)
@@ -147,13 +137,13 @@ def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
     return tuple(words)
 
 
-def _says(cursor: Cursor, mover: Mover) -> bool:
+def _at_value(cursor: Cursor, mover: Mover) -> bool:
     token = cursor.token
     return token.text in _values(mover) if token.kind == "word" else cursor.at_angle
 
 
 def _value(cursor: Cursor, mover: Mover) -> tuple[str, str]:
-    """Read a word that says something, or an angle: of which kind it is, and its own spelling."""
+    """Read a word or an angle: its kind, and its own spelling."""
     if cursor.at_angle:
         return "degrees", str(cursor.length((DEGREES,)))
     kind, value = _values(mover)[cursor.advance().text]
@@ -166,7 +156,7 @@ def _word(cursor: Cursor, mover: Mover, negated: bool) -> Word:
     kind, value = _value(cursor, mover)
     values = [value]
     while cursor.take("mark", "/"):
-        if not _says(cursor, mover):
+        if not _at_value(cursor, mover):
             raise _no_value(cursor, 'Or what? A word of the same kind follows "/": high/low')
         first = cursor.token
         other, value = _value(cursor, mover)
@@ -186,52 +176,42 @@ def _no_value(cursor: Cursor, sentence: str) -> PatternError:
     return cursor.error(sentence, cursor.before)
 
 
-# Whether words agree.
-
-
 def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None:
     """Return what is wrong with the last word, or None."""
     word, noun = words[-1], WORD_KINDS[words[-1].kind].noun
     kind, part = _kind(mover), mover.members[0]
-    moves = word.kind == "bend" and word.values[0].split()[0] in BEND_MOVES
+    bends = word.kind == "bend" and word.values[0].split()[0] in BEND_MOVES
     cannot = f'"{word}" cannot be said of {mover.name}:'
     if word.kind not in kind.words and word.values != (ANY,):
         return f"{cannot} {with_article(kind.name)} has no {noun}."
-    if word.kind == "bend" and any(it not in _BENDING for it in mover.members):
+    if word.kind == "bend" and not {*mover.members} <= {*BENDS, *BENDS.values()}:
         return f"{cannot} only arms and legs bend and stretch."
-    if moves and kind.name == "gesture":
+    if bends and kind.name == "gesture":
         bent = str(word).replace("bend", "bent").replace("stretch", "bent")
         return f'"{word}" is a movement of its own; that of {mover.name} may end {bent}.'
-    told = {*word.values} - {*amounts_of(part)} if word.kind == "touched" else set()
-    if told and "hand" in word.values:
+    things = {*word.values} - {*amounts_of(part)} if word.kind == "touched" else set()
+    if things and "hand" in word.values:
         return "Hand touches hand by itself: hands touch"
-    if told:
+    if things:
         return f"Hands touch each other. Both of them something else: hand_touches {word}"
-    before = [other for other in words[:-1] if other.kind == word.kind and not other.negated]
-    if before and not word.negated:
-        return _twice(before[0], word)
+    same = (it for it in words[:-1] if it.kind == word.kind and not (it.negated or word.negated))
+    if first := next(same, None):
+        if word.kind == "degrees":
+            return "Two angles. From 90deg to 180deg is 90deg..180deg"
+        either = f'One movement has one {noun}. "{first}/{word}" means either'
+        then = f'; "{first} -> {word}" means one after the other.'
+        return f"{either}{then if word.kind != 'change' else '.'}"
     if manner in _STILL and word.kind in MOVING:
         return f'{_STILL[manner]}: say a direction or a level, not "{word.values[0]}".'
-    if manner in _STILL and moves:
+    if manner in _STILL and bends:
         return f'{_STILL[manner]}: say bent, bent 3+ or straight, not "{word}".'
-    sideless = RELATIVE if kind.name == "gesture" else ACROSS
-    if not mover.sided and any(value in sideless for value in word.values):
+    sideless = {it for it in RELATIVE if kind.name == "gesture" or it.startswith("across")}
+    if not mover.sided and sideless.intersection(word.values):
         return f"The {mover.name} has no side of its own: say right or left."
-    if word.kind == "direction" and not all(
-        kind.directions == DIRECTIONS
-        or values_of("direction", value, part).intersection(kind.directions)
-        for value in word.values
-    ):
+    limited = word.kind == "direction" and kind.directions != DIRECTIONS
+    reached = (values_of("direction", value, part) for value in word.values)
+    if limited and any(it.isdisjoint(kind.directions) for it in reached):
         return f"{cannot} it goes {' or '.join(kind.directions)}."
     if not meaning(words, word.kind, part):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'
     return None
-
-
-def _twice(first: Word, second: Word) -> str:
-    if first.kind == "degrees":
-        return "Two angles. From 90deg to 180deg is 90deg..180deg"
-    either = f'One movement has one {WORD_KINDS[first.kind].noun}. "{first}/{second}" means either'
-    if first.kind == "change":
-        return f"{either}."
-    return f'{either}; "{first} -> {second}" means one after the other.'

@@ -1,4 +1,4 @@
-"""What is wrong with a token that cannot stand where it stands, and what was probably meant."""
+"""Errors about a token that cannot stand where it stands, with what was probably meant."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ _STRAY = {
     "by": '"by" belongs to a stage: | sort by match.start',
     "direction": _LND,
 }
-"""What is said of marks and words that stand where they cannot."""
+"""By mark or word that stands where it cannot, the remedy."""
 
 _NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", "match", "and")
-"""Words that are no step, wherever they stand."""
+"""Words that never begin a step."""
 
 _UNKNOWN = {
     "for": "Times stand behind the step that they speak of: r_arm forward 1s",
@@ -64,15 +64,12 @@ _UNKNOWN = {
     "times": '"x3" is three times: r_arm rising x3',
     "twice": '"x2" is twice: r_arm rising x2',
 }
-"""Words that the language does not know, and how to say it."""
+"""By word that the language does not know, what to write instead."""
 
 
-def _aliases(meant: dict[str, str]) -> dict[str, str]:
-    return {alias: word for word, aliases in meant.items() for alias in aliases.split()}
-
-
-_MEANT = _aliases(
-    {
+_MEANT = {
+    alias: word
+    for word, aliases in {
         "high": "up upward upwards raised",
         "low": "down downward downwards lowered",
         "mid": "horizontal",
@@ -102,36 +99,30 @@ _MEANT = _aliases(
         "head_incline forward": "nod",
         "torso_twist": "twists",
         "torso_twist at": "twisted",
-    }
-)
-"""What people write, and what they mean: too far apart for a guess by spelling."""
-
-_LIMBS = _aliases(
-    {
         "forearm": "lower_arm wrist",
         "upper_arm": "elbow",
         "thigh": "upper_leg knee",
         "shank": "lower_leg calf shin ankle",
         "torso": "trunk chest spine body",
         "head": "neck",
-    }
-)
-"""What people call a part, and the part that shows it."""
+    }.items()
+    for alias in aliases.split()
+}
+"""The word or part that people mean, by what they write; too different to guess by spelling."""
 
 
 def unknown_word(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
     """Return the sentence about a word that is not in the vocabulary."""
     if guess := _guess(vocabulary, word.lower(), part_expected):
         return f'I don\'t know "{word}". Did you mean "{guess}"?'
-    if part_expected:
-        owner, are = "There is", "The parts are"
-        if vocabulary.of_library:
-            owner, are = "This library has", "It has"
-        return f'{owner} no part "{word}". {are}: {" ".join(vocabulary.parts) or "none"}'
-    return (
-        f'I don\'t know "{word}". A movement has a direction ({", ".join(DIRECTIONS[:4])} …) '
-        f"and a level (high, mid, low)."
-    )
+    if not part_expected:
+        directions = ", ".join(DIRECTIONS[:4])
+        known = f"A movement has a direction ({directions} …) and a level (high, mid, low)."
+        return f'I don\'t know "{word}". {known}'
+    parts = " ".join(vocabulary.parts) or "none"
+    if vocabulary.of_library:
+        return f'This library has no part "{word}". It has: {parts}'
+    return f'There is no part "{word}". The parts are: {parts}'
 
 
 def _guess(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
@@ -143,12 +134,10 @@ def _guess(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
     named = {name: f"@{name}" for name in load()} if part_expected else {}
     if word in named:
         return named[word]
-    if word in _MEANT:
-        return _MEANT[word]
     side = next((it for it in ("right_", "left_", "r_", "l_") if word.startswith(it)), "")
-    limb = (side[:1] and f"{side[0]}_") + _LIMBS.get(word.removeprefix(side), "")
-    if limb in vocabulary.movers:
-        return limb
+    meant = (side and f"{side[0]}_") + _MEANT.get(word.removeprefix(side), "")
+    if word in _MEANT or meant in vocabulary.movers:
+        return meant
     known = [*VALUES, *vocabulary.movers, *LANGUAGE, *named]
     jumbled = [it for it in known if sorted(it) == sorted(word)]
     found = process.extractOne(word, known, scorer=OSA.normalized_similarity, score_cutoff=0.7)
@@ -173,10 +162,7 @@ def unknown(cursor: Cursor, part_expected: bool = False) -> PatternError:
 
 
 def no_step(cursor: Cursor, after: str) -> PatternError:
-    """Return the error where a step should begin, and none does.
-
-    `after` is what comes before: ``->``, a relation, ``or``, ``start`` or nothing.
-    """
+    """Return the error where a step should begin, and none does; `after` as for `step_at`."""
     token = cursor.token
     arrow = after in ("->", "start")
     if is_unknown(cursor):
@@ -208,16 +194,13 @@ def stray(cursor: Cursor) -> PatternError:
     if is_unknown(cursor) or (token.kind in ("unknown", "string") and not known):
         return unknown(cursor)
     if token.kind == "word" and cursor.vocabulary.mover(token.text):
-        return cursor.error(
-            'Another part: "with" sets it beside, "->" puts it after, "or" is either of them.'
-        )
+        found = 'Another part: "with" sets it beside, "->" puts it after, "or" is either of them.'
+        return cursor.error(found)
     if cursor.before.text == "end":
         return cursor.error('After "end" the line does not go on.')
     if known:
         return cursor.error(_STRAY[token.text])
     if token.text in VALUES:
-        return cursor.error(
-            f"Direction and level stand before length and count: r_arm high <1s x2. "
-            f"The next movement has an arrow: -> {token.text}"
-        )
+        order = "Direction and level stand before length and count: r_arm high <1s x2."
+        return cursor.error(f"{order} The next movement has an arrow: -> {token.text}")
     return cursor.error(f'"{cursor.said(token)}" says nothing here.')

@@ -1,17 +1,12 @@
-"""The words of the pattern language, as tables.
-
-Directions and levels come from the alphabet; here are their aliases, the directions that are
-relative to a limb's own side, the words of the language itself, and the names of the parts.
-"""
+"""The words of the pattern language, as tables; directions and levels come from the alphabet."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 
 from lanindex.alphabet import (
-    BENDS,
     BENT,
     CARRIERS,
     DEGREES_BENT,
@@ -33,28 +28,21 @@ from lanindex.model.measures import ABOVE, BELOW, GRADES, USUAL
 from lanindex.search.language.times import degrees
 
 ANY = "any"
-ABSENT = ""  # what a symbol is that has no direction, no level or no amount
+ABSENT = ""  # the value of a symbol that has no direction, no level or no amount
 
 RELATIVE = {
     **{"side": "right", "side_forward": "r_forward", "side_back": "r_back"},
     **{"across": "left", "across_forward": "l_forward", "across_back": "l_back"},
 }
-"""Directions relative to the limb's own side, with what they are for a right limb."""
+"""Directions relative to the limb's own side, and what they are for a right limb."""
 
-ACROSS = tuple(name for name in RELATIVE if name.startswith("across"))
-"""Those that only what has a side can take."""
-
-CHANGES = ("rising", "sinking")  # how a level compares with the one before
-PACES = ("slow", "fast")  # how a movement's speed compares with others of its group of parts
-EXTENTS = ("small", "large")  # and its size
-
-BEND_MOVES = ("bend", "stretch")  # what is said of an elbow or a knee, though its limb is named
+BEND_MOVES = ("bend", "stretch")  # movements of an elbow or a knee, named by the limb
 BEND_WORDS = {
     **{name: name for name in (*BEND_MOVES, "bent", "straight")},
     **{"bends": "bend", "bending": "bend", "stretches": "stretch", "stretching": "stretch"},
     **{name: f"{name[:-1]} {name[-1]}" for name in DEGREES_BENT},
 }
-"""Every word of elbows and knees, with its own spelling; a degree may follow but ``straight``."""
+"""Words of elbows and knees, with their own spelling; a degree may follow all but ``straight``."""
 
 _DIRECTION_ALIASES = {
     "backward": "back",
@@ -71,45 +59,38 @@ _DIRECTION_ALIASES = {
 VALUES: dict[str, tuple[str, str]] = {
     **{name: ("direction", name) for name in (*DIRECTIONS, *RELATIVE, ANY)},
     **{name: ("level", name) for name in LEVELS},
-    **{name: ("change", name) for name in CHANGES},
+    **{name: ("change", name) for name in ("rising", "sinking")},
     **{name: ("feet", name) for name in FEET},
     "circling": ("degrees", ">=45deg"),
-    **{name: ("pace", name) for name in PACES},
-    **{name: ("extent", name) for name in EXTENTS},
+    **{name: ("pace", name) for name in ("slow", "fast")},
+    **{name: ("extent", name) for name in ("small", "large")},
     **{alias: ("bend", name) for alias, name in BEND_WORDS.items()},
     **{alias: ("direction", name) for alias, name in _DIRECTION_ALIASES.items()},
     **{"middle": ("level", "mid"), "normal": ("level", "mid")},
 }
-"""Every word that says how a part moves: its kind and its own spelling."""
+"""The kind and the own spelling of every word that says how a part moves."""
 
 
 def _things(kind: str, names: Collection[str]) -> dict[str, tuple[str, str]]:
-    """Return the words of a kind, also in the plural."""
     plurals = {"feet" if name == "foot" else f"{name}s": name for name in names}
     known = {**{name: name for name in names}, **plurals, "torso": "trunk"}
     return {alias: (kind, name) for alias, name in known.items()}
 
 
-THINGS = {kind: _things(kind, it) for kind, it in (("touched", TOUCHED), ("carrier", CARRIERS))}
+THINGS = {"touched": _things("touched", TOUCHED), "carrier": _things("carrier", CARRIERS)}
 """Words as in `VALUES` that say something of a few tracks and elsewhere name a part, by kind."""
 
 
 def values_for(kinds: Collection[str]) -> Mapping[str, tuple[str, str]]:
-    """Return the words, as in `VALUES`, that tracks understand of which some kinds can be said.
-
-    Examples
-    --------
-    >>> from lanindex.search.language.words import values_for
-    >>> values_for(["touched"])["knees"], "knee" in values_for(["direction"])
-    (('touched', 'knee'), False)
-    """
-    things = [THINGS[kind] for kind in kinds if kind in THINGS]
-    known = (VALUES, *things)
-    return {word: it for one in known for word, it in one.items()} if things else VALUES
+    """Return the words, as in `VALUES`, that are understood of tracks with some kinds of words."""
+    known = VALUES
+    for kind in THINGS.keys() & kinds:
+        known = known | THINGS[kind]
+    return known
 
 
 class Numbers(Mapping[str, int]):
-    """Whole numbers by their names, ``90``: from 0 to the most, none of them kept."""
+    """Whole numbers by their names, ``90``: from 0 to the most, without storing them."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -124,55 +105,42 @@ class Numbers(Mapping[str, int]):
         return self._most + 1
 
 
-def _codes(names: Collection[str]) -> dict[str, int]:
-    return {name: code for code, name in enumerate(names)}
-
-
 @dataclass(frozen=True, slots=True)
 class WordKind:
-    """What words of one kind speak of."""
+    """What the words of one kind describe."""
 
-    noun: str  # what a movement has one of
-    column: str  # the field of a symbol that tells; empty: worked out from the symbols before
-    codes: Mapping[str, int]  # what a movement can be, with its code; `ABSENT` is -1 everywhere
-    mirrored: Mapping[str, str] = field(default_factory=dict)  # of what is not its own image
+    noun: str
+    column: str  # the field of a symbol that has it; empty: worked out from the symbols before
+    codes: Mapping[str, int]  # the code of each value; `ABSENT` is -1 everywhere
 
 
 WORD_KINDS = {
-    "direction": WordKind(
-        "direction",
-        "direction",
-        DIRECTION_CODES,
-        {name: DIRECTIONS[MIRRORED[code]] for code, name in enumerate(DIRECTIONS)},
-    ),
+    "direction": WordKind("direction", "direction", DIRECTION_CODES),
     "level": WordKind("level", "level", LEVEL_CODES),
     "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
-    "feet": WordKind("kind of jump", "amount", _codes(FEET)),
+    "feet": WordKind("kind of jump", "amount", {it: FEET.index(it) for it in FEET}),
     "degrees": WordKind("angle", "amount", Numbers(MOST_AMOUNT)),
     "bend": WordKind("degree of bending", "amount", Numbers(stretching(SIXTHS))),
-    **{
-        kind: WordKind(noun, "", {below: BELOW, "usual": USUAL, above: ABOVE})
-        for kind, noun, (below, above) in (("pace", "speed", PACES), ("extent", "size", EXTENTS))
-    },
-    "touched": WordKind("thing touched", "amount", _codes(TOUCHED)),
-    "carrier": WordKind("carrier", "amount", _codes(CARRIERS)),
+    "pace": WordKind("speed", "", {"slow": BELOW, "usual": USUAL, "fast": ABOVE}),
+    "extent": WordKind("size", "", {"small": BELOW, "usual": USUAL, "large": ABOVE}),
+    "touched": WordKind("thing touched", "amount", {it: TOUCHED.index(it) for it in TOUCHED}),
+    "carrier": WordKind("carrier", "amount", {it: CARRIERS.index(it) for it in CARRIERS}),
 }
-"""Every kind of words; ``alphabet.KINDS`` tells which can be said of whose track."""
+"""Every kind of words; ``alphabet.KINDS`` has those of each kind of track."""
 
-# Kinds of words that speak of ...
-AMOUNTS = ("feet", "degrees", "bend", "touched", "carrier")  # an amount: a track has one of them
-MOVING = ("change", *GRADES)  # a movement, and of no stay or rest
-BESIDE_CELLS = (*AMOUNTS, *GRADES)  # what no cell tells
-_NAMES_TOO = ("feet", "bend", *GRADES)  # what a colon or an @ can make a name
+AMOUNTS = ("feet", "degrees", "bend", "touched", "carrier")  # a track has one of them
+MOVING = ("change", *GRADES)  # said of a movement, and of no stay or rest
+BESIDE_CELLS = (*AMOUNTS, *GRADES)  # not in a cell
+_ALSO_NAMES = ("feet", "bend", *GRADES)  # words that may also be the name of a label or a pattern
 
 DEGREES = "deg"
-UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}  # of time, with what they are called
+UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}  # of time, and what they are called
 
 ONE_WORD_RELATIONS = ("with", "overlapping", "during", "without", "after", "before", "never")
-TWO_WORD_RELATIONS = ("starting", "ending", "exactly")
-"""How a line may stand beside the first one; ``with`` follows those of two words."""
+TWO_WORD_RELATIONS = ("starting", "ending", "exactly")  # ``with`` follows
+"""How a line may stand beside the first one."""
 
-MANNERS = ("at", "via", "hold")  # words that say how a part is or moves there
+MANNERS = ("at", "via", "hold")  # how a part is or moves there
 
 LANGUAGE = (
     *("then", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS, "or"),
@@ -181,11 +149,11 @@ LANGUAGE = (
 )
 """The words that hold a pattern together; none of them can be a name."""
 
-_APART = (
+_FIRST_WORDS = (
     *("right", "left", "either", "both", "body", "other", "torso", "head"),
     *("hand", "hands", "r_hand", "l_hand"),
 )
-"""Words that may stand before a part and tell which: ``right arm``, ``body turn``."""
+"""Words with which the name of a part in several words begins: ``right arm``, ``body turn``."""
 
 _SHORT = {
     **{"travel": "body_travel", "turn": "body_turn"},
@@ -199,33 +167,33 @@ def with_article(noun: str) -> str:
     return f"{'an' if noun[0] in 'aeio' else 'a'} {noun}"
 
 
-def mirrored_value(kind: str, value: str) -> str:
-    """Return the mirror image of a word; relative directions and ``any`` are their own."""
-    return WORD_KINDS[kind].mirrored.get(value, value)
+def mirrored_value(value: str) -> str:
+    """Return the mirror image of a word; only directions of the body have one."""
+    code = DIRECTION_CODES.get(value)
+    return value if code is None else DIRECTIONS[MIRRORED[code]]
 
 
 def values_of(kind: str, value: str, part: str) -> frozenset[str]:
-    """Return what a word stands for, said of one part (``l_arm``).
+    """Return the values that a word means, said of one part (``l_arm``).
 
-    Only ``any`` says nothing, so that what has no direction will do as well. What has no side of
-    its own goes to either.
+    ``any`` includes `ABSENT`. A relative direction of a part without a side is either of the two.
     """
     if value == ANY:
         return frozenset((*WORD_KINDS[kind].codes, ABSENT))
     if kind == "degrees":
         return _angles(value)
     if kind == "bend":
-        return bend_amounts(value)
+        return _bend_amounts(value)
     if value not in RELATIVE:
         return frozenset({value})
     right = RELATIVE[value]
-    left = mirrored_value(kind, right)
+    left = mirrored_value(right)
     return frozenset({"r_": {right}, "l_": {left}}.get(part[:2], {right, left}))
 
 
 @lru_cache(64)
 def _angles(value: str) -> frozenset[str]:
-    """Return the whole degrees of an angle as written: ``90deg``, ``>180deg``."""
+    """Return the whole degrees of an angle: ``90deg``, ``>180deg``."""
     least, most = degrees(value)
     return frozenset(map(str, range(least, (MOST_AMOUNT if most is None else most) + 1)))
 
@@ -234,24 +202,17 @@ _BEND_RANGES = {
     **{"bend": (1, SIXTHS), "stretch": (0, SIXTHS)},
     **{"bent": (BENT, SIXTHS), "straight": (0, BENT - 1)},
 }
-"""To which degrees a limb bends or stretches, or is bent, if that is not said."""
+"""The degrees that a word of elbows and knees means without a number."""
 
 
 @lru_cache(64)
-def bend_amounts(value: str) -> frozenset[str]:
-    """Return which amounts of a symbol are meant: of bending, of stretching, or of either.
-
-    Examples
-    --------
-    >>> from lanindex.search.language.words import bend_amounts
-    >>> sorted(map(int, bend_amounts("bend 5+"))), sorted(map(int, bend_amounts("bent 5+")))
-    ([5, 6], [5, 6, 12, 13])
-    """
+def _bend_amounts(value: str) -> frozenset[str]:
+    """Return the amounts of bending, of stretching, or of both: ``bend 5+``, ``bent``."""
     word, _, degree = value.partition(" ")
     least, most = degrees(degree) if degree else _BEND_RANGES[word]
     some = range(least, (SIXTHS if most is None else min(most, SIXTHS)) + 1)
-    ways = {"bend": (bending,), "stretch": (stretching,)}.get(word, (bending, stretching))
-    return frozenset(str(way(degree)) for way in ways for degree in some)
+    moves = {"bend": (bending,), "stretch": (stretching,)}.get(word, (bending, stretching))
+    return frozenset(str(move(degree)) for move in moves for degree in some)
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,27 +233,12 @@ class Mover:
 
     def mirrored(self) -> Mover:
         """Return who moves in the mirror."""
-        if self.form != "one":
-            return self
         name = mirrored_part(self.name)
-        return Mover(name, "one", (name,))
-
-
-def written(name: str, manner: str, bend: str) -> str:
-    """Return how a mover is written: of an elbow or a knee the limb, where its words tell.
-
-    Examples
-    --------
-    >>> from lanindex.search.language.words import written
-    >>> written("leg_bends", "move", "bend 3+"), written("r_arm_bend", "move", "bent")
-    ('legs', 'r_arm_bend')
-    """
-    tells = bend and (manner in ("at", "hold") or bend.split()[0] in BEND_MOVES)
-    return name.replace("_bend", "", 1) if tells else name
+        return Mover(name, "one", (name,)) if self.form == "one" else self
 
 
 def _place(part: str) -> tuple[bool, bool, str]:
-    """Return what to sort parts by: those without a side, those with one, the whole body."""
+    """Return a key that sorts limbs without a side first, then those with one, then the rest."""
     limb = is_limb(part)
     return not limb, part[:2] in ("r_", "l_"), part[2:] if limb else ""
 
@@ -307,15 +253,17 @@ def _movers(parts: Collection[str]) -> dict[str, Mover]:
         movers.setdefault(plural, Mover(plural, "both", pair))
         aliases |= {f"right_{group}": pair[0], f"left_{group}": pair[1]}
         aliases |= {f"either_{group}": group, f"both_{plural}": plural}
-    known = {alias: movers[name] for alias, name in aliases.items() if name in movers}
-    return movers | {alias: mover for alias, mover in known.items() if alias not in movers}
+    for alias, name in aliases.items():
+        if name in movers:
+            movers.setdefault(alias, movers[name])
+    return movers
 
 
 class Vocabulary:
     """The words that a pattern may use, those of the parts included.
 
     The parts are those that the library has, by default those of the alphabet. A pattern may name
-    these in any case: one that no capture has never moves.
+    the latter in any case: one that no capture has never moves.
     """
 
     def __init__(self, parts: Collection[str] | None = None) -> None:
@@ -323,27 +271,20 @@ class Vocabulary:
         self.parts = tuple(sorted(TRACKS if parts is None else parts, key=_place))
         self.movers = _movers(dict.fromkeys((*TRACKS, *self.parts)))
 
-    def mover(self, word: str) -> Mover | None:
-        """Return who a word names."""
-        return self.movers.get(word)
-
-    def bending(self, mover: Mover) -> Mover | None:
-        """Return whose elbow or knee bends when a limb does; None where that is not known."""
-        return self.of(mover.form, tuple(BENDS.get(part, "") for part in mover.members))
+    def mover(self, *words: str) -> Mover | None:
+        """Return who is named by a word, or by several: ``right arm``, ``right hand touch``."""
+        known = len(words) == 1 or words[0] in _FIRST_WORDS
+        return self.movers.get("_".join(words)) if known else None
 
     def of(self, form: str, members: tuple[str, ...]) -> Mover | None:
-        """Return who moves in a form, one, either or both, and may mean certain parts."""
+        """Return the mover with this form and these members, as `Mover` has them."""
         those = (form, members)
         return next((it for it in self.movers.values() if (it.form, it.members) == those), None)
 
-    def spelt_apart(self, *words: str) -> Mover | None:
-        """Return whom words name together: ``right arm``, ``right hand touch``; or None."""
-        return self.movers.get("_".join(words)) if words[0] in _APART else None
-
     def taken(self, word: str) -> str:
-        """Return what a word means, so that it can be no name; nothing of the whole body's."""
+        """Return the meaning of a word that cannot be a name; empty where it can."""
         kind, _ = VALUES.get(word, ("feet", ""))
-        if word in LANGUAGE or kind not in _NAMES_TOO:
+        if word in LANGUAGE or kind not in _ALSO_NAMES:
             return "a word of the language"
         mover = self.mover(word)
         return "a part" if mover and is_limb(mover.members[0]) else ""
