@@ -18,8 +18,7 @@ from lanindex.search.match import arrays, relations
 from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.hits import Found
-from lanindex.search.match.join import margins_of
-from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans
+from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans, margins_of
 from lanindex.search.plan import NEGATIONS, Companion, Program
 
 NOBODY = 1 << 62  # the place of a match where there is none

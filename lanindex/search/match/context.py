@@ -87,6 +87,9 @@ class Closing(Protocol):
     def others(self, program: Program, companion: Companion) -> CompanionMatches:
         """Return the matches of a line that stands beside another."""
 
+    def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
+        """Return the matches of a line that must not happen, and where their numbers begin."""
+
 
 class Settled(NamedTuple):
     """Conditions that can be evaluated, and the columns that no other one needs."""

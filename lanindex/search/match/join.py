@@ -23,10 +23,9 @@ from lanindex.search.match.arrays import (
     starts_of,
     together,
 )
-from lanindex.search.match.batch import Batch
 from lanindex.search.match.context import CompanionMatches, Context, Hulls
 from lanindex.search.match.matches import Claims, Nodes, distinct, sets_together
-from lanindex.search.match.relations import RELATIONS, Margins, Spans, smallest
+from lanindex.search.match.relations import RELATIONS, Margins, Spans, margins_of, smallest
 from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.match.walk import Walk
 from lanindex.search.plan import NEGATIONS, Companion, Group, Program
@@ -83,15 +82,6 @@ def unexcused(
     many -= np.searchsorted(ends, base + limit.end_first)
     found: BoolArray = many > excused
     return found
-
-
-def margins_of(batch: Batch, companion: Companion) -> Margins:
-    """Return how far apart a line and the one beside it may lie."""
-    least = np.zeros(len(batch), np.int64)
-    most = least + (FAR >> 1 if companion.relation in ("after", "before") else -1)
-    if companion.within:
-        least, most = batch.bounds(companion.within)
-    return Margins(least, most, batch.slack)
 
 
 def _touching(one: Claims, other: Claims) -> Iterator[tuple[IntArray, IntArray]]:
@@ -397,7 +387,7 @@ class Joiner:
 
         These are noted as unmet; of all of a leading line none are: it claims nothing more.
         """
-        others, base = self._forbidden(companion)
+        others, base = self.forbidden(companion)
         capture, alone = lines.capture[hulls.line], lines.alone[hulls.line]
         low, high = hulls.low, np.maximum(hulls.high, lines.until[hulls.line])
         here = Spans(capture, low, high, low, high, alone)
@@ -435,7 +425,7 @@ class Joiner:
             hulls.unmet = sets_together(hulls.unmet, by_line(pairs, len(here)))
         return hulls.at(np.flatnonzero(~disturbed))
 
-    def _forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
+    def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
         programs = self._context.rewrites.programs(companion)
         if programs not in self._alone:

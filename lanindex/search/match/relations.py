@@ -22,6 +22,8 @@ from lanindex.search.match.arrays import (
     spread,
     starts_of,
 )
+from lanindex.search.match.batch import Batch
+from lanindex.search.plan import Companion
 
 FIRST, LAST = "first", "last"
 """Which end of a line is enough, of all that have the same beginning."""
@@ -156,6 +158,15 @@ class Margins:
     least: IntArray  # between two lines
     most: IntArray
     slack: IntArray  # by which edges may differ that should agree
+
+
+def margins_of(batch: Batch, companion: Companion) -> Margins:
+    """Return how far apart a line and the one beside it may lie."""
+    least = np.zeros(len(batch), np.int64)
+    most = least + (FAR >> 1 if companion.relation in ("after", "before") else -1)
+    if companion.within:
+        least, most = batch.bounds(companion.within)
+    return Margins(least, most, batch.slack)
 
 
 class Limits(NamedTuple):

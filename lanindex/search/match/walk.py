@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -51,7 +52,16 @@ from lanindex.search.match.matches import (
     carry_out,
     telling,
 )
-from lanindex.search.match.relations import FIRST, LAST, RELATIONS, Spans
+from lanindex.search.match.relations import (
+    FIRST,
+    LAST,
+    RELATIONS,
+    Margins,
+    SpanIndex,
+    Spans,
+    holds,
+    margins_of,
+)
 from lanindex.search.match.rewrites import ONLY, free_states
 from lanindex.search.plan import Companion, Edge, Exit, Group, Program, components, open_groups
 
@@ -486,7 +496,31 @@ class Walk:
         for column in due.columns:
             noted = rows.columns[self._seen + column]
             noted[noted >= 0] = MET
+        return self._undisturbed(state, rows)
+
+    def _undisturbed(self, state: int, rows: Matches) -> Matches:
+        """Return the matches that share no frame with a forbidden one that nothing excuses.
+
+        The hull of a match only grows: what disturbs it now disturbs all that it leads to.
+        """
+        for others, margins in self._forbidden:
+            events = self._batch.events(self._program.states[state]).at(rows.columns[EVENT])
+            low = rows.columns[GROUPS + LOW]
+            here = Spans(events.capture, low, events.end, low, events.end, events.starting)
+            disturbed = holds("without", here, others, margins) & ~events.starting
+            rows = rows.at(np.flatnonzero(~disturbed))
         return rows
+
+    @cached_property
+    def _forbidden(self) -> list[tuple[SpanIndex, Margins]]:
+        """The matches of `without` lines beside all of the line that claim nothing."""
+        found = []
+        for companion in self._program.whole.companions:
+            if companion.relation == "without" and self._context.rewrites.programs(companion):
+                others = self._context.joiner.forbidden(companion)[0]
+                free = others.lines.at(np.flatnonzero(others.claims.none & ~others.lines.alone))
+                found.append((SpanIndex(free), margins_of(self._batch, companion)))
+        return found
 
     def _kept_in_time(self, rows: Matches, frames: IntArray) -> Matches:
         """Return the matches that may still keep the rhythm, with the length of their last step."""

@@ -44,6 +44,13 @@ PATTERNS = [
     "r_arm any with l_arm any x1+ without head any x1+",
     "r_arm any overlapping l_arm any x1+",
     "r_arm any x1+ overlapping arm any -> any",
+    # disturbed as soon as they reach a forbidden line
+    "r_arm any x1+ without l_arm high",
+    "r_arm any x1+ without[0.3s] l_arm high",
+    "(r_arm any ... any) x1+ without arm high",
+    "r_arm at any x1+ without l_arm at high without head",
+    "r_arm any x1+ with l_arm any without head high",
+    "arms any x1+ without r_leg",
     # cannot be abreast
     "arm any with arm any",
     "arm any -> any during arm any x2+",
