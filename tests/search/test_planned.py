@@ -20,6 +20,7 @@ def test_states_edges_and_what_is_left_out_are_shown() -> None:
         "ends all ends from each beginning are tried",
         "with join with line 2; all ends from each beginning are tried",
         "without anti-join with line 3; the last end from each beginning is enough",
+        "drop matches as soon as they share a frame with line 3",
         "line 2",
         "state 0 l_arm mid begins, ends",
         "line 3",

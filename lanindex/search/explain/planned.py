@@ -72,6 +72,15 @@ def _line(
     for companion in _beside(line):
         standing = [numbers[it] for it in rewrites.programs(companion)]
         yield companion.relation, _join(companion, standing)
+    early = [
+        numbers[inner]
+        for it in line.whole.companions
+        if it.relation == "without"
+        for inner in rewrites.programs(it)
+        if inner not in rewrites.contested
+    ]
+    if early:
+        yield "drop", f"matches as soon as they share a frame with {_numbered('line', early)}"
     if contested := sorted(rewrites.contested.get(line, ())):
         yield "claims", f"another line could want the symbols of {_numbered('state', contested)}"
 
