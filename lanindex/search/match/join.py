@@ -268,7 +268,7 @@ class Joiner:
         relation = companion.relation
         wanted = np.zeros(len(lines), bool)
         wanted[hulls.line] = True
-        pieces = [hulls.at(np.zeros(0, np.int64))]
+        pieces, joins = [hulls.at(np.zeros(0, np.int64))], 0
         for alone in (False, True):
             own = np.flatnonzero(wanted & (lines.alone == alone))
             if not len(own) or (alone and relation in ("after", "before")):
@@ -299,10 +299,13 @@ class Joiner:
                     answered = self._context.tried(lines.capture[joined.line])
                     if answered is not None:
                         joined = joined.at(np.flatnonzero(answered))
-                    pieces.append(joined if len(some) == len(line.place) else self._reduced(joined))
+                    pieces.append(self._reduced(joined))
                     self._context.tick()
+            joins += len(self._context.rewrites.programs(companion))
         hulls = together(pieces)
         hulls = hulls.at(np.flatnonzero(~self._context.refused[lines.capture[hulls.line]]))
+        if joins < 2:
+            return hulls
         return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
 
     def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:
