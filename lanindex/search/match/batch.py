@@ -279,9 +279,8 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]
     if state.near:
         margin = THOUSANDTHS - cost.astype(np.int64)
         across = ~fits & table[rows.runner] & (margin < state.near)
-        inside = state.near + np.where(
-            across, -margin, margin
-        )  # the border lies so much further out
+        # the border lies so much further out
+        inside = state.near + np.where(across, -margin, margin)
         cost = THOUSANDTHS - inside * THOUSANDTHS // (state.near + THOUSANDTHS)
         fits |= across
     if "change" in wanted:

@@ -47,8 +47,8 @@ def hits_of(context: Context) -> list[HitTable]:
     begun, hits = walk.roots(), list[HitTable]()
     if not (walk.settled or program.whole.companions or context.clauses):
         short = _short(context)
-        hits += _from_all(context, joiner, _within(context, begun, short))
-        begun = _within(context, begun, ~short)
+        hits += _from_all(context, joiner, _in_captures(context, begun, short))
+        begun = _in_captures(context, begun, ~short)
     ends = _best_ends(context, walk, joiner, begun)
     return hits + [hits for found in ends for hits in _as_hits(context, found)]
 
@@ -61,7 +61,7 @@ def _short(context: Context) -> BoolArray:
     return many <= SHORT
 
 
-def _within(context: Context, begun: list[BoolArray], captures: BoolArray) -> list[BoolArray]:
+def _in_captures(context: Context, begun: list[BoolArray], captures: BoolArray) -> list[BoolArray]:
     """Return the beginnings, by entry, that lie in some captures."""
     states = (context.program.states[entry.state] for entry in context.program.entries)
     own = (context.batch.events(state).capture for state in states)

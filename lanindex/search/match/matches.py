@@ -110,8 +110,8 @@ def sets_together(one: IntArray, other: IntArray) -> IntArray:
 
 
 FRAME_BITS = 31
-LATEST = (1 << FRAME_BITS) - 1  # more than any frame
-NEVER = LATEST << FRAME_BITS
+LATEST = (1 << FRAME_BITS) - 1  # no frame is later
+NEVER = LATEST << FRAME_BITS  # more than any end with what is packed below it
 
 ROOT, EVENT, GROUPS = range(3)
 """The first columns: where a match began, at which event it stands, and then three a group, of the
@@ -191,6 +191,11 @@ class Nodes:
         self._lows: list[IntArray] = []  # of the pairs after the first ones, where they are noted
         self._edges: tuple[IntArray, IntArray] | None = None
 
+    def begin(self, many: int) -> IntArray:
+        """Add nodes that come from no other one, and return their numbers."""
+        self.many, self._edges = self.many + many, None
+        return np.arange(self.many - many, self.many)
+
     def add(
         self, many: int, parent: IntArray, which: IntArray, low: IntArray | None = None
     ) -> IntArray:
@@ -198,9 +203,7 @@ class Nodes:
 
         `low` is where the hull of what matched between the two begins.
         """
-        own = np.arange(self.many, self.many + many)
-        self.many, self._edges = self.many + many, None
-        fits = parent >= 0
+        own, fits = self.begin(many), parent >= 0
         self._pairs.append(np.stack((parent[fits], own[which[fits]])))
         if low is not None:
             self._lows.append(low[fits])

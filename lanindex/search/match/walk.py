@@ -472,7 +472,7 @@ class Walk:
             rows = beginning(columns)
             if not self._rooted:
                 columns[ROOT] = columns[GROUPS + START] = 0
-                rows.parent = self.nodes.add(len(rows), rows.parent, columns[ROOT], rows.parent)
+                rows.parent = self.nodes.begin(len(rows))
             yield self._matched(rows, state, chosen, self._due.at(None, state))
 
     def _matched(self, rows: Matches, state: int, events: IntArray, due: Settled) -> Matches:
@@ -504,11 +504,12 @@ class Walk:
         The hull of a match only grows: what disturbs it now disturbs all that it leads to.
         """
         for others, margins in self._forbidden:
-            events = self._batch.events(self._program.states[state]).at(rows.columns[EVENT])
-            low = rows.columns[GROUPS + LOW]
-            here = Spans(events.capture, low, events.end, low, events.end, events.starting)
-            disturbed = holds("without", here, others, margins) & ~events.starting
-            rows = rows.at(np.flatnonzero(~disturbed))
+            events, event = self._batch.events(self._program.states[state]), rows.columns[EVENT]
+            low, end = rows.columns[GROUPS + LOW], events.end[event]
+            starting = events.starting[event]
+            here = Spans(events.capture[event], low, end, low, end, starting)
+            disturbed = holds("without", here, others, margins)
+            rows = rows.at(np.flatnonzero(starting | ~disturbed))
         return rows
 
     @cached_property

@@ -71,6 +71,7 @@ RUNNING = [
     "r_arm any x1+ with l_arm any x1+",
     "arm any x3+ with arm any x3+",
     "arm low ... any without r_arm any -> end",
+    "r_arm any x3+ without l_arm high",
 ]
 
 
