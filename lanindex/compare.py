@@ -25,15 +25,7 @@ DEGREES = 5
 
 @dataclass(frozen=True, slots=True)
 class Timed:
-    """A symbol and when it is.
-
-    Attributes
-    ----------
-    symbol : Symbol
-        Of either score.
-    start, stop : float
-        Seconds.
-    """
+    """A symbol with its times in seconds."""
 
     symbol: Symbol
     start: float
@@ -44,14 +36,7 @@ class Timed:
 class Difference:
     """A symbol that is not the same in both scores.
 
-    Attributes
-    ----------
-    part : str
-        Its track.
-    one, other : Timed or None
-        What either score has; None: nothing stands there.
-    seen : bool
-        Whether the other score knows the part throughout, where it has nothing.
+    `seen` is False where one score has nothing because it does not know the part at that time.
     """
 
     part: str
@@ -87,19 +72,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Two scores beside each other.
-
-    Attributes
-    ----------
-    differences : tuple of Difference
-        Track by track, in order.
-    same : int
-        Symbols that are the same in both.
-    parts : tuple of str
-        The tracks that were compared.
-    only : tuple of tuple of str
-        The tracks that the one has alone, and those that the other has.
-    """
+    """Two scores beside each other; `only` are the tracks that either has alone."""
 
     differences: tuple[Difference, ...]
     same: int
@@ -110,23 +83,10 @@ class Comparison:
 def compare(
     one: Score, other: Score, *, parts: Sequence[str] | None = None, tolerance: float = SECONDS
 ) -> Comparison:
-    """Return what two scores differ in.
+    """Return what two scores differ in, in tracks that both have.
 
-    What is only passed on the way is not compared, nor are steps, which supports tell.
-
-    Parameters
-    ----------
-    one, other : Score
-        Of any rates.
-    parts : sequence of str, optional
-        Which tracks; else all that both have.
-    tolerance : float
-        How far apart symbols may begin or end that are at the same time, seconds.
-
-    Raises
-    ------
-    UsageError
-        Where neither has such a track, they share none, or the tolerance is below 0.
+    Symbols that begin and end within `tolerance` seconds of each other are at the same time.
+    Passing symbols are not compared, nor are steps: supports already say them.
 
     Examples
     --------

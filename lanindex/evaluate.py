@@ -40,17 +40,7 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """A pattern, and the labels of the captures that it should find.
-
-    Attributes
-    ----------
-    name, text : str
-        What it is called, and how it is written.
-    query : Query
-        How it is understood.
-    positives : frozenset of str
-        Labels, or globs that fit them: ``walk*``.
-    """
+    """A pattern, and the labels (or globs: ``walk*``) of the captures that it should find."""
 
     name: str
     text: str
@@ -77,17 +67,7 @@ def _fits(label: str, positive: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Clip:
-    """A labelled capture, written down.
-
-    Attributes
-    ----------
-    capture : Capture
-        Path and label.
-    tracks : Mapping of str to Track
-        By part; empty where it could not be read.
-    error : str or None
-        Why not.
-    """
+    """A labelled capture and its tracks; of an unreadable one, the error."""
 
     capture: Capture
     tracks: Mapping[str, Track]
@@ -96,17 +76,7 @@ class Clip:
 
 @dataclass(frozen=True, slots=True)
 class Miss:
-    """A capture that a pattern judged wrongly.
-
-    Attributes
-    ----------
-    capture : Capture
-        Which.
-    hit : Hit or None
-        What was found though it should not; None: nothing was, though it should.
-    tracks : Mapping of str to Track
-        Its symbols.
-    """
+    """A wrongly judged capture: with a hit it should not have, or without one (None)."""
 
     capture: Capture
     hit: Hit | None
@@ -115,19 +85,7 @@ class Miss:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a pattern found.
-
-    Attributes
-    ----------
-    expectation : Expectation
-        Which.
-    found, wanted : tuple of bool
-        By clip.
-    misses : tuple of Miss
-        The clips where the two differ.
-    refused : tuple of LanindexError
-        An error for each clip that is too rich for the pattern; it counts as not found.
-    """
+    """What a pattern found, clip by clip; clips that are too rich for it count as not found."""
 
     expectation: Expectation
     found: tuple[bool, ...]
@@ -175,25 +133,7 @@ def _ratio(part: int, whole: int) -> float:
 
 
 def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
-    """Read the patterns to evaluate, and what each should find.
-
-    Parameters
-    ----------
-    path : path-like
-        TOML: ``name = {pattern = "...", positives = ["label", ...]}``; a label may be a glob,
-        and ``@raise.lq`` is a pattern in a file beside it.
-
-    Returns
-    -------
-    list of Expectation
-
-    Raises
-    ------
-    NotationError
-        Where it cannot be read, or is no TOML.
-    UsageError
-        Where an entry is no such line, or a pattern is not understood.
-    """
+    """Read TOML: ``name = {pattern = "...", positives = ["label", "glob*", ...]}``."""
     expectations = []
     for name, entry in read_toml(Path(path)).items():
         match entry:
@@ -228,24 +168,7 @@ def _parsed(text: str, path: Path, name: str) -> Query:
 def read_clips(
     folder: str | os.PathLike[str], labels: Labels, profile: Profile, *, jobs: int = 1
 ) -> Iterator[Clip]:
-    """Read and write down the captures of a folder that have a label.
-
-    Parameters
-    ----------
-    folder : path-like
-        Searched through.
-    labels : Labels
-        As from `lanindex.pipeline.labels.read_labels`.
-    profile : Profile
-        How to write them down.
-    jobs : int
-        Processes.
-
-    Yields
-    ------
-    Clip
-        In order of path.
-    """
+    """Yield the labelled captures of a folder, written down, in order of path."""
     paths = [path for path in discover([folder]) if key_of(path) in labels]
     tasks = (Task(path, profile) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs), 1):
@@ -279,29 +202,6 @@ def evaluate(
     tell: Tell = silent,
 ) -> list[Result]:
     """Search all clips for each pattern.
-
-    Parameters
-    ----------
-    clips : sequence of Clip
-        As from `read_clips`.
-    expectations : sequence of Expectation
-        As from `read_patterns`.
-    near, fuzzy
-        As for `lanindex.Library.search`.
-    timeout : float, optional
-        Seconds after which to give up.
-    tell : callable, optional
-        Is told how many patterns are done.
-
-    Returns
-    -------
-    list of Result
-        One a pattern.
-
-    Raises
-    ------
-    LanindexError
-        Where it takes longer than `timeout`.
 
     Examples
     --------
@@ -347,18 +247,7 @@ def _searching(patience: Patience, done: int, total: int, *_: int) -> None:
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:
-    """Return the mean F1 over all patterns that have positives, and its standard error.
-
-    Parameters
-    ----------
-    results : sequence of Result
-        One a pattern, over the same clips.
-
-    Returns
-    -------
-    dict
-        ``mean_f1``, ``standard_error`` (bootstrap over clips, seeded), ``clips``, ``patterns``.
-    """
+    """Return mean F1 over patterns with positives, and its standard error (seeded bootstrap)."""
     import numpy as np
 
     judged = [result for result in results if any(result.wanted)]

@@ -85,15 +85,7 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
 
 
 def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
-    """Return what a label stands for, as conditions behind a pattern have it.
-
-    Parameters
-    ----------
-    capture : Capture
-        Where.
-    symbols : sequence of Symbol
-        One at least. The times are of all of them, the rest is of the last one.
-    """
+    """Return what a label stands for: the times of all its symbols, the rest of the last one."""
     last = symbols[-1]
     start, stop = min(it.start for it in symbols), max(it.stop for it in symbols)
     return {
@@ -160,21 +152,7 @@ def of_capture(capture: Capture) -> dict[str, Any]:
 
 
 def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
-    """Return a hit: a line of ``search``.
-
-    Parameters
-    ----------
-    hit : Hit
-        Any.
-    pattern : str, optional
-        What found it, so that a line tells it by itself.
-
-    Returns
-    -------
-    dict
-        Capture, frames, seconds, fit, the symbols that matched, what the pattern's labels stand
-        for, by label, and the pattern if it is given.
-    """
+    """Return a hit: a line of ``search``."""
     capture = hit.capture
     return {
         "capture": capture.path,
@@ -205,21 +183,7 @@ def of_clip(
     symbols: tuple[dict[str, Any], ...],
     preview: str | None = None,
 ) -> dict[str, Any]:
-    """Return a clip: a line of a manifest.
-
-    Parameters
-    ----------
-    name : str
-        Of the clip's file.
-    capture : Capture
-        What it was cut from.
-    hit, cut : Span
-        Frames of the source that matched, and those in the clip.
-    fit, pattern, symbols
-        Of the hit, as far as they are known.
-    preview : str, optional
-        The file of its film.
-    """
+    """Return a clip: a line of a manifest."""
     return {
         "clip": name,
         "capture": capture.path,
@@ -242,19 +206,7 @@ def of_clip(
 def of_group(
     number: int, captures: Sequence[Capture], likeness: float, sampled: int, of: int
 ) -> dict[str, Any]:
-    """Return captures that are like each other: a line of ``similar``.
-
-    Parameters
-    ----------
-    number : int
-        Of the group, from 1.
-    captures : sequence of Capture
-        The one that is most like all others first.
-    likeness : float
-        The mean over all pairs.
-    sampled, of : int
-        How many captures were compared to find it, and how many there are.
-    """
+    """Return captures that are like each other: a line of ``similar``."""
     return {
         "group": number,
         "count": len(captures),
@@ -276,19 +228,7 @@ def of_motif(
     sampled: int,
     of: int,
 ) -> dict[str, Any]:
-    """Return a sequence that recurs: a line of ``motifs``.
-
-    Parameters
-    ----------
-    pattern, part : str
-        As one types it into a search, and whose it is.
-    captures : int
-        In how many it occurs.
-    places : sequence of (Capture, Span)
-        Its hits.
-    sampled, of : int
-        How many captures were looked through for it, and how many there are.
-    """
+    """Return a sequence that recurs: a line of ``motifs``."""
     return {
         "pattern": pattern,
         "part": part,

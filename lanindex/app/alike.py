@@ -25,17 +25,7 @@ ELSEWHERE = 100
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What of a search's arguments concerns its kind.
-
-    Attributes
-    ----------
-    pattern, like : str or None
-        One of them is wanted.
-    rerank, explain, count : bool
-        The first goes with `like` alone, the others with a pattern alone.
-    limit : int or None
-        Captures to tell.
-    """
+    """What of a search's arguments concerns its kind."""
 
     pattern: str | None
     like: str | None
@@ -45,13 +35,7 @@ class Asked:
     limit: int | None
 
     def clip(self) -> str:
-        """Return the clip that is named, or stands on standard input.
-
-        Raises
-        ------
-        UsageError
-            Where there is none, or what goes with a pattern alone stands beside it.
-        """
+        """Return the clip that is named, or stands on standard input."""
         if self.like is None:
             found = "nothing to search for" if self.pattern is None else "--rerank"
             raise UsageError(found, wanted="a pattern or --like" if not self.rerank else "--like")

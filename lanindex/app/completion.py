@@ -12,15 +12,7 @@ SHELLS = ("bash", "zsh", "fish", "powershell", "pwsh")
 
 
 def install() -> None:
-    """Install it for the shell that runs this.
-
-    Raises
-    ------
-    LanindexError
-        Where the shell's files cannot be written.
-    UsageError
-        Where no known shell runs this.
-    """
+    """Install it for the shell that runs this."""
     from typer._completion_shared import install
 
     try:
@@ -33,13 +25,7 @@ def install() -> None:
 
 
 def show() -> None:
-    """Print what `install` would install.
-
-    Raises
-    ------
-    UsageError
-        Where no known shell runs this.
-    """
+    """Print what `install` would install."""
     from typer._completion_shared import get_completion_script
 
     script = get_completion_script(prog_name="lanindex", complete_var=COMPLETE, shell=_shell())

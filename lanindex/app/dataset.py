@@ -34,27 +34,7 @@ def run(
     how: Mapping[str, Any],
     words: Path | None,
 ) -> None:
-    """Write a data set.
-
-    Parameters
-    ----------
-    out : Output
-        Where to tell of it.
-    db, folder : str, Path
-        Of what, and where to.
-    wished : Mapping
-        As `lanindex.pipeline.dataset.Wishes` has it; what is None is left to it.
-    what : str or None
-        A pattern, or ``-``.
-    patterns : Path or None
-        A file of several.
-    range : tuple
-        Of a capture.
-    how : Mapping
-        How to search.
-    words : Path or None
-        The user's own words.
-    """
+    """Write a data set."""
     _check(what, patterns, range, how)
     from lanindex.pipeline import open_library
     from lanindex.pipeline.dataset import Wishes, write

@@ -24,21 +24,7 @@ ON_A_TERMINAL = 20
 
 @dataclass(frozen=True, slots=True)
 class Telling:
-    """What is wanted of a search's hits.
-
-    Attributes
-    ----------
-    count, by_fit : bool
-        Only how many there are; the clearest first.
-    limit : int or None
-        Hits to show.
-    context : str or None
-        The time around each of which a staff is drawn.
-    preview : Path or None
-        The file that shows them.
-    force : bool
-        Whether that may be replaced.
-    """
+    """What is wanted of a search's hits."""
 
     count: bool
     by_fit: bool
@@ -48,13 +34,7 @@ class Telling:
     force: bool
 
     def check(self, others: dict[str, Any]) -> None:
-        """Refuse what cannot stand beside each other.
-
-        Raises
-        ------
-        UsageError
-            With both names, or where the context is no time.
-        """
+        """Refuse what cannot stand beside each other."""
         others = {**others, "--count": self.count, "--context": self.context}
         for name, given in (("--context", self.context), ("--preview", self.preview)):
             for other, there in others.items():

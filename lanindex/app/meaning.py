@@ -11,24 +11,7 @@ if TYPE_CHECKING:
 
 
 def of(out: Output, library: Library, asked: str, words: str | PathLike[str] | None) -> str:
-    """Return the pattern that a query stands for, and say so; itself where it is one.
-
-    Parameters
-    ----------
-    out : Output
-        Where to say it.
-    library : Library
-        Whose captures may be labelled with the same word.
-    asked : str
-        As typed: ``walk``, or a pattern.
-    words : path-like or None
-        The user's own words.
-
-    Raises
-    ------
-    UsageError
-        Where that file is no dictionary.
-    """
+    """Return the pattern that a query stands for, and say so; itself where it is one."""
     from lanindex.pipeline.words import absent, hints, meant, unknown
 
     entry = meant(asked, words)

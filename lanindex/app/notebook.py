@@ -33,13 +33,7 @@ _SHOWN = {
 
 
 def register(shell: Any) -> None:
-    """Tell IPython how things are shown.
-
-    Parameters
-    ----------
-    shell : IPython.core.interactiveshell.InteractiveShell
-        That runs.
-    """
+    """Tell IPython how things are shown."""
     html = shell.display_formatter.formatters["text/html"]
     for (module, name), how in _SHOWN.items():
         html.for_type_by_name(module, name, globals()[how])

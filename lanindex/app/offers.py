@@ -21,15 +21,7 @@ _MOST = 200
 
 
 def patterns(ctx: Context, incomplete: str) -> list[str]:
-    """Return what a pattern that was begun may go on with: parts and words, each with all before.
-
-    Parameters
-    ----------
-    ctx : Context
-        Tells the library.
-    incomplete : str
-        What was typed of the argument.
-    """
+    """Return the continuations of a pattern: parts and words, each behind what was typed before."""
     if incomplete.startswith("@"):
         return sorted(f"@{path}" for path in _files(incomplete[1:]))
     begin = len(incomplete) - len(_FRAGMENT.search(incomplete)[0])  # type: ignore[index]

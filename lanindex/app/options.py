@@ -135,13 +135,7 @@ Strict = Annotated[bool, typer.Option("--strict", help="Let the timing of pasted
 
 
 def where(given: list[str] | None) -> list[tuple[str, str]]:
-    """Return columns of captures, each with the glob that it shall match.
-
-    Raises
-    ------
-    UsageError
-        Where one of them is no ``KEY=GLOB``.
-    """
+    """Return columns of captures, each with the glob that it shall match."""
     from lanindex.errors import UsageError
 
     pairs = []
@@ -154,13 +148,7 @@ def where(given: list[str] | None) -> list[tuple[str, str]]:
 
 
 def rate(text: str) -> Fraction:
-    """Return a number of frames a second.
-
-    Raises
-    ------
-    UsageError
-        Where it is no number above 0.
-    """
+    """Return a number of frames a second."""
     from fractions import Fraction
 
     from lanindex.errors import UsageError
@@ -175,13 +163,7 @@ def rate(text: str) -> Fraction:
 
 
 def one_line(named: str) -> str:
-    """Return what a person names: for ``-`` the one line that stands on standard input.
-
-    Raises
-    ------
-    UsageError
-        Where no line stands there, or several.
-    """
+    """Return what a person names: for ``-`` the one line that stands on standard input."""
     if named != str(STDOUT):
         return named
     from lanindex.errors import UsageError

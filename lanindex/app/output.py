@@ -49,11 +49,6 @@ class Painted(str):
 def escaped(text: str) -> str:
     r"""Return text that may be printed: what would steer a terminal is escaped.
 
-    Parameters
-    ----------
-    text : str
-        Anything; what `Output.paint` returned stays as it is.
-
     Examples
     --------
     >>> from lanindex.app.output import escaped
@@ -65,17 +60,7 @@ def escaped(text: str) -> str:
 
 @dataclass(frozen=True)
 class Output:
-    """What the user asked to see.
-
-    Attributes
-    ----------
-    json : bool
-        JSON lines on standard output.
-    quiet, verbose : bool
-        Less or more on standard error.
-    color : str
-        ``auto``, ``always`` or ``never``.
-    """
+    """What the user asked to see."""
 
     json: bool = False
     quiet: bool = False
@@ -262,13 +247,7 @@ def end_progress() -> None:
 
 
 def one_of(name: str, value: str, choices: Sequence[str]) -> str:
-    """Return `value` if it is one of the choices.
-
-    Raises
-    ------
-    UsageError
-        Where it is not.
-    """
+    """Return `value` if it is one of the choices."""
     if value not in choices:
         raise UsageError(f'"{value}"', place=name, wanted=" or ".join(choices))
     return value

@@ -25,17 +25,7 @@ class _Rate(ProgressColumn):
 
 
 class Bar:
-    """Things done of a number, with their rate and the time that is left.
-
-    Parameters
-    ----------
-    total : int
-        Things in all.
-    noun : str
-        What they are.
-    colors : bool
-        Whether it may be coloured.
-    """
+    """Things done of a number, with their rate and the time that is left."""
 
     def __init__(self, total: int, noun: str, *, colors: bool) -> None:
         self._total = total

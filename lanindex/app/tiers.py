@@ -19,30 +19,14 @@ NAME = "hits"
 
 @dataclass(frozen=True, slots=True)
 class Tier:
-    """Where hits are to be written.
-
-    Attributes
-    ----------
-    into : Path or None
-        An ELAN file that is there.
-    name : str or None
-        What the tier is called.
-    force : bool
-        Whether one of that name is replaced.
-    """
+    """Where hits are to be written."""
 
     into: Path | None
     name: str | None
     force: bool
 
     def check(self, others: dict[str, Any]) -> None:
-        """Refuse what cannot stand beside each other.
-
-        Raises
-        ------
-        UsageError
-            With both names.
-        """
+        """Refuse what cannot stand beside each other."""
         if self.into is None:
             if self.name:
                 raise UsageError("--tier", wanted="--into beside it")
@@ -62,15 +46,7 @@ class Tier:
         *,
         by_fit: bool = False,
     ) -> None:
-        """Write hits of one capture into the file: the pattern and the fit of each.
-
-        Raises
-        ------
-        UsageError
-            They are counted, or of several captures.
-        ExportError
-            The file has such a tier, or they share time.
-        """
+        """Write hits of one capture into the file: the pattern and the fit of each."""
         from lanindex.app.formatting import counted
         from lanindex.notation import content_of, eaf
         from lanindex.notation.timed import Said, milliseconds

@@ -178,13 +178,7 @@ def _tell(out: Output, manifest: list[dict[str, Any]], folder: Path) -> None:
 
 
 def _refused(given: dict[str, Any], wanted: str) -> None:
-    """Refuse options that do not apply.
-
-    Raises
-    ------
-    UsageError
-        The first that was given.
-    """
+    """Refuse options that do not apply."""
     for name, is_given in given.items():
         if is_given:
             raise UsageError(name, wanted=wanted)
