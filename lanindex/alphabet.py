@@ -111,43 +111,26 @@ HOW_BENT = ("",) * BENT + tuple(f"bent {degree}" for degree in range(BENT, SIXTH
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What the symbols of a track say.
+    """What the symbols of a track say."""
 
-    Attributes
-    ----------
-    name : str
-        ``gesture``: a limb points somewhere. ``support``: it takes the weight. ``step``: the
-        weight goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere.
-        ``turn``: it turns about the vertical. ``bend``: an elbow or a knee bends or stretches.
-        ``stance``: a foot holds the weight. ``touch``: a hand touches something. ``carrier``:
-        something else than feet takes the weight.
-        ``twist``: a part is turned against the one below. ``incline``: a part leans out of the
-        vertical.
-    words : tuple of str
-        Which words of the pattern language can be said of it, by their kind: first those of its
-        fields.
-    fields : tuple of str
-        Which of a symbol's direction, level and amount it has.
-    keyword : str
-        What its lines in LND begin with; empty: they are made of those of other tracks.
-    directions : tuple of str
-        Those that it can have.
-    amounts : tuple of str
-        What its amounts are called, by number; empty: they are degrees.
-    measures : tuple of str
-        Which of `MEASURES` can be known of it.
-    lasts : bool
-        Whether its symbols say where something is from then on, so that each known stretch begins
-        with a starting position.
-    """
-
+    # ``gesture``: a limb points somewhere. ``support``: it takes the weight. ``step``: the weight
+    # goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere. ``turn``:
+    # it turns about the vertical. ``bend``: an elbow or a knee bends or stretches. ``stance``: a
+    # foot holds the weight. ``touch``: a hand touches something. ``carrier``: something else than
+    # feet takes the weight. ``twist``: a part is turned against the one below. ``incline``: a part
+    # leans out of the vertical
     name: str
+    # Which words of the pattern language can be said of it, by their kind: first those of its
+    # fields
     words: tuple[str, ...]
-    fields: tuple[str, ...]
+    fields: tuple[str, ...]  # Which of a symbol's direction, level and amount it has
+    # What its lines in LND begin with; empty: they are made of those of other tracks
     keyword: str = ""
-    directions: tuple[str, ...] = DIRECTIONS
-    amounts: tuple[str, ...] = ()
-    measures: tuple[str, ...] = ()
+    directions: tuple[str, ...] = DIRECTIONS  # Those that it can have
+    amounts: tuple[str, ...] = ()  # What its amounts are called, by number; empty: they are degrees
+    measures: tuple[str, ...] = ()  # Which of `MEASURES` can be known of it
+    # Whether its symbols say where something is from then on, so that each known stretch begins
+    # with a starting position
     lasts: bool = False
 
     @property
@@ -209,24 +192,13 @@ LINES = {kind.keyword: kind for kind in KINDS.values() if kind.keyword}
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One part of the body that moves: a child joint seen from a parent joint.
+    """One part of the body that moves: a child joint seen from a parent joint."""
 
-    Attributes
-    ----------
-    name : str
-        As written in LND: ``r_arm``.
-    group : str
-        The part without its side: ``arm``; profiles keep one set of files a group.
-    side : str
-        ``r``, ``l`` or the empty string.
-    chain : tuple of str
-        Joints from the parent to the child; the part's length is the sum of the bones between. A
-        palm's is one of `PALMS`.
-    """
-
-    name: str
-    group: str
-    side: str
+    name: str  # As written in LND: ``r_arm``
+    group: str  # The part without its side: ``arm``; profiles keep one set of files a group
+    side: str  # ``r``, ``l`` or the empty string
+    # Joints from the parent to the child; the part's length is the sum of the bones between. A
+    # palm's is one of `PALMS`
     chain: tuple[str, ...]
 
     @property
@@ -294,12 +266,6 @@ def mirrored_part(name: str) -> str:
     """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``.
 
     What has no side is its own: of a jump, a way and a turn only the directions are mirrored.
-
-    Examples
-    --------
-    >>> from lanindex.alphabet import mirrored_part
-    >>> mirrored_part("r_arm"), mirrored_part("head"), mirrored_part("body_turn")
-    ('l_arm', 'head', 'body_turn')
     """
     return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]
 
@@ -308,25 +274,12 @@ def is_limb(part: str) -> bool:
     """Return whether a part is always somehow: it points, carries or is bent, from the beginning.
 
     What the body does as a whole just happens, and has no starting position.
-
-    Examples
-    --------
-    >>> from lanindex.alphabet import is_limb
-    >>> is_limb("r_arm"), is_limb("l_support"), is_limb("r_leg_bend"), is_limb("step")
-    (True, True, True, False)
     """
     return kind_of(part) in ("gesture", "support", "bend")
 
 
 def amounts_of(part: str) -> tuple[str, ...]:
-    """Return what the amounts of a part's track may be; nothing where they are numbers.
-
-    Examples
-    --------
-    >>> from lanindex.alphabet import amounts_of
-    >>> amounts_of("hands_touch"), amounts_of("r_hand_touch")[:3], amounts_of("body_turn")
-    (('hand',), ('head', 'trunk', 'arm'), ())
-    """
+    """Return what the amounts of a part's track may be; nothing where they are numbers."""
     if part == "hands_touch":
         return TOUCHED[:1]
     kind = KINDS[kind_of(part)]
@@ -345,12 +298,5 @@ _KIND_OF_GROUP = {
 
 
 def kind_of(part: str) -> str:
-    """Return of which kind a part's track is; of a part that nobody knows, a gesture.
-
-    Examples
-    --------
-    >>> from lanindex.alphabet import kind_of
-    >>> kind_of("r_arm"), kind_of("l_support"), kind_of("body_turn")
-    ('gesture', 'support', 'turn')
-    """
+    """Return of which kind a part's track is; of a part that nobody knows, a gesture."""
     return _KIND_OF_GROUP.get(part[2:] if part[:2] in ("r_", "l_") else part, "gesture")

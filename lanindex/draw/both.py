@@ -30,38 +30,7 @@ def both(
     bars: int | None = BARS,
     seconds: bool = True,
 ) -> Picture:
-    """Draw two scores beside each other, in the same columns and at the same heights.
-
-    Parameters
-    ----------
-    scores : sequence of Score
-        Two.
-    marked : sequence of iterable of Symbol
-        For each, the symbols over which a band lies.
-    titles : sequence of str
-        What they are called.
-    parts : sequence of str, optional
-        Only these tracks; else all but the finer ones of limbs that are there as a whole.
-    start, stop : float
-        Seconds from and to which they are drawn.
-    bars : int, optional
-        Bars of a staff, or fives of seconds; None: two long strips.
-    seconds : bool
-        Whether to count seconds, and not the beats of the first.
-
-    Raises
-    ------
-    UsageError
-        Where one is empty, or none has such a part, or nothing lies between start and stop.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.draw.both import both
-    >>> score = lanindex.read_lnd("corpus/jumping_jacks.lnd")
-    >>> both((score, score), ([], [])).summary
-    'A: 60 symbols, B: 60 symbols; Labanotation, time upwards: 12 s'
-    """
+    """Draw two scores beside each other, in the same columns and at the same heights."""
     end = max(float(score.frames / score.rate) for score in scores)
     last = end if stop is None else min(stop, end)
     if not 0 <= start < last:

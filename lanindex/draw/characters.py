@@ -20,29 +20,16 @@ _SHORTER = {
 
 @dataclass(frozen=True, slots=True)
 class Signs:
-    """The characters of a staff.
+    """The characters of a staff."""
 
-    Attributes
-    ----------
-    directions, turns : tuple of str
-        By a direction's code; what turns has others.
-    levels, bars : tuple of str
-        By a level's code, and last where there is none.
-    bends : tuple of str
-        To bend, to stretch.
-    cell : int
-        How many there are in a column, behind one for the mark.
-    mark, line, rule, double, fold, hold : str
-        Before what is marked; the staff's lines, upright, across, and where it begins and ends;
-        rows that say nothing new; a foot that stands.
-    """
-
-    directions: tuple[str, ...]
+    directions: tuple[str, ...]  # By a direction's code; what turns has others
     turns: tuple[str, ...]
-    levels: tuple[str, ...]
+    levels: tuple[str, ...]  # By a level's code, and last where there is none
     bars: tuple[str, ...]
-    bends: tuple[str, str]
-    cell: int
+    bends: tuple[str, str]  # To bend, to stretch
+    cell: int  # How many there are in a column, behind one for the mark
+    # Before what is marked; the staff's lines, upright, across, and where it begins and ends; rows
+    # that say nothing new; a foot that stands
     mark: str
     line: str
     rule: str
@@ -52,14 +39,7 @@ class Signs:
 
     @property
     def legend(self) -> str:
-        """What the signs mean, in a line.
-
-        Examples
-        --------
-        >>> from lanindex.draw.characters import ASCII
-        >>> ASCII.legend[:43]
-        'time runs down; f forward, r right, o place'
-        """
+        """What the signs mean, in a line."""
         (right, _, forward, *_, place), (low, mid, high, _) = self.directions, self.levels
         return (
             f"time runs down; {forward} forward, {right} right, {place} place, {high} high,"
@@ -68,15 +48,7 @@ class Signs:
         )
 
     def of(self, kind: Kind, direction: int, level: int, amount: int) -> str:
-        """Return the sign of a symbol, from its codes; what is less than 0 stands for nothing.
-
-        Examples
-        --------
-        >>> from lanindex.alphabet import KINDS
-        >>> from lanindex.draw.characters import ASCII
-        >>> ASCII.of(KINDS["gesture"], 1, 2, 3), ASCII.of(KINDS["turn"], 4, -1, 90)
-        ('rfH3', 'l90')
-        """
+        """Return the sign of a symbol, from its codes; what is less than 0 stands for nothing."""
         where = self.turns if kind.name in ("turn", "twist") else self.directions
         said = where[direction] if direction >= 0 else ""
         said += self.levels[level] if level >= 0 else ""
@@ -115,14 +87,7 @@ ASCII = Signs(
 
 
 def names_of(parts: Iterable[str]) -> Iterator[list[str]]:
-    """Yield what stands above the columns of some tracks, word by word.
-
-    Examples
-    --------
-    >>> from lanindex.draw.characters import names_of
-    >>> list(names_of(["l_support", "head", "r_upper_arm"]))
-    [['L', '', 'R'], ['supp', 'head', 'uppr'], ['', '', 'arm']]
-    """
+    """Yield what stands above the columns of some tracks, word by word."""
     words = []
     for part in parts:
         side = part[0].upper() if part[:2] in ("r_", "l_") else ""

@@ -16,18 +16,10 @@ FIVE = 5
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """How time becomes a count.
+    """How time becomes a count."""
 
-    Attributes
-    ----------
-    score : Score
-        Whose.
-    seconds : bool
-        Whether seconds are counted, and not beats.
-    """
-
-    score: Score
-    seconds: bool
+    score: Score  # Whose
+    seconds: bool  # Whether seconds are counted, and not beats
 
     @property
     def bar(self) -> int:

@@ -66,21 +66,12 @@ _TOUCHED = {
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """The columns of a staff.
+    """The columns of a staff."""
 
-    Attributes
-    ----------
-    places : dict of str to int
-        By track, the middle of its column, counted from the centre line, units.
-    inner : int
-        From the centre to the staff's outer lines.
-    left, right : int
-        From the centre to the end of the columns on either side.
-    """
-
+    # By track, the middle of its column, counted from the centre line, units
     places: dict[str, int]
-    inner: int
-    left: int
+    inner: int  # From the centre to the staff's outer lines
+    left: int  # From the centre to the end of the columns on either side
     right: int
 
     def touched(self, part: str, thing: str) -> tuple[int, int]:
@@ -104,14 +95,7 @@ class Columns:
 
 
 def usual(tracks: Collection[str]) -> list[str]:
-    """Return which tracks are drawn where nobody asks for some: the finer ones are not.
-
-    Examples
-    --------
-    >>> from lanindex.draw.columns import usual
-    >>> usual(["r_arm", "r_forearm", "l_forearm", "step", "head"])
-    ['r_arm', 'l_forearm', 'head']
-    """
+    """Return which tracks are drawn where nobody asks for some: the finer ones are not."""
     hidden = {
         side + bone
         for limb, bones in _FINER.items()
@@ -128,14 +112,7 @@ def known(part: str) -> bool:
 
 
 def columns(parts: Iterable[str]) -> Columns:
-    """Return where the columns of some tracks stand.
-
-    Examples
-    --------
-    >>> from lanindex.draw.columns import columns
-    >>> columns(["r_arm", "head"])
-    Columns(places={'r_arm': 420, 'head': 588}, inner=336, left=336, right=672)
-    """
+    """Return where the columns of some tracks stand."""
     wanted, places = set(parts), dict[str, int]()
     at = inner = ends_left = ends_right = 0
     inside = [pair for rank, pair in enumerate(_INSIDE) if rank < _ALWAYS or wanted & {*pair}]

@@ -36,50 +36,27 @@ NAMES = round(4.2 * C)
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """What one staff shows of a symbol.
+    """What one staff shows of a symbol."""
 
-    Attributes
-    ----------
-    x, y : int
-        The staff's centre line, and where the piece ends below.
-    low, high : int
-        From and to which height of the symbol.
-    """
-
-    x: int
+    x: int  # The staff's centre line, and where the piece ends below
     y: int
-    low: int
+    low: int  # From and to which height of the symbol
     high: int
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Staves on paper.
+    """Staves on paper."""
 
-    Attributes
-    ----------
-    start, stop : float
-        Counts that the staves begin and end with.
-    edges : tuple of int
-        Heights above the beginning at which the staves begin, and the last one ends.
-    columns : Columns
-        Of each staff.
-    tallest : int
-        Height of the tallest staff.
-    score, scores : int
-        Which of how many scores that share the paper, staff beside staff.
-    beat : int
-        Height of a count.
-    """
-
-    start: float
+    start: float  # Counts that the staves begin and end with
     stop: float
+    # Heights above the beginning at which the staves begin, and the last one ends
     edges: tuple[int, ...]
-    columns: Columns
-    tallest: int
-    score: int = 0
+    columns: Columns  # Of each staff
+    tallest: int  # Height of the tallest staff
+    score: int = 0  # Which of how many scores that share the paper, staff beside staff
     scores: int = 1
-    beat: int = BEAT
+    beat: int = BEAT  # Height of a count
 
     @property
     def pitch(self) -> int:
@@ -149,12 +126,6 @@ def apart(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]
 
     One that is too short grows into what is free above and below it; where nothing is, it takes
     up to a third of the one below.
-
-    Examples
-    --------
-    >>> from lanindex.draw.layout import apart
-    >>> apart([(0, 90), (90, 100), (100, 200)], 50), apart([(0, 0), (40, 50)], 50)
-    ([(0, 60), (60, 100), (100, 200)], [(0, 40), (40, 90)])
     """
     found: list[tuple[int, int]] = []
     for index, (low, high) in enumerate(spans):

@@ -38,24 +38,7 @@ _SAMPLES = {
 def legend(
     kinds: Collection[str], x: int, y: int, *, marked: bool = False
 ) -> tuple[list[Group], int]:
-    """Return what signs mean, a row each, and how high that is.
-
-    Parameters
-    ----------
-    kinds : collection of str
-        Kinds of tracks that are drawn.
-    x, y : int
-        The upper left corner.
-    marked : bool
-        Whether bands lie over some symbols.
-
-    Examples
-    --------
-    >>> from lanindex.draw.legend import legend
-    >>> rows, height = legend(["gesture", "jump"], 0, 0)
-    >>> [row.title for row in rows][-2:]
-    ['low; a support: knees bent', 'is in the air']
-    """
+    """Return what signs mean, a row each, and how high that is."""
     rows = list[Group]()
     for number, (marks, said) in enumerate(_rows(kinds, x + C, y + _PITCH, marked)):
         words = Text(

@@ -176,14 +176,7 @@ class Page:
 
 
 def short(seconds: float) -> str:
-    """Return a time in as few digits as tell milliseconds.
-
-    Examples
-    --------
-    >>> from lanindex.draw.page import short
-    >>> short(1.5), short(1 / 3)
-    ('1.5', '0.333')
-    """
+    """Return a time in as few digits as tell milliseconds."""
     return f"{seconds:.3f}".rstrip("0").rstrip(".")
 
 

@@ -14,23 +14,7 @@ RATIO = 2**0.5
 
 
 def pages(picture: Picture) -> list[Picture]:
-    """Return a picture cut between staves, each page as high as it.
-
-    Parameters
-    ----------
-    picture : Picture
-        Any; one without staves is a page.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.draw import draw
-    >>> from lanindex.draw.pages import pages
-    >>> score = lanindex.read_lnd("corpus/semaphore.lnd")
-    >>> picture = draw(score, bars=4)
-    >>> len(picture.staves), [len(page.staves) for page in pages(picture)]
-    (7, [5, 2])
-    """
+    """Return a picture cut between staves, each page as high as it."""
     staves = picture.staves
     if len(staves) < 2:
         return [picture]

@@ -17,25 +17,13 @@ Points = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Some lines from point to point.
+    """Some lines from point to point."""
 
-    Attributes
-    ----------
-    x, y : int
-        Where their points are counted from.
-    lines : tuple of Points
-        Each from its first point to its last.
-    closed : bool
-        Whether each of more than two points goes on to its first.
-    style : str
-        One of `lanindex.draw.svg.STYLES`.
-    """
-
-    x: int
+    x: int  # Where their points are counted from
     y: int
-    lines: tuple[Points, ...]
-    closed: bool = False
-    style: str = ""
+    lines: tuple[Points, ...]  # Each from its first point to its last
+    closed: bool = False  # Whether each of more than two points goes on to its first
+    style: str = ""  # One of `lanindex.draw.svg.STYLES`
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,20 +50,11 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Marks that belong together, and what they say.
+    """Marks that belong together, and what they say."""
 
-    Attributes
-    ----------
-    marks : tuple of Mark
-        What is drawn.
-    title : str
-        What it is, in words.
-    data : Mapping of str to str
-        What programs read: part, direction, level, start, end, amount.
-    """
-
-    marks: tuple[Mark, ...]
-    title: str = ""
+    marks: tuple[Mark, ...]  # What is drawn
+    title: str = ""  # What it is, in words
+    # What programs read: part, direction, level, start, end, amount
     data: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -84,44 +63,20 @@ Mark = Path | Circle | Text | Group
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A score as a picture.
+    """A score as a picture."""
 
-    Attributes
-    ----------
-    width, height : int
-        Units; `C` is the width of a symbol, `PIXEL` a pixel.
-    title, summary : str
-        What it shows, for those who do not see it.
-    marks : tuple of Mark
-        What is drawn, in order.
-    warnings : tuple of str
-        What is not drawn.
-    staves : tuple of int
-        Where each staff begins, from left to right: between them it can be cut.
-    left : int
-        Where it begins, of a page of a larger one.
-    """
-
-    width: int
+    width: int  # Units; `C` is the width of a symbol, `PIXEL` a pixel
     height: int
-    title: str
+    title: str  # What it shows, for those who do not see it
     summary: str
-    marks: tuple[Mark, ...]
-    warnings: tuple[str, ...] = ()
+    marks: tuple[Mark, ...]  # What is drawn, in order
+    warnings: tuple[str, ...] = ()  # What is not drawn
+    # Where each staff begins, from left to right: between them it can be cut
     staves: tuple[int, ...] = ()
-    left: int = 0
+    left: int = 0  # Where it begins, of a page of a larger one
 
     def groups(self) -> list[Group]:
-        """Return the marks of symbols, in order.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> from lanindex.draw import draw
-        >>> picture = draw(lanindex.read_lnd("corpus/jumping_jacks.lnd"))
-        >>> picture.groups()[1].title
-        'right arm, right high, 2-2.5 s'
-        """
+        """Return the marks of symbols, in order."""
         return [mark for mark in self.marks if isinstance(mark, Group) and mark.data]
 
 

@@ -30,22 +30,7 @@ MOST = 100_000_000
 
 
 def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
-    """Return a picture as a file.
-
-    Parameters
-    ----------
-    picture : Picture
-        Any.
-    form : str
-        Of `FORMS`.
-    scale : float
-        How large.
-
-    Raises
-    ------
-    ExportError
-        Where what makes it is not installed, or it would be too large.
-    """
+    """Return a picture as a file."""
     if form == "svg":
         return svg.write(picture, scale=scale).encode()
     if form == "png":
@@ -60,19 +45,7 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
 
 
 def image(text: str) -> bytes:
-    """Return SVG as PNG.
-
-    Raises
-    ------
-    ExportError
-        Where what makes it is not installed.
-
-    Examples
-    --------
-    >>> from lanindex.draw.render import image
-    >>> image('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>')[1:4]
-    b'PNG'
-    """
+    """Return SVG as PNG."""
     with _installed("png"):
         return _png(text)
 

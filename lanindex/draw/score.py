@@ -33,42 +33,7 @@ def draw(
     legend: bool = False,
     beat: int = BEAT,
 ) -> Picture:
-    """Draw a score.
-
-    Parameters
-    ----------
-    score : Score
-        Any; what is only passed on the way is not drawn.
-    title : str
-        What the picture is called.
-    parts : sequence of str, optional
-        Only these tracks; else all but the finer ones of limbs that are there as a whole.
-    start, stop : float
-        Seconds from and to which it is drawn.
-    bars : int, optional
-        Bars of a staff; None: one long strip.
-    seconds : bool
-        Whether to count seconds, fives of them instead of bars, and not beats.
-    marked : iterable of Symbol
-        Symbols of the score over which a band lies.
-    legend : bool
-        Whether what the signs mean stands at the right.
-    beat : int
-        Height of a beat or second, in units of the picture.
-
-    Raises
-    ------
-    UsageError
-        Where the score is empty, or has no such part, or nothing lies between start and stop.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.draw import draw
-    >>> picture = draw(lanindex.read_lnd("corpus/jumping_jacks.lnd"), title="jumping jacks")
-    >>> picture.summary
-    'Labanotation, time upwards: 12 s, 60 symbols of r_arm, l_arm, r_leg, l_leg'
-    """
+    """Draw a score."""
     end = float(score.frames / score.rate)
     last = end if stop is None else min(stop, end)
     if not 0 <= start < last:
@@ -102,20 +67,7 @@ def draw(
 
 
 def chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
-    """Return which tracks are drawn, and what is to say of others.
-
-    Raises
-    ------
-    UsageError
-        Where there is none of them, or no column for one that is asked for.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.draw.score import chosen
-    >>> chosen(lanindex.read_lnd("corpus/conductor_three.lnd"), None)
-    (['r_arm', 'l_arm'], ())
-    """
+    """Return which tracks are drawn, and what is to say of others."""
     there = [part for part in score.tracks if len(score.tracks[part])]
     if not there:
         raise UsageError("an empty score", wanted="a symbol in it")

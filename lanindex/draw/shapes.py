@@ -34,14 +34,7 @@ _DOT = 0.11
 
 
 def mirrored(direction: str) -> str:
-    """Return the mirror image of a direction.
-
-    Examples
-    --------
-    >>> from lanindex.draw.shapes import mirrored
-    >>> mirrored("r_forward"), mirrored("back"), mirrored("")
-    ('l_forward', 'back', '')
-    """
+    """Return the mirror image of a direction."""
     return DIRECTIONS[MIRRORED[DIRECTION_CODES[direction]]] if direction else ""
 
 
@@ -56,23 +49,7 @@ def sign(
     left: bool = False,
     width: int = C,
 ) -> list[Mark]:
-    """Return the marks of a direction and a level.
-
-    Parameters
-    ----------
-    x, y : int
-        Where the lower left corner of what is seen lies in the picture.
-    direction, level : str or None
-        As in LND; None: there is none, or it is not known.
-    height : int
-        Of the whole shape.
-    seen : (int, int), optional
-        From and to which height it is seen: the rest stands on another staff.
-    left : bool
-        Whether it stands in a column to the left, so that chimneys stand at its right.
-    width : int
-        Of the whole shape.
-    """
+    """Return the marks of a direction and a level."""
     low, high = seen or (0, height)
     outline = _outline(direction or "", height, low, high, left, width)
     strokes = _strokes(outline) if level == "high" else ()

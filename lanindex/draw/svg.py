@@ -38,25 +38,7 @@ _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
-    """Return a picture as SVG.
-
-    Parameters
-    ----------
-    picture : Picture
-        Any.
-    scale : float
-        How large: at 1 a symbol is 14 pixels wide.
-    ink : str
-        The colour of all lines and texts.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.draw import draw, svg
-    >>> text = svg.write(draw(lanindex.read_lnd("corpus/jumping_jacks.lnd")))
-    >>> text[:40], text.count("<title>")
-    ('<svg xmlns="http://www.w3.org/2000/svg" ', 61)
-    """
+    """Return a picture as SVG."""
     width, height = (f"{it / PIXEL * scale:g}" for it in (picture.width, picture.height))
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
@@ -68,15 +50,7 @@ def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
 
 
 def placed(picture: Picture, x: float, y: float, *, scale: float = 1.0, ink: str = INK) -> str:
-    """Return a picture as a group of a larger one in SVG, its upper left corner at a point.
-
-    Examples
-    --------
-    >>> from lanindex.draw import svg
-    >>> from lanindex.draw.picture import Picture, line
-    >>> svg.placed(Picture(20, 10, "", "", (line(0, 0, 20, 10),)), 5, 5)[:32]
-    '<g transform="translate(5 5) sca'
-    """
+    """Return a picture as a group of a larger one in SVG, its upper left corner at a point."""
     left = x - picture.left * scale / PIXEL
     where = f'transform="translate({left:g} {y:g}) scale({scale / PIXEL:g})"'
     return f"<g {where}{_ROOT.format(ink=ink)}>\n{_body(picture)}</g>\n"

@@ -50,25 +50,16 @@ _FIRST = (
 
 @dataclass(frozen=True, slots=True)
 class _Column:
-    """What a track does between two frames.
+    """What a track does between two frames."""
 
-    Attributes
-    ----------
-    part : str
-        Whose.
-    symbols, before : list of (str, str, bool)
-        The sign of each, its bar, and whether it is marked; the one in force at the beginning.
-    keys, ends : list of int
-        The row in which each begins, times `_WITHIN`, and the last row that it reaches.
-    known, stands : list of int
-        Rows in which the part begins to be seen, ceases to be seen ..., and the foot to stand.
-    """
-
-    part: str
+    part: str  # Whose
+    # The sign of each, its bar, and whether it is marked; the one in force at the beginning
     symbols: list[tuple[str, str, bool]]
+    # The row in which each begins, times `_WITHIN`, and the last row that it reaches
     keys: list[int]
     ends: list[int]
     before: list[tuple[str, str, bool]]
+    # Rows in which the part begins to be seen, ceases to be seen ..., and the foot to stand
     known: list[int]
     stands: list[int]
 
@@ -93,35 +84,7 @@ class _Column:
 
 
 class Staff:
-    """A score that can be shown as text, whole or in stretches.
-
-    Parameters
-    ----------
-    score : Score
-        Any; what is only passed on the way is not shown.
-    signs : Signs
-        Its characters.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.draw.characters import ASCII
-    >>> from lanindex.draw.text import Staff
-    >>> staff = Staff(lanindex.read_lnd("corpus/jumping_jacks.lnd"), ASCII)
-    >>> for line in staff.lines(30, 48, parts=["r_arm", "l_arm"]):
-    ...     print("".join(text for text, _ in line))
-           L    | R
-           arm  | arm
-           oL   | oL
-          -------------
-     1.88       |
-                |
-     2.00  lH   | rH
-        :  ::   | ::
-     2.50  oL   | oL
-        :  ##   | ##
-          -------------
-    """
+    """A score that can be shown as text, whole or in stretches."""
 
     def __init__(self, score: Score, signs: Signs = UNICODE) -> None:
         self.score, self.signs = score, signs
@@ -144,25 +107,7 @@ class Staff:
         marked: Iterable[Symbol] = (),
         width: int | None = None,
     ) -> Iterator[Line]:
-        """Yield the lines of a staff.
-
-        Parameters
-        ----------
-        start, stop : int
-            Frames, half-open.
-        parts : sequence of str, optional
-            Only these tracks, even if they are still; else those that move meanwhile, but the
-            finer ones of limbs that are there as a whole.
-        marked : iterable of Symbol
-            Symbols that are marked; their parts are shown in any case.
-        width : int, optional
-            Characters of a line: what has no room is named below.
-
-        Raises
-        ------
-        UsageError
-            Where the score is empty, or nothing lies between start and stop.
-        """
+        """Yield the lines of a staff."""
         last = self.score.frames if stop is None else min(stop, self.score.frames)
         if not self._rows:
             raise UsageError("an empty score", wanted="a symbol in it")

@@ -75,27 +75,18 @@ _INSTEAD = {"hand": "forearm", "foot": "shank"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Figure:
-    """The body of a motion, frame by frame.
+    """The body of a motion, frame by frame."""
 
-    Attributes
-    ----------
-    places : ndarray
-        (T, 20, 3) float32, mm, y up: ``alphabet.JOINTS`` at the frames of the source; NaN where a
-        joint is absent or unknown.
-    bones : ndarray
-        (B, 2) int64: the two joints of each bone, the inner one first; both are there, though
-        there may be frames in which they are unknown.
-    parts : tuple of str
-        (B) of which part each bone is, the finest that there is: ``torso``, ``head``,
-        ``r_upper_arm``, ``l_foot`` ...
-    rate : Fraction
-        Frames a second.
-    """
-
+    # (T, 20, 3) float32, mm, y up: ``alphabet.JOINTS`` at the frames of the source; NaN where a
+    # joint is absent or unknown
     places: NDArray[np.float32]
+    # (B, 2) int64: the two joints of each bone, the inner one first; both are there, though there
+    # may be frames in which they are unknown
     bones: NDArray[np.int64]
+    # (B) of which part each bone is, the finest that there is: ``torso``, ``head``,
+    # ``r_upper_arm``, ``l_foot``
     parts: tuple[str, ...]
-    rate: Fraction
+    rate: Fraction  # Frames a second
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -104,20 +95,7 @@ class Figure:
     def shown(self, tracks: Iterable[str]) -> NDArray[np.bool_]:
         """Return which bones show what some tracks say.
 
-        Parameters
-        ----------
-        tracks : iterable of str
-            Of ``alphabet.TRACKS``: ``r_arm``, ``step``, ``hands_touch`` ...
-
-        Returns
-        -------
-        ndarray
-            (B,) bool. Of a hand or foot that the capture does not have, the bone before it.
-
-        Raises
-        ------
-        UsageError
-            There is no such track.
+        returns (B,) bool.
         """
         found: set[str] = set()
         for track in tracks:
@@ -144,33 +122,7 @@ def _bones_of(track: str) -> tuple[str, ...]:
 
 
 def figure(motion: Motion) -> Figure:
-    """Return the stick figure of a motion.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any. Frames of a calibration pose are replaced by the first one of the movement; a pelvis
-        that is absent is the middle of the hips.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    EncodeError
-        It has no frames, or no bone of a body.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.film.figure import figure
-    >>> found = figure(lanindex.read("corpus/compass.bvh"))
-    >>> found.places.shape, len(found.bones), found.parts[:4]
-    ((840, 20, 3), 19, ('torso', 'torso', 'head', 'torso'))
-    >>> [part for part, own in zip(found.parts, found.shown(["r_arm"])) if own]
-    ['r_upper_arm', 'r_forearm']
-    """
+    """Return the stick figure of a motion."""
     path = motion.source.path
     if not len(motion):
         raise EncodeError("no frames", place=path, wanted="one at least")

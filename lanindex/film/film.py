@@ -40,58 +40,7 @@ SIDES = {"front": 0.0, "side": -90.0}
 
 
 class Film:
-    """A motion beside its score.
-
-    Parameters
-    ----------
-    figure : Figure
-        What is shown.
-    score : Score
-        Of the same movement, at any rate.
-    start, stop : float, optional
-        Seconds from and to which it is shown.
-    rate : Fraction or int
-        Film frames a second.
-    size : tuple of int
-        Width and height, pixels, both even.
-    view : str or float
-        ``auto``: from where what matched, or the parts asked for, or the whole body moves most;
-        ``front``, ``side``; or degrees from the front, to the left of the body.
-    parts : sequence of str, optional
-        Tracks that the staff shows.
-    marked : sequence of Symbol
-        Of the score: over these lies a band, and their limbs are coloured while they last.
-    seconds : bool
-        Whether the staff counts seconds, and not beats.
-
-    Attributes
-    ----------
-    times : ndarray
-        (N,) float64, seconds of the movement that the frames show.
-    frames : ndarray
-        (N,) int64, frames of the figure that they show.
-
-    Raises
-    ------
-    UsageError
-        Where nothing lies between start and stop, or size or view make no sense.
-    ExportError
-        Where there is a single frame, or no joint is known.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.film.figure import figure
-    >>> from lanindex.film.film import Film
-    >>> motion = lanindex.read("corpus/jumping_jacks.bvh")
-    >>> film = Film(figure(motion), lanindex.encode(motion), start=2, stop=4, rate=20)
-    >>> len(film), film.frames[:4].tolist(), film.scene.view.turn
-    (40, [60, 61, 63, 64], 0.0)
-    >>> next(film.pictures()).size
-    (640, 480)
-    >>> film.written("gif")[:6]
-    b'GIF89a'
-    """
+    """A motion beside its score."""
 
     def __init__(
         self,
@@ -196,20 +145,7 @@ class Film:
     def written(
         self, form: str, watched: Callable[[Iterator[Image]], Iterator[Image]] = iter
     ) -> bytes:
-        """Return it as a file.
-
-        Parameters
-        ----------
-        form : str
-            Of `lanindex.film.reel.FORMS`.
-        watched : callable
-            Passes the frames on, and may count them.
-
-        Raises
-        ------
-        ExportError
-            Where what makes it is not installed.
-        """
+        """Return it as a file."""
         try:
             return reels.reel(watched(self.pictures()), form, self.size, self.rate)
         except ImportError as error:
@@ -222,13 +158,6 @@ class Film:
 def turned_of(named: str | float) -> float:
     """Return how far from the front a view is that has a name or is told in degrees.
 
-    Raises
-    ------
-    UsageError
-        It is neither.
-
-    Examples
-    --------
     >>> from lanindex.film.film import turned_of
     >>> turned_of("side"), turned_of("45")
     (-90.0, 45.0)

@@ -19,24 +19,7 @@ HITS = 1000
 
 
 def page(shots: Sequence[Shot], title: str) -> str:
-    """Return hits as a page.
-
-    Parameters
-    ----------
-    shots : sequence of Shot
-        Any.
-    title : str
-        What was searched for.
-
-    Examples
-    --------
-    >>> from lanindex.film.page import page
-    >>> from lanindex.film.shot import Shot
-    >>> gone = Shot("<walk>.bvh", "", "0.50-1.20 s", "r_arm high", trouble="is gone")
-    >>> text = page([gone], "r_arm high")
-    >>> "&lt;walk&gt;.bvh" in text, "is gone" in text
-    (True, True)
-    """
+    """Return hits as a page."""
     template = Template(Path(__file__).with_name("page.html").read_text("utf-8"))
     count = f"{len(shots)} hit{'s' * (len(shots) != 1)}"
     cards = "".join(map(_card, shots))

@@ -48,19 +48,7 @@ _HEAD = JOINT_CODES["Head"]
 
 
 class Painter:
-    """Draws a figure in a scene.
-
-    Parameters
-    ----------
-    figure : Figure
-        Whose bones.
-    scene : Scene
-        Where they are.
-    lit : ndarray
-        (N, B) bool, which bones have the colour of what matched, a row each film frame.
-    rate : float
-        Film frames a second.
-    """
+    """Draws a figure in a scene."""
 
     def __init__(self, figure: Figure, scene: Scene, lit: NDArray[np.bool_], rate: float) -> None:
         self.scene, self.lit, self.trail = scene, lit, round(TRAIL * rate)

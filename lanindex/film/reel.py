@@ -54,19 +54,7 @@ _STEP = 10  # from one shade to the next: Pillow mixes up those that are closer
 
 
 def form_of(name: str) -> str:
-    """Return the form that a file's ending tells.
-
-    Raises
-    ------
-    UsageError
-        No film is written so.
-
-    Examples
-    --------
-    >>> from lanindex.film.reel import form_of
-    >>> form_of("walk.MP4")
-    'mp4'
-    """
+    """Return the form that a file's ending tells."""
     ending = name.rpartition(".")[2].lower() if "." in name else ""
     if ending not in FORMS:
         raise UsageError(f'"{shown(name)}"', wanted=f"an ending of {', '.join(FORMS)}")
@@ -74,35 +62,7 @@ def form_of(name: str) -> str:
 
 
 def reel(frames: Iterable[Image], form: str, size: tuple[int, int], rate: Fraction) -> bytes:
-    """Return frames as a film.
-
-    Parameters
-    ----------
-    frames : iterable of Image
-        RGB, all of one size; taken one by one.
-    form : str
-        Of `FORMS`.
-    size : tuple of int
-        Width and height, pixels, both even.
-    rate : Fraction
-        Frames a second.
-
-    Raises
-    ------
-    ExportError
-        Where what makes it is not installed.
-    UsageError
-        There are more frames a second than viewers of the form show.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from PIL import Image
-    >>> from lanindex.film.reel import reel
-    >>> shades = (Image.new("RGB", (64, 48), (it, it, it)) for it in range(0, 250, 10))
-    >>> reel(shades, "gif", (64, 48), Fraction(20))[:6]
-    b'GIF89a'
-    """
+    """Return frames as a film."""
     if rate > (most := FASTEST.get(form, 1000)):
         wanted = f"{most} at most: viewers of {form} show no more"
         raise UsageError(f"{float(rate):g} frames a second", place="--fps", wanted=wanted)

@@ -11,21 +11,7 @@ from lanindex.model import Score, Track
 
 
 class Rows:
-    """What is drawn of each track, in order.
-
-    Parameters
-    ----------
-    score : Score
-        All of it.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.film.rows import Rows
-    >>> rows = Rows(lanindex.read_lnd("corpus/jumping_jacks.lnd"))
-    >>> [str(symbol) for symbol in rows.around(4.2, 4.3, ["r_arm"]).symbols()]
-    ['r_arm place low [56, 64)', 'r_arm right high [64, 72)', 'r_arm place low [72, 80)']
-    """
+    """What is drawn of each track, in order."""
 
     def __init__(self, score: Score) -> None:
         self.score, self._held = score, {}

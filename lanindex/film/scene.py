@@ -42,36 +42,19 @@ _FAR = 50  # squares to the side: of more no floor is drawn
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A figure on a picture.
+    """A figure on a picture."""
 
-    Attributes
-    ----------
-    size : tuple of int
-        Width and height, pixels.
-    scale : float
-        Pixels in a millimetre.
-    points : ndarray
-        (N, 20, 2) float32, pixels from the upper left corner, x to the right, y down: the joints,
-        a row each film frame; NaN where unknown.
-    depths : ndarray
-        (N, 20) float32, mm towards the eye.
-    eye : ndarray
-        (N, 3) float64, mm to the right, up and towards the eye (level): what is in the middle.
-    view : View
-        From where it is seen.
-    floor : float or None
-        How high the floor is, mm; None where no foot tells it.
-    path : ndarray
-        (N, 2) float32, pixels as if seen with the first frame's eye: the pelvis, on the floor.
-    """
-
-    size: tuple[int, int]
-    scale: float
+    size: tuple[int, int]  # Width and height, pixels
+    scale: float  # Pixels in a millimetre
+    # (N, 20, 2) float32, pixels from the upper left corner, x to the right, y down: the joints, a
+    # row each film frame; NaN where unknown
     points: Floats
-    depths: Floats
+    depths: Floats  # (N, 20) float32, mm towards the eye
+    # (N, 3) float64, mm to the right, up and towards the eye (level): what is in the middle
     eye: NDArray[np.float64]
-    view: View
-    floor: float | None
+    view: View  # From where it is seen
+    floor: float | None  # How high the floor is, mm; None where no foot tells it
+    # (N, 2) float32, pixels as if seen with the first frame's eye: the pelvis, on the floor
     path: Floats
 
     def __len__(self) -> int:
@@ -126,35 +109,7 @@ def scene(
 
     All that moves is shown at one scale; where that would make it small, whoever goes is followed.
 
-    Parameters
-    ----------
-    figure : Figure
-        Of a motion.
-    frames : ndarray
-        (N,) int64, which frame of the motion each film frame shows.
-    view : View
-        From where.
-    size : tuple of int
-        Width and height, pixels.
-    rate : float
-        Film frames a second.
-
-    Raises
-    ------
-    ExportError
-        Nothing is known of the body in these frames.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.film.figure import figure
-    >>> from lanindex.film.scene import scene
-    >>> from lanindex.film.view import View
-    >>> body = figure(lanindex.read("corpus/compass.bvh"))
-    >>> found = scene(body, np.arange(0, 840, 2), View(0), (320, 480), 15)
-    >>> len(found), found.points.shape, round(found.floor)
-    (420, (420, 20, 2), 30)
+    `frames`: (N,) int64, which frame of the motion each film frame shows.
     """
     places = figure.places[frames]
     known = ~np.isnan(places[..., 0])

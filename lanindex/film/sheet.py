@@ -22,24 +22,7 @@ _COLUMNS = 5
 
 
 def sheet(shots: Sequence[Shot], title: str) -> str:
-    """Return hits as a picture, SVG.
-
-    Parameters
-    ----------
-    shots : sequence of Shot
-        `HITS` or so.
-    title : str
-        What was searched for.
-
-    Examples
-    --------
-    >>> from lanindex.film.sheet import sheet
-    >>> from lanindex.film.shot import Shot
-    >>> gone = Shot("walk.bvh", "", "0.50-1.20 s", "r_arm high", trouble="gone")
-    >>> text = sheet([gone], "r_arm high")
-    >>> text.startswith("<svg "), ">gone</text>" in text
-    (True, True)
-    """
+    """Return hits as a picture, SVG."""
     across = min(max(ceil(sqrt(len(shots) / 3)), 1), _COLUMNS)
     down = max(ceil(len(shots) / across), 1)
     width = across * (_CARD[0] + _GAP) + _GAP

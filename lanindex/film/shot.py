@@ -55,102 +55,44 @@ _WIDEST = 200.0  # mm that are shown, at least
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
-    """The movement of a hit, to be played.
+    """The movement of a hit, to be played."""
 
-    Attributes
-    ----------
-    places : ndarray
-        (F, K, 3) int16, mm from where the pelvis stands first, on the floor; `UNKNOWN` as it says.
-    bones : tuple of (int, int, str)
-        The two joints of each bone, and how it is drawn: one of `KINDS`.
-    head : int
-        Which joint is the head; -1: none.
-    start, seconds : float
-        Of the capture, at which it begins; how long it lasts.
-    hit : (float, float)
-        From and to which of these seconds the hit itself lasts.
-    turn : float
-        Degrees, from where it is seen.
-    """
-
+    # (F, K, 3) int16, mm from where the pelvis stands first, on the floor; `UNKNOWN` as it says
     places: NDArray[np.int16]
+    # The two joints of each bone, and how it is drawn: one of `KINDS`
     bones: tuple[tuple[int, int, str], ...]
-    head: int
-    start: float
+    head: int  # Which joint is the head; -1: none
+    start: float  # Of the capture, at which it begins; how long it lasts
     seconds: float
-    hit: tuple[float, float]
-    turn: float
+    hit: tuple[float, float]  # From and to which of these seconds the hit itself lasts
+    turn: float  # Degrees, from where it is seen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """A hit to look at.
+    """A hit to look at."""
 
-    Attributes
-    ----------
-    path, label, when, words : str
-        Of which capture it is, from and to when, and what matched.
-    staff : Picture or None
-        What matched, over time.
-    base, beat : int
-        Where on the staff it begins, units from above; how far up a second is.
-    poses : Picture or None
-        Five of them.
-    played : Played or None
-        What moves.
-    trouble : str
-        Why nothing does.
-    """
-
-    path: str
+    path: str  # Of which capture it is, from and to when, and what matched
     label: str
     when: str
     words: str
-    staff: Picture | None = None
-    base: int = 0
+    staff: Picture | None = None  # What matched, over time
+    base: int = 0  # Where on the staff it begins, units from above; how far up a second is
     beat: int = BEAT
-    poses: Picture | None = None
-    played: Played | None = None
-    trouble: str = ""
+    poses: Picture | None = None  # Five of them
+    played: Played | None = None  # What moves
+    trouble: str = ""  # Why nothing does
 
 
 class Shots:
-    """What the hits of a capture share.
-
-    Parameters
-    ----------
-    score : Score
-        Of the capture.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.film.figure import figure
-    >>> from lanindex.film.shot import Shots
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     hit = library.search("torso forward high -> hold 1s+")[0]
-    ...     shots = Shots(library.score(hit.capture.id))
-    >>> shot = shots.shot(hit, figure(lanindex.read("corpus/greetings.bvh")))
-    >>> shot.words, shot.when, shot.played.places.shape  # (frames, joints, 3)
-    ('torso forward high', '16.07-20.07 s', (120, 20, 3))
-    """
+    """What the hits of a capture share."""
 
     def __init__(self, score: Score) -> None:
         self._score = score
         self._rows = Rows(score)
 
     def shot(self, hit: Hit, body: Figure | None, trouble: str = "") -> Shot:
-        """Return a hit to look at.
-
-        Parameters
-        ----------
-        hit : Hit
-            Of the score.
-        body : Figure, optional
-            The whole capture's, at any rate.
-        trouble : str
-            Why there is none.
-        """
+        """Return a hit to look at."""
         rate, span = hit.capture.rate, hit.span
         edges = (float(it / rate) for it in (span.start, span.stop, hit.capture.frames))
         begin, end = _lasting(*edges)

@@ -34,40 +34,7 @@ _KNOTS = 33  # moments of a page whose places are worked out; others lie between
 
 
 class Staff:
-    """A score, page by page.
-
-    Parameters
-    ----------
-    score : Score
-        All of it.
-    start, stop : float
-        Seconds that are shown.
-    size : tuple of int
-        Width that it may take at most, and height, pixels.
-    parts : sequence of str, optional
-        Only these tracks; else those that `lanindex.draw` chooses.
-    marked : sequence of Symbol
-        Over which a band lies.
-    seconds : bool
-        Whether seconds are counted, and not beats.
-
-    Attributes
-    ----------
-    width : int
-        Pixels that it takes.
-    warnings : dict of str to None
-        What is not drawn on the pages so far.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.film.staff import Staff
-    >>> score = lanindex.read_lnd("corpus/jumping_jacks.lnd")
-    >>> staff = Staff(score, 0, 12, (300, 480), seconds=False)
-    >>> page, line = staff.at(3.0)
-    >>> page.size, line, staff.at(9.0)[0] is page
-    ((136, 480), 355.4, False)
-    """
+    """A score, page by page."""
 
     def __init__(
         self,

@@ -34,18 +34,10 @@ _STAYS = ("gesture", "bend", "touch", "twist", "incline")
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A direction from which a figure is seen, without perspective.
+    """A direction from which a figure is seen, without perspective."""
 
-    Attributes
-    ----------
-    turn : float
-        Degrees about the vertical: 0 from where +z points, +x to the right; 90 from +x.
-    tilt : float
-        Degrees above the horizon.
-    """
-
-    turn: float
-    tilt: float = TILT
+    turn: float  # Degrees about the vertical: 0 from where +z points, +x to the right; 90 from +x
+    tilt: float = TILT  # Degrees above the horizon
 
     def axes(self) -> NDArray[np.float64]:
         """Return where right, up and towards the eye are in space, (3, 3), a row each."""
@@ -63,22 +55,7 @@ class View:
     def project(self, places: NDArray[np.floating]) -> NDArray[np.float32]:
         """Return places on the picture.
 
-        Parameters
-        ----------
-        places : ndarray
-            (..., 3), mm, y up; NaN where unknown.
-
-        Returns
-        -------
-        ndarray
-            (..., 2) float32, mm: to the right and up; NaN where unknown.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from lanindex.film.view import View
-        >>> View(90, 0).project(np.array([[10.0, 20.0, 30.0]])).round()
-        array([[-30.,  20.]], dtype=float32)
+        `places`: (..., 3), mm, y up; returns (..., 2) float32, mm.
         """
         seen: NDArray[np.float32] = places.astype(np.float32) @ self.axes()[:2].T.astype(np.float32)
         return seen
@@ -98,35 +75,6 @@ def view(
     the body as a whole, on the floor. The front is kept where no other view shows a tenth more:
     of what moves up and down, or all round. Of the two sides of a line the one nearer to the
     front is taken; of left and right the right, but the left for parts of the left alone.
-
-    Parameters
-    ----------
-    figure : Figure
-        Of a motion.
-    tracks : sequence of str, optional
-        Of ``alphabet.TRACKS``; None: the whole body.
-    start, stop : int
-        From which frame and to which, half-open; of many, `SAMPLES` are looked at.
-    tilt : float
-        Of the view, degrees.
-
-    Returns
-    -------
-    View
-
-    Raises
-    ------
-    UsageError
-        There is no such track, or no frame.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.film.figure import figure
-    >>> from lanindex.film.view import view
-    >>> body = figure(lanindex.read("corpus/jumping_jacks.bvh"))  # faces +z; arms go sideways
-    >>> view(body, ["r_arm"]).turn
-    0.0
     """
     places = _sampled(figure, start, len(figure) if stop is None else stop)
     turn = ahead = _front(places)
@@ -142,30 +90,7 @@ def view(
 
 
 def front(figure: Figure, start: int = 0, stop: int | None = None, turned: float = 0.0) -> View:
-    """Return the view from where the body faces, on average.
-
-    Parameters
-    ----------
-    figure : Figure
-        Of a motion.
-    start, stop : int
-        From which frame and to which, half-open.
-    turned : float
-        Degrees by which the eye goes on, to the body's left.
-
-    Raises
-    ------
-    UsageError
-        There is no frame.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.film.figure import figure
-    >>> from lanindex.film.view import front
-    >>> front(figure(lanindex.read("corpus/compass.bvh")), turned=-90).turn
-    -90.0
-    """
+    """Return the view from where the body faces, on average."""
     places = _sampled(figure, start, len(figure) if stop is None else stop)
     return _view(_front(places) + math.radians(turned), TILT)
 

@@ -33,8 +33,6 @@ def stretching(degree: int) -> int:
 def degree_of(amount: Amount) -> Amount:
     """Return the degree that is arrived at.
 
-    Examples
-    --------
     >>> from lanindex.model.bends import bending, degree_of, stretching
     >>> degree_of(bending(3)), degree_of(stretching(1))
     (3, 1)
@@ -43,27 +41,7 @@ def degree_of(amount: Amount) -> Amount:
 
 
 def with_bends(tracks: dict[str, Track]) -> dict[str, Track]:
-    """Return tracks in which the gestures of arms and legs tell how far these are bent.
-
-    Parameters
-    ----------
-    tracks : dict of str to Track
-        Of a score. Limbs whose bends are not known tell nothing.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> score = lanindex.read_lnd('''
-    ... #unit0
-    ... direction r_arm place low 0 0
-    ... bend r_arm_bend bend0 0 0
-    ... #unit1
-    ... direction r_arm forward mid 0 2
-    ... bend r_arm_bend bend3 0 1
-    ... ''')
-    >>> [symbol.amount for symbol in score.symbols("r_arm")]
-    [0, 3]
-    """
+    """Return tracks in which the gestures of arms and legs tell how far these are bent."""
     told = {limb: _told(tracks[limb], tracks.get(part)) for limb, part in BENDS.items()
             if limb in tracks}  # fmt: skip
     return {**tracks, **told}

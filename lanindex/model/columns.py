@@ -55,12 +55,7 @@ def parted(capture: NDArray[Any], start: NDArray[Any], gaps: NDArray[Any]) -> ND
 
     Limbs begin a stretch with a starting position; what just happens has none.
 
-    Parameters
-    ----------
-    capture, start : ndarray
-        (S,) of each row.
-    gaps : ndarray
-        (G, 3) as in `Columns`, of the same captures.
+    `capture, start`: (S,) of each row; `gaps`: (G, 3) as in `Columns`, of the same captures.
     """
     stretches = gaps[:, 0].astype(np.int64) << 32 | gaps[:, 1]
     own = np.searchsorted(stretches, capture.astype(np.int64) << 32 | start, side="right")
@@ -77,10 +72,7 @@ def begins_of(
 ) -> NDArray[np.bool_]:
     """Tell of rows as `Columns` have them which begin a stretch.
 
-    Returns
-    -------
-    ndarray
-        (S + 1,) bool; the one behind the last does.
+    returns (S + 1,) bool.
     """
     begins = np.zeros(len(cell) + 1, np.bool_)
     np.greater_equal(cell, STARTING, out=begins[:-1])
@@ -104,26 +96,13 @@ def codes_of(cells: NDArray[np.uint8]) -> tuple[NDArray[np.int8], NDArray[np.int
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Roster:
-    """The captures that columns are of, in the order of their numbers.
+    """The captures that columns are of, in the order of their numbers."""
 
-    Attributes
-    ----------
-    number : ndarray
-        (C,) int64, as in the library.
-    frames : ndarray
-        (C,) int32.
-    rate : ndarray
-        (C, 2) int64: frames a second, as a fraction.
-    speed : ndarray
-        (C, 2) int64: beats a minute, as a fraction.
-    kept : dict
-        What searches have worked out about these captures: it goes with them.
-    """
-
-    number: NDArray[np.int64]
-    frames: NDArray[np.int32]
-    rate: NDArray[np.int64]
-    speed: NDArray[np.int64]
+    number: NDArray[np.int64]  # (C,) int64, as in the library
+    frames: NDArray[np.int32]  # (C,) int32
+    rate: NDArray[np.int64]  # (C, 2) int64: frames a second, as a fraction
+    speed: NDArray[np.int64]  # (C, 2) int64: beats a minute, as a fraction
+    # What searches have worked out about these captures: it goes with them
     kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
@@ -147,51 +126,32 @@ class Roster:
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Columns:
-    """The symbols of one part, in all captures of a roster.
+    """The symbols of one part, in all captures of a roster."""
 
-    Attributes
-    ----------
-    part : str
-        Whose.
-    bounds : ndarray
-        (C + 1,) int64: the rows of capture c are ``bounds[c]`` up to, not including,
-        ``bounds[c + 1]``; none where it lacks the part.
-    cell : ndarray
-        (S,) uint8: as from `cell_of`, with the flags `PASSING` and `STARTING`.
-    runner : ndarray
-        (S,) uint8: the cell across the nearest border; 0: none known.
-    margin : ndarray
-        (S,) uint16, thousandths.
-    start, stop : ndarray
-        (S,) int32: frames of the source, half-open.
-    gaps : ndarray
-        (G, 3) int32, in order: place of the capture in the roster, and a stretch of frames in which
-        the part was seen. Captures that do not stand here are known from the first frame to the
-        last; a part that was never seen has a stretch without frames.
-    swings : ndarray or None
-        (S,) int32, moves out and back within the cell; None where nobody has asked for them.
-    amount : ndarray or None
-        (S,) int16, as of a symbol; None where its kind of symbol has none.
-    speed, size, straightness : ndarray or None
-        (S,) uint16, as from `lanindex.model.measures.stored`: 0 where it is not known; None where
-        its kind of symbol has none, or nobody has asked.
-    kept : dict
-        What searches have worked out about these rows, and want to find again: it goes with them.
-    """
-
-    part: str
+    part: str  # Whose
+    # (C + 1,) int64: the rows of capture c are ``bounds[c]`` up to, not including, ``bounds[c +
+    # 1]``; none where it lacks the part
     bounds: NDArray[np.int64]
+    # (S,) uint8: as from `cell_of`, with the flags `PASSING` and `STARTING`
     cell: NDArray[np.uint8]
-    runner: NDArray[np.uint8]
-    margin: NDArray[np.uint16]
-    start: NDArray[np.int32]
+    runner: NDArray[np.uint8]  # (S,) uint8: the cell across the nearest border; 0: none known
+    margin: NDArray[np.uint16]  # (S,) uint16, thousandths
+    start: NDArray[np.int32]  # (S,) int32: frames of the source, half-open
     stop: NDArray[np.int32]
+    # (G, 3) int32, in order: place of the capture in the roster, and a stretch of frames in which
+    # the part was seen. Captures that do not stand here are known from the first frame to the last;
+    # a part that was never seen has a stretch without frames
     gaps: NDArray[np.int32]
+    # (S,) int32, moves out and back within the cell; None where nobody has asked for them
     swings: NDArray[np.int32] | None = None
+    # (S,) int16, as of a symbol; None where its kind of symbol has none
     amount: NDArray[np.int16] | None = None
+    # (S,) uint16, as from `lanindex.model.measures.stored`: 0 where it is not known; None where its
+    # kind of symbol has none, or nobody has asked
     speed: NDArray[np.uint16] | None = None
     size: NDArray[np.uint16] | None = None
     straightness: NDArray[np.uint16] | None = None
+    # What searches have worked out about these rows, and want to find again: it goes with them
     kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -251,17 +211,7 @@ def enrolled(rosters: Sequence[Roster]) -> Roster:
 
 
 def joined(part: str, pieces: Sequence[Columns | None], rosters: Sequence[Roster]) -> Columns:
-    """Return the columns of a part in the captures of several rosters, one after the other.
-
-    Parameters
-    ----------
-    part : str
-        Whose.
-    pieces : sequence of Columns or None
-        In the captures of each roster; None where all lack the part.
-    rosters : sequence of Roster
-        As `enrolled` makes one of.
-    """
+    """Return the columns of a part in the captures of several rosters, one after the other."""
     held = [one for one in pieces if one is not None]
     empty = columns_of(part, [], [])
     names = [name for name in empty.rows if all(name in one.rows for one in held)]
@@ -285,15 +235,7 @@ def ranges(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return where stretches of rows begin once they follow each other, and which rows they are.
 
-    Parameters
-    ----------
-    firsts, lasts : ndarray
-        (D,) int64: from, up to and not including.
-
-    Returns
-    -------
-    ndarray, ndarray
-        (D + 1,) int64, as `Columns.bounds`, and (S,) int64.
+    `firsts, lasts`: (D,) int64; returns (D + 1,) int64, as `Columns.bounds`, and (S,) int64.
     """
     bounds = np.concatenate([[0], np.cumsum(lasts - firsts)]).astype(np.int64)
     rows = np.arange(bounds[-1]) + np.repeat(firsts - bounds[:-1], lasts - firsts)
@@ -301,17 +243,7 @@ def ranges(
 
 
 def roster_of(captures: Sequence[Capture]) -> Roster:
-    """Return the roster of some captures.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.model.columns import roster_of
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     roster = roster_of(library.captures("*compass*"))
-    >>> len(roster), roster.rate
-    (1, array([[30,  1]]))
-    """
+    """Return the roster of some captures."""
     rates = [_ratio(one.rate) for one in captures]
     speeds = [_ratio(one.meter.speed) for one in captures]
     return Roster(
@@ -332,27 +264,7 @@ def _ratio(value: Fraction) -> tuple[int, int]:
 
 
 def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | None]) -> Columns:
-    """Return the columns of a part.
-
-    Parameters
-    ----------
-    part : str
-        Whose.
-    captures : sequence of Capture
-        In the order of the roster.
-    tracks : sequence of Track or None
-        Of each capture; None where it lacks the part.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.model.columns import STARTING, cell_of, columns_of
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     (capture, held), = library.tracks([library.capture("compass.bvh").id])
-    >>> columns = columns_of("r_arm", [capture], [held["r_arm"]])
-    >>> len(columns) == len(held["r_arm"]), int(columns.cell[0]) == cell_of(8, 0) | STARTING
-    (True, True)
-    """
+    """Return the columns of a part."""
     from lanindex.model.symbol import joined
 
     symbols = joined(track.symbols for track in tracks if track)

@@ -25,8 +25,6 @@ def in_words(symbols: Iterable[Symbol]) -> list[str]:
 def readable(text: str) -> str:
     r"""Return text as it is, or with escapes where it has what would not be seen.
 
-    Examples
-    --------
     >>> from lanindex.model.hit import readable
     >>> readable("walk.bvh"), readable(chr(27) + "walk.bvh")
     ('walk.bvh', '\\x1bwalk.bvh')

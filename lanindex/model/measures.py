@@ -51,12 +51,7 @@ def limits(part: str, measure: str) -> tuple[float, float] | None:
 def stored(name: str, values: NDArray[Any]) -> NDArray[np.int64]:
     """Return a measure as columns have it: in its smallest unit, and one more; 0: not known.
 
-    Parameters
-    ----------
-    name : str
-        Of the measure.
-    values : ndarray
-        (S,) as a track's rows have it.
+    `values`: (S,) as a track's rows have it.
     """
     whole: NDArray[np.int64] = np.rint(values.astype(np.float64) * FIELDS[name].scale)
     return whole.astype(np.int64) + 1
@@ -65,21 +60,7 @@ def stored(name: str, values: NDArray[Any]) -> NDArray[np.int64]:
 def graded(part: str, kind: str, values: NDArray[Any]) -> NDArray[np.int8]:
     """Return the grade of each symbol, -1 where it is not known.
 
-    Parameters
-    ----------
-    part : str
-        Whose.
-    kind : str
-        ``pace`` or ``extent``.
-    values : ndarray
-        (S,) its measure, as from `stored`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.model.measures import graded
-    >>> graded("r_arm", "extent", np.array([0, 1, 41, 181]))  # not known, 0, 40, 180 degrees
-    array([-1,  0,  1,  2], dtype=int8)
+    `values`: (S,) its measure, as from `stored`.
     """
     name, known = GRADES[kind], values > 0
     between = limits(part, name)

@@ -16,23 +16,12 @@ from lanindex.model.arrays import frozen
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Skeleton:
-    """The joints of a capture, as its file names them.
+    """The joints of a capture, as its file names them."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        (J) names, parents before children.
-    parents : ndarray
-        (J,) int16, index of each joint's parent, -1 for a root.
-    offsets : ndarray
-        (J, 3) float32, mm, y up: from the parent, at rest.
-    body : ndarray
-        (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent.
-    """
-
-    names: tuple[str, ...]
-    parents: NDArray[np.int16]
-    offsets: NDArray[np.float32]
+    names: tuple[str, ...]  # (J) names, parents before children
+    parents: NDArray[np.int16]  # (J,) int16, index of each joint's parent, -1 for a root
+    offsets: NDArray[np.float32]  # (J, 3) float32, mm, y up: from the parent, at rest
+    # (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent
     body: NDArray[np.int16]
 
     def __post_init__(self) -> None:
@@ -55,57 +44,32 @@ class Skeleton:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """Where a motion comes from, and how its file was understood.
+    """Where a motion comes from, and how its file was understood."""
 
-    Attributes
-    ----------
-    path : str
-        As given.
-    format : str
-        ``bvh``, ...
-    unit : str
-        Name of the unit, with ``(detected)`` where the file does not state it, ``(guessed)``
-        where no unit gives the body a usual size.
-    scale : float
-        Millimetres in one unit of the file.
-    up : str
-        The file's vertical axis: ``y``, ``z``, ``-y`` ...
-    compose : str
-        Whether a joint's turn follows its parent's (``parent``) or precedes it (``child``), and
-        who said so; empty where the format leaves no choice.
-    joints : tuple of str
-        All that the file has, of which a motion may hold those of the body alone.
-    set : str
-        What its set of markers is called, where joints were made of markers; else empty.
-    made : mapping of str to str
-        Then, by joint of the body, what it was made of.
-    """
-
-    path: str
-    format: str
+    path: str  # As given
+    format: str  # ``bvh``,
+    # Name of the unit, with ``(detected)`` where the file does not state it, ``(guessed)`` where no
+    # unit gives the body a usual size
     unit: str
-    scale: float
-    up: str
+    scale: float  # Millimetres in one unit of the file
+    up: str  # The file's vertical axis: ``y``, ``z``, ``-y``
+    # Whether a joint's turn follows its parent's (``parent``) or precedes it (``child``), and who
+    # said so; empty where the format leaves no choice
     compose: str = ""
+    # All that the file has, of which a motion may hold those of the body alone
     joints: tuple[str, ...] = ()
+    # What its set of markers is called, where joints were made of markers; else empty
     set: str = ""
+    # Then, by joint of the body, what it was made of
     made: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Markers:
-    """What was on the skin, beside the joints that were made of it.
+    """What was on the skin, beside the joints that were made of it."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        (M) as the file has them.
-    positions : ndarray
-        (T, M, 3) float32, mm, y up, right-handed; NaN where unknown.
-    """
-
-    names: tuple[str, ...]
-    positions: NDArray[np.float32]
+    names: tuple[str, ...]  # (M) as the file has them
+    positions: NDArray[np.float32]  # (T, M, 3) float32, mm, y up, right-handed; NaN where unknown
 
     def __post_init__(self) -> None:
         """Check the shape and freeze the array."""
@@ -116,13 +80,7 @@ class Markers:
         object.__setattr__(self, "positions", frozen(self.positions))
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
-        """Return the places of one marker, (T, 3).
-
-        Raises
-        ------
-        KeyError
-            There is none of that name.
-        """
+        """Return the places of one marker, (T, 3)."""
         if name not in self.names:
             raise KeyError(name)
         return self.positions[:, self.names.index(name)]

@@ -29,22 +29,14 @@ HEADING_RATE = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """What one part of the body does, from the first frame to the last.
-
-    Attributes
-    ----------
-    symbols : ndarray
-        (S,) of `SYMBOL`, by time; each known stretch begins with a starting position, of no length.
-    known : tuple of Span
-        The stretches in which the part was seen; between them lies a gap of the capture.
-    kind : str
-        What its symbols say: one of ``alphabet.KINDS``; by default the part's.
-    """
+    """What one part of the body does, from the first frame to the last."""
 
     part: str
+    # (S,) of `SYMBOL`, by time; each known stretch begins with a starting position, of no length
     symbols: NDArray[Any]
+    # The stretches in which the part was seen; between them lies a gap of the capture
     known: tuple[Span, ...]
-    kind: str = ""
+    kind: str = ""  # What its symbols say: one of ``alphabet.KINDS``; by default the part's
 
     def __post_init__(self) -> None:
         """Check the dtype and the kind, and freeze the array."""
@@ -66,22 +58,12 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Meter:
-    """How time is counted: tempo, rhythm and the grid that symbols are rounded to.
+    """How time is counted: tempo, rhythm and the grid that symbols are rounded to."""
 
-    Attributes
-    ----------
-    speed : Fraction
-        Beats a minute.
-    beats, beat : int
-        Beats in a unit (a bar), and which note is one: 4 for a quarter.
-    division : int
-        Ticks in a unit.
-    """
-
-    speed: Fraction = Fraction(60)
-    beats: int = 4
+    speed: Fraction = Fraction(60)  # Beats a minute
+    beats: int = 4  # Beats in a unit (a bar), and which note is one: 4 for a quarter
     beat: int = 4
-    division: int = 32
+    division: int = 32  # Ticks in a unit
 
     @property
     def tick_rate(self) -> Fraction:

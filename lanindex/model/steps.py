@@ -28,34 +28,7 @@ def with_steps(tracks: dict[str, Track]) -> dict[str, Track]:
 
 
 def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
-    """Return the track of all steps, whichever foot takes them.
-
-    Parameters
-    ----------
-    feet : sequence of Track
-        Of one foot or of two.
-    jump : Track, optional
-        Landings on both feet, or on the foot that took off, are no steps: there no weight goes
-        from one foot to the other.
-
-    Returns
-    -------
-    Track
-        In order of time, without starting positions; known where either foot is.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> score = lanindex.read_lnd('''
-    ... #unit1
-    ... support r_support forward mid 0 1
-    ... support l_support forward low 1 2
-    ... ''')
-    >>> for symbol in score.symbols("step"):
-    ...     print(symbol)
-    step forward mid [0, 8)
-    step forward low [8, 16)
-    """
+    """Return the track of all steps, whichever foot takes them."""
     known = _together([span for foot in feet for span in foot.known])
     if len({foot.known for foot in feet}) == 1:
         known = feet[0].known

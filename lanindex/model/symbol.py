@@ -27,36 +27,18 @@ from lanindex.model.span import Span
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """How a field of a symbol is kept.
+    """How a field of a symbol is kept."""
 
-    Attributes
-    ----------
-    type : str
-        Of its column in a track's rows, as numpy writes it.
-    column : str
-        Of the library, which it may share.
-    shift, bits : int
-        Where in the column it lies, and how many bits it may take.
-    least : int
-        Its smallest value once it is multiplied, stored as 0; what is less than 0 is nothing.
-    scale : int
-        What it is multiplied by before it is stored as a whole number.
-    since : str
-        The field that it is stored as the distance from, if any.
-    words : tuple of str
-        What its codes stand for; empty: it is a number.
-    shown : str
-        What it is called in the library's view and in JSON; empty: as the field itself.
-    """
-
-    type: str
-    column: str
-    shift: int = 0
+    type: str  # Of its column in a track's rows, as numpy writes it
+    column: str  # Of the library, which it may share
+    shift: int = 0  # Where in the column it lies, and how many bits it may take
     bits: int = 31
+    # Its smallest value once it is multiplied, stored as 0; what is less than 0 is nothing
     least: int = 0
-    scale: int = 1
-    since: str = ""
-    words: tuple[str, ...] = ()
+    scale: int = 1  # What it is multiplied by before it is stored as a whole number
+    since: str = ""  # The field that it is stored as the distance from, if any
+    words: tuple[str, ...] = ()  # What its codes stand for; empty: it is a number
+    # What it is called in the library's view and in JSON; empty: as the field itself
     shown: str = ""
 
     @property
@@ -200,14 +182,7 @@ _BYTES = np.dtype((np.void, SYMBOL.itemsize))
 def listed(part: str, rows: NDArray[Any], ordinals: Iterable[int] | None = None) -> list[Symbol]:
     """Return rows as objects.
 
-    Parameters
-    ----------
-    part : str
-        Whose.
-    rows : ndarray
-        (S,) of `SYMBOL`.
-    ordinals : iterable of int, optional
-        Which rows of their tracks they are; else they are all of one.
+    `rows`: (S,) of `SYMBOL`.
     """
     numbers = range(len(rows)) if ordinals is None else ordinals
     said = (how.said(rows[name].tolist()) for name, how in FIELDS.items())
@@ -229,10 +204,7 @@ def blank(count: int | tuple[int, ...]) -> NDArray[Any]:
 def joined(tables: Iterable[NDArray[Any]]) -> NDArray[Any]:
     """Return the rows of some tables as one: whole rows, where numpy would copy field by field.
 
-    Parameters
-    ----------
-    tables : iterable of ndarray
-        (S,) of `SYMBOL` each; a single one is returned as it is.
+    `tables`: (S,) of `SYMBOL` each.
     """
     rows = [table.view(_BYTES) for table in tables]
     if len(rows) == 1:

@@ -10,35 +10,17 @@ from lanindex.errors import LanindexError
 
 
 def pandas_of(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a ``pandas.DataFrame``.
-
-    Raises
-    ------
-    LanindexError
-        Where pandas is not installed.
-    """
+    """Return columns as a ``pandas.DataFrame``."""
     return _library("pandas").DataFrame(columns)
 
 
 def arrow_of(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a ``pyarrow.Table``.
-
-    Raises
-    ------
-    LanindexError
-        Where pyarrow is not installed.
-    """
+    """Return columns as a ``pyarrow.Table``."""
     return _library("pyarrow").table(columns)
 
 
 def frame_of(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a data frame of pandas, or else of polars.
-
-    Raises
-    ------
-    LanindexError
-        Where neither is installed.
-    """
+    """Return columns as a data frame of pandas, or else of polars."""
     for name in ("pandas", "polars"):
         try:
             return import_module(name).DataFrame(columns)

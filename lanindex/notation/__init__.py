@@ -28,32 +28,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Notation:
-    """One kind of file that holds a score.
+    """One kind of file that holds a score."""
 
-    Attributes
-    ----------
-    name : str
-        As the library and ``--to`` say it: its ending in small letters.
-    title : str
-        As people say it.
-    suffix : str
-        Its ending, as it is written; read in small letters, too.
-    gathered : bool
-        Whether folders are searched for it: others are mostly not ours.
-    module : str
-        Of this folder, imported when needed; by default of its name.
-    text : bool
-        Whether people can read it.
-    parts : bool
-        Whether it has room for some parts only: those that its module calls ``PARTS``.
-    """
-
-    name: str
-    title: str
-    suffix: str
-    gathered: bool = False
-    module: str = ""
-    text: bool = True
+    name: str  # As the library and ``--to`` say it: its ending in small letters
+    title: str  # As people say it
+    suffix: str  # Its ending, as it is written; read in small letters, too
+    gathered: bool = False  # Whether folders are searched for it: others are mostly not ours
+    module: str = ""  # Of this folder, imported when needed; by default of its name
+    text: bool = True  # Whether people can read it
+    # Whether it has room for some parts only: those that its module calls ``PARTS``
     parts: bool = False
 
     @property
@@ -87,52 +70,20 @@ WRITTEN = tuple(NOTATIONS)
 
 
 def notation_of(path: str) -> Notation | None:
-    """Return the notation that a file's ending stands for, if it does for one.
-
-    Examples
-    --------
-    >>> from lanindex.notation import notation_of
-    >>> notation_of("walk.EAF").title, notation_of("walk.bvh")
-    ('ELAN', None)
-    """
+    """Return the notation that a file's ending stands for, if it does for one."""
     name = Path(path).name.lower()
     return next((it for it in NOTATIONS.values() if name.endswith(f".{it.name}")), None)
 
 
 def read(path: str, content: bytes | None = None) -> Score:
-    """Read a score from a file in any notation.
-
-    Parameters
-    ----------
-    path : str
-        Its ending tells the notation; it is LND if none.
-    content : bytes, optional
-        What is in it, where that is known.
-
-    Raises
-    ------
-    NotationError
-        It cannot be read, or is no score.
-
-    Examples
-    --------
-    >>> from lanindex import notation
-    >>> notation.read("corpus/compass.lnd")
-    <Score 1 parts, 28 symbols, 224 frames at 8 Hz>
-    """
+    """Read a score from a file in any notation."""
     form = notation_of(path) or NOTATIONS["lnd"]
     score: Score = form.does.read(content_of(path) if content is None else content, place=path)
     return score
 
 
 def content_of(path: str) -> bytes:
-    """Return what is in a file.
-
-    Raises
-    ------
-    NotationError
-        It cannot be read.
-    """
+    """Return what is in a file."""
     try:
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:
@@ -141,15 +92,7 @@ def content_of(path: str) -> bytes:
 
 
 def write(score: Score, name: str) -> bytes:
-    """Write a score in a notation.
-
-    Parameters
-    ----------
-    score : Score
-        Any.
-    name : str
-        Of `WRITTEN`.
-    """
+    """Write a score in a notation."""
     form = NOTATIONS[name]
     if form in TABLES.values():
         from lanindex.notation.table import rows_of
@@ -162,22 +105,7 @@ def write(score: Score, name: str) -> bytes:
 
 
 def left_out(score: Score, name: str) -> list[str]:
-    """Return the parts of a score that a notation has no room for.
-
-    Parameters
-    ----------
-    score : Score
-        Any.
-    name : str
-        Of `WRITTEN`.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex import notation
-    >>> notation.left_out(lanindex.read_lnd("corpus/jumping_jacks.lnd"), "json")
-    ['r_leg', 'l_leg']
-    """
+    """Return the parts of a score that a notation has no room for."""
     form = NOTATIONS[name]
     own = [part for part, track in score.tracks.items() if KINDS[track.kind].keyword and len(track)]
     return [part for part in own if part not in form.does.PARTS] if form.parts else []

@@ -34,21 +34,12 @@ _LINE = re.compile(r"// beats from (\S+):((?: \S+)+)")
 
 @dataclass(frozen=True, slots=True)
 class Beats:
-    """When the beats of a score come.
+    """When the beats of a score come."""
 
-    Attributes
-    ----------
-    first : Fraction
-        Beats of the score before the first of `times`.
-    times : tuple of float
-        Seconds, rising, two at least. Before them and behind them beats come as the two nearest.
-    bar : int or None
-        Beats in a unit, where they were told.
-    """
-
-    first: Fraction
+    first: Fraction  # Beats of the score before the first of `times`
+    # Seconds, rising, two at least. Before them and behind them beats come as the two nearest
     times: tuple[float, ...]
-    bar: int | None = None
+    bar: int | None = None  # Beats in a unit, where they were told
 
     @property
     def speed(self) -> Fraction:
@@ -95,14 +86,7 @@ class Beats:
 
     @classmethod
     def of(cls, lines: Iterable[str]) -> Beats | None:
-        """Return the beats that a comment among some lines tells, if one does.
-
-        Examples
-        --------
-        >>> from lanindex.notation.beats import Beats
-        >>> Beats.of(["// a dance", "// beats from 4: 0.5 1 1.6"]).times
-        (0.5, 1.0, 1.6)
-        """
+        """Return the beats that a comment among some lines tells, if one does."""
         for line in lines:
             found = _LINE.fullmatch(line)
             if found:
@@ -120,17 +104,7 @@ FOUND = "// tempo: "
 
 
 def said(meter: Meter, lines: Iterable[str]) -> str:
-    """Say how the time of a score is counted.
-
-    Examples
-    --------
-    >>> from lanindex.model import Meter
-    >>> from lanindex.notation.beats import said
-    >>> said(Meter(), [])
-    '60 beats a minute'
-    >>> said(Meter(), ["// tempo: 60 beats a minute (confidence 0.93, from limbs)"])
-    '60 beats a minute (confidence 0.93, from limbs)'
-    """
+    """Say how the time of a score is counted."""
     lines = list(lines)
     found = next((line.removeprefix(FOUND) for line in lines if line.startswith(FOUND)), "")
     told = Beats.of(lines)
@@ -148,30 +122,7 @@ def ticks_at(
 ) -> NDArray[np.int64]:
     """Return the ticks nearest to frames, halves upwards.
 
-    Parameters
-    ----------
-    frames : ndarray
-        (N,) int64, of the source.
-    meter : Meter
-        Tempo and grid.
-    rate : Fraction
-        Frames a second.
-    beats : Beats, optional
-        When they come; else as evenly as the tempo says.
-    up : bool
-        Whether the next tick is wanted, however near the one before.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> import numpy as np
-    >>> from lanindex.model import Meter, Score, Span, Track
-    >>> from lanindex.notation.beats import Beats, ticks_at
-    >>> frames = np.array([0, 30, 60, 120])
-    >>> ticks_at(frames, Meter(), Fraction(60))
-    array([ 0,  4,  8, 16])
-    >>> ticks_at(frames, Meter(), Fraction(60), Beats(Fraction(0), (0.0, 0.5, 2.0)))
-    array([ 0,  8, 11, 16])
+    `frames`: (N,) int64, of the source.
     """
     if beats is not None:
         gone = beats.numbers(frames / float(rate)) * (meter.division / meter.beats)
@@ -182,18 +133,7 @@ def ticks_at(
 
 
 def in_time(score: Score) -> Score:
-    """Give a score that counts ticks for frames the times of its beats, if a comment tells them.
-
-    Parameters
-    ----------
-    score : Score
-        As from its lines alone.
-
-    Returns
-    -------
-    Score
-        Which begins with its unit 1; so fast that no two ticks share a frame.
-    """
+    """Give a score that counts ticks for frames the times of its beats, if a comment tells them."""
     beats = Beats.of(score.other)
     if beats is None:
         return score
@@ -217,35 +157,7 @@ def in_time(score: Score) -> Score:
 
 
 def parse(text: str, beats: int = 4, name: str = "beats") -> Beats:
-    r"""Read the text of a file of beats.
-
-    Parameters
-    ----------
-    text : str
-        A time in seconds a line; behind it, if known, which beat of its bar comes then. ``//``
-        begins a comment.
-    beats : int
-        Beats in a unit where the lines do not tell them; the first one then begins a unit.
-    name : str
-        The file's name, for errors.
-
-    Returns
-    -------
-    Beats
-        Of a score in which the capture begins within unit 1, and bars begin units.
-
-    Raises
-    ------
-    NotationError
-        With file and line: no number, a time that is not later, a beat that does not follow.
-
-    Examples
-    --------
-    >>> from lanindex.notation import beats
-    >>> found = beats.parse("0.5\t3\n1.0\t1\n1.5\t2\n2.0\t3\n")
-    >>> found.first, found.bar, float(found.speed)
-    (Fraction(2, 1), 3, 120.0)
-    """
+    r"""Read the text of a file of beats."""
     times: list[float] = []
     counts: list[int] = []
     for line, words in words_of(text):

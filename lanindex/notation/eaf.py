@@ -47,18 +47,6 @@ def read(content: bytes, place: str) -> Score:
 
     Tiers of the type ``labanotation`` are parts; so are those named as a part, if all that they
     say are symbols. Others are left out, which the score's warnings tell.
-
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    place : str
-        What errors call it.
-
-    Raises
-    ------
-    NotationError
-        It is damaged, or what one of our tiers says is no symbol.
     """
     root = _document(content, place)
     slots = {slot.get("TIME_SLOT_ID"): slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")}
@@ -144,28 +132,7 @@ def write(
     force: bool = False,
     media: Path | None = None,
 ) -> bytes:
-    """Write what a score shows as an ELAN file, or into one.
-
-    Parameters
-    ----------
-    score : Score
-        Times are those of its frames.
-    into : bytes, optional
-        An ELAN file: the result is that file with these tiers more.
-    place : str
-        What errors call it.
-    force : bool
-        Whether tiers that it has already are replaced.
-    media : Path, optional
-        A recording to open with it.
-
-    Raises
-    ------
-    NotationError
-        The file to write into cannot be read.
-    ExportError
-        It has such a tier, or a type of our name that is another's.
-    """
+    """Write what a score shows as an ELAN file, or into one."""
     root = _new() if into is None else _document(into, place)
     header = next(root.iter("HEADER"))
     tiers = said(score)
@@ -185,28 +152,7 @@ def write(
 
 
 def mark(into: bytes, tier: str, entries: list[Said], *, place: str, force: bool = False) -> bytes:
-    """Return an ELAN file with a tier more, which says what its entries say.
-
-    Parameters
-    ----------
-    into : bytes
-        An ELAN file.
-    tier : str
-        What it is called.
-    entries : list of Said
-        One after the other.
-    place : str
-        What errors call the file.
-    force : bool
-        Whether a tier of that name is replaced.
-
-    Raises
-    ------
-    NotationError
-        The file cannot be read.
-    ExportError
-        It has such a tier, the name is that of a part, or entries share time.
-    """
+    """Return an ELAN file with a tier more, which says what its entries say."""
     root = _document(into, place)
     if is_part(tier) or not tier.strip() or not tier.isprintable():
         wanted = "a name that can be read, and no part's"

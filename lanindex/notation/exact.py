@@ -19,22 +19,6 @@ def fraction(text: str) -> Fraction:
     last place from a fraction with a small denominator means that fraction. The largest
     denominator is 100 at six places and grows tenfold with every two more, so that fractions
     stay a hundred times further apart than the numbers that are written for them.
-
-    Parameters
-    ----------
-    text : str
-        Matches `DECIMAL`.
-
-    Returns
-    -------
-    Fraction
-        At least 0.
-
-    Examples
-    --------
-    >>> from lanindex.notation.exact import fraction
-    >>> fraction("1.5"), fraction("0.333333"), fraction("0.333")
-    (Fraction(3, 2), Fraction(1, 3), Fraction(333, 1000))
     """
     value = Fraction(text)
     places = len(text.partition(".")[2])
@@ -46,20 +30,7 @@ def fraction(text: str) -> Fraction:
 
 @lru_cache(maxsize=4096)
 def number(value: Fraction) -> str:
-    """Write a number as the shortest decimal that `fraction` reads as the same.
-
-    Parameters
-    ----------
-    value : Fraction
-        At least 0.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.notation.exact import number
-    >>> number(Fraction(3, 2)), number(Fraction(1, 3))
-    ('1.5', '0.333333')
-    """
+    """Write a number as the shortest decimal that `fraction` reads as the same."""
     return next(text for places in count() if fraction(text := _rounded(value, places)) == value)
 
 

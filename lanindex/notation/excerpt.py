@@ -31,29 +31,6 @@ def excerpt(score: Score, span: Span) -> Score:
     ticks count from the stretch's beginning, which begins unit 1; so do the values of its heading,
     each the nearest there is. Of the lines that were not understood the header's stay. All of a
     score is the score itself.
-
-    Parameters
-    ----------
-    score : Score
-        Of a capture, or read from LND.
-    span : Span
-        Frames of the score; what lies outside it is cut off.
-
-    Returns
-    -------
-    Score
-        As long as the span; its grid is finer where symbols would have found no room.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.model import Span
-    >>> from lanindex.notation.excerpt import excerpt
-    >>> score = lanindex.encode(lanindex.read("corpus/compass.bvh"))
-    >>> for symbol in excerpt(score, Span(40, 60)).symbols("r_arm"):
-    ...     print(symbol)
-    r_arm forward low [0, 0)
-    r_arm r_forward low [0, 13)
     """
     start = min(max(span.start, 0), score.frames)
     span = Span(start, max(start, min(span.stop, score.frames)))

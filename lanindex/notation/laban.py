@@ -51,18 +51,6 @@ def read(content: bytes, place: str) -> Score:
 
     Measure 0 holds starting positions. Holds say nothing new; signs other than of a direction are
     left out, which the score's warnings tell.
-
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    place : str
-        What errors call it.
-
-    Raises
-    ------
-    NotationError
-        It is damaged, or a column, a direction or a time cannot be understood.
     """
     root = xml.parse(content, place, f"{_SPACE}score")
     staff = root.find(f"{_SPACE}staff")
@@ -151,13 +139,7 @@ def _words(direction: Element, place: str) -> str:
 
 
 def write(score: Score) -> bytes:
-    """Write what limbs do as a score of MAE, in beats of 200 ms, five a measure.
-
-    Parameters
-    ----------
-    score : Score
-        Times are those of its frames. Starting positions are those of the beginning.
-    """
+    """Write what limbs do as a score of MAE, in beats of 200 ms, five a measure."""
     register_namespace("laban", _NAMED)
     tiers = {part: entries for part, entries in said(score).items() if part in PARTS}
     columns = {part: column for column, part in _ARMS.items()}

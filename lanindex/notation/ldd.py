@@ -15,21 +15,11 @@ from lanindex.notation.text import read_text, words_of
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A row of symbols of which some are deleted.
+    """A row of symbols of which some are deleted."""
 
-    Attributes
-    ----------
-    line : int
-        Where the rule begins in its file.
-    cells : tuple of (int, int)
-        Codes of direction and level, in order of time.
-    deleted : tuple of bool
-        Which of them go.
-    """
-
-    line: int
-    cells: tuple[tuple[int, int], ...]
-    deleted: tuple[bool, ...]
+    line: int  # Where the rule begins in its file
+    cells: tuple[tuple[int, int], ...]  # Codes of direction and level, in order of time
+    deleted: tuple[bool, ...]  # Which of them go
 
 
 def _row(words: list[str], place: str) -> tuple[tuple[int, int], bool]:
@@ -58,36 +48,7 @@ def _rule(line: int, rows: list[tuple[tuple[int, int], bool]], name: str) -> Rul
 
 
 def parse(text: str, name: str = "LDD") -> tuple[Rule, ...]:
-    """Read the text of an LDD file.
-
-    Parameters
-    ----------
-    text : str
-        Rules between ``#rule_start#`` and ``#rule_end#`` (or without the last ``#``).
-    name : str
-        The file's name, for errors.
-
-    Returns
-    -------
-    tuple of Rule
-        In the file's order.
-
-    Raises
-    ------
-    NotationError
-        With file and line: a row outside a rule, an unknown word, a rule that never ends.
-
-    Examples
-    --------
-    >>> from lanindex.notation import ldd
-    >>> ldd.parse('''
-    ... #rule_start#
-    ... L place low
-    ... D right low
-    ... L right mid
-    ... #rule_end#''')
-    (Rule(line=2, cells=((8, 0), (0, 0), (0, 1)), deleted=(False, True, False)),)
-    """
+    """Read the text of an LDD file."""
     rules: list[Rule] = []
     rows: list[tuple[tuple[int, int], bool]] = []
     begun = 0
@@ -110,13 +71,5 @@ def parse(text: str, name: str = "LDD") -> tuple[Rule, ...]:
 
 
 def read(path: Path) -> tuple[Rule, ...]:
-    """Read an LDD file; see `parse`.
-
-    Examples
-    --------
-    >>> from lanindex.encode.profile import BUILT_IN
-    >>> from lanindex.notation import ldd
-    >>> len(ldd.read(BUILT_IN / "default" / "all.ldd"))
-    32
-    """
+    """Read an LDD file; see `parse`."""
     return parse(read_text(path), str(path))

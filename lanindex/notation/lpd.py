@@ -16,24 +16,12 @@ from lanindex.notation.text import read_text, words_of
 
 @dataclass(frozen=True, slots=True)
 class Ranges:
-    """The cells that space is divided into around a joint.
+    """The cells that space is divided into around a joint."""
 
-    Attributes
-    ----------
-    place : float
-        Horizontal radius of ``place``: millimetres, or parts of the limb's length.
-    relative : bool
-        Whether `place` is in parts of the limb's length.
-    starts : tuple of float
-        (8) azimuth in degrees at which each direction begins, by code.
-    mid, high : float
-        Elevation in degrees from straight down at which each level begins.
-    """
-
-    place: float
-    relative: bool
-    starts: tuple[float, ...]
-    mid: float
+    place: float  # Horizontal radius of ``place``: millimetres, or parts of the limb's length
+    relative: bool  # Whether `place` is in parts of the limb's length
+    starts: tuple[float, ...]  # (8) azimuth in degrees at which each direction begins, by code
+    mid: float  # Elevation in degrees from straight down at which each level begins
     high: float
 
     def radius(self, length: float) -> float:
@@ -61,26 +49,7 @@ _COUNTS = {"place": (1, 2), "mid": (2,), "high": (1,), "low": (1,)}
 
 
 def parse(text: str, name: str = "LPD") -> Ranges:
-    """Read the text of an LPD file.
-
-    Parameters
-    ----------
-    text : str
-        Lines ``place 250`` or ``place 0.38 L``, ``forward 67.5`` ..., ``high 120``,
-        ``mid 60 240``, ``low 300``.
-    name : str
-        The file's name, for errors.
-
-    Returns
-    -------
-    Ranges
-
-    Raises
-    ------
-    NotationError
-        With file and line: an unknown or repeated word, a missing one, a bad number, levels whose
-        circle is not the half-circle and its mirror image.
-    """
+    """Read the text of an LPD file."""
     found: dict[str, list[float]] = {}
     relative = False
     for number, (word, *values) in words_of(text):
@@ -124,14 +93,5 @@ def _check_order(starts: tuple[float, ...], name: str) -> None:
 
 
 def read(path: Path) -> Ranges:
-    """Read an LPD file; see `parse`.
-
-    Examples
-    --------
-    >>> from lanindex.encode.profile import BUILT_IN
-    >>> from lanindex.notation import lpd
-    >>> ranges = lpd.read(BUILT_IN / "default" / "leg.lpd")
-    >>> ranges.radius(800), ranges.mid, ranges.high, ranges.centre(0)
-    (160.0, 67.5, 112.5, 0.0)
-    """
+    """Read an LPD file; see `parse`."""
     return parse(read_text(path), str(path))

@@ -77,18 +77,6 @@ def read(content: bytes, place: str) -> Score:
 
     The first position is where all begins; later on a part moves from one position to the next
     wherever the two differ.
-
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    place : str
-        What errors call it.
-
-    Raises
-    ------
-    NotationError
-        It is damaged, or a direction, a level or a time cannot be understood.
     """
     columns: dict[str, list[_Stand]] = defaultdict(list)
     told: dict[str, None] = {}
@@ -230,13 +218,7 @@ def _head(column: list[_Stand], opens: int, told: dict[str, None]) -> tuple[list
 
 
 def write(score: Score) -> str:
-    """Write what the arms do, and where the body faces, as a gesture of LabanotationSuite.
-
-    Parameters
-    ----------
-    score : Score
-        Times are those of its frames.
-    """
+    """Write what the arms do, and where the body faces, as a gesture of LabanotationSuite."""
     shows = said(score)
     arms = {
         column: next((shows[part] for part in parts if part in shows), [])

@@ -17,20 +17,7 @@ from lanindex.notation.text import decoded
 
 
 def read(content: bytes, place: str) -> Score:
-    """Read the score that a table tells.
-
-    Parameters
-    ----------
-    content : bytes
-        UTF-8, or UTF-16 with a byte order mark.
-    place : str
-        What errors call it.
-
-    Raises
-    ------
-    NotationError
-        It is no such table, or `table.score_of` refuses it.
-    """
+    """Read the score that a table tells."""
     text = decoded(content, place, "a table of symbols").removeprefix("\ufeff")
     return table.score_of(_rows(csv.reader(StringIO(text, newline="")), place), place)
 

@@ -16,20 +16,7 @@ from lanindex.notation.text import decoded, once
 
 
 def read(content: bytes, place: str) -> Score:
-    """Read the score that lines tell.
-
-    Parameters
-    ----------
-    content : bytes
-        UTF-8, or UTF-16 with a byte order mark; an object a line.
-    place : str
-        What errors call it.
-
-    Raises
-    ------
-    NotationError
-        A line is no object, or `table.score_of` refuses it.
-    """
+    """Read the score that lines tell."""
     text = decoded(content, place, "JSON lines").removeprefix("\ufeff")
     return table.score_of(_rows(text.split("\n"), place), place)
 

@@ -21,20 +21,7 @@ _REMEDY = "It comes with: pip install 'lanindex[tables]'."
 
 
 def read(content: bytes, place: str) -> Score:
-    """Read the score that a table tells.
-
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    place : str
-        What errors call it.
-
-    Raises
-    ------
-    NotationError
-        It is damaged, `table.score_of` refuses it, or pyarrow is not installed.
-    """
+    """Read the score that a table tells."""
     try:
         import pyarrow as pa
         from pyarrow import parquet
@@ -60,13 +47,7 @@ def read(content: bytes, place: str) -> Score:
 
 
 def save(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
-    """Write rows into a file, a group at a time; return how many there are.
-
-    Raises
-    ------
-    ExportError
-        Where pyarrow is not installed.
-    """
+    """Write rows into a file, a group at a time; return how many there are."""
     try:
         import pyarrow as pa
         from pyarrow import parquet

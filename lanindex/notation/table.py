@@ -44,38 +44,14 @@ def rows_of(score: Score) -> Iterator[dict[str, Any]]:
 
 
 def rows_in(capture: Capture, tracks: Mapping[str, Track]) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the tracks of a capture, as lines of ``show``.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.notation import table
-    >>> score = lanindex.read_lnd("corpus/compass.lnd")
-    >>> row = next(table.rows_of(score))
-    >>> row["part"], row["direction"], row["level"], row["end"]
-    ('r_arm', 'place', 'low', 0.0)
-    """
+    """Yield the rows of the tracks of a capture, as lines of ``show``."""
     for track in tracks.values():
         for symbol in track.listed():
             yield records.of_row(capture, symbol)
 
 
 def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score:
-    """Return the score that rows tell.
-
-    Parameters
-    ----------
-    rows : iterable of (str, mapping)
-        Where each stands, and what it says; in any order.
-    place : str
-        What errors call the whole.
-
-    Raises
-    ------
-    NotationError
-        A column is missing or says what cannot be, symbols share time, or they are of several
-        captures.
-    """
+    """Return the score that rows tell."""
     parts: dict[str, list[_Row]] = defaultdict(list)
     wholes: dict[str, dict[Any, None]] = {name: {} for name in ("capture", "fps", "frames")}
     for where, row in rows:
@@ -171,20 +147,7 @@ def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
 
 
 def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Return a row whose values are of the types of their columns; others are left aside.
-
-    Parameters
-    ----------
-    values : mapping
-        By column: texts of a CSV, or what JSON or Parquet have.
-    place : str
-        Where it stands.
-
-    Raises
-    ------
-    NotationError
-        A value is none of its column's.
-    """
+    """Return a row whose values are of the types of their columns; others are left aside."""
     found: dict[str, Any] = {}
     for name, value in values.items():
         if name not in COLUMNS or value is None or value == "" or value != value:

@@ -16,22 +16,7 @@ WIDE = (b"\xff\xfe", b"\xfe\xff")
 
 
 def read_text(path: Path) -> str:
-    """Return a file's text.
-
-    Parameters
-    ----------
-    path : Path
-        UTF-8, with or without a byte order mark, or UTF-16 with one; any line ends.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    NotationError
-        Where the file cannot be read or is not text.
-    """
+    """Return a file's text."""
     try:
         data = path.read_bytes()
         return data.decode("utf-16" if data.startswith(WIDE) else "utf-8-sig")
@@ -47,20 +32,7 @@ def read_text(path: Path) -> str:
 
 
 def decoded(source: bytes, place: str, wanted: str) -> str:
-    """Return the text of a file's bytes: UTF-8, or UTF-16 with a byte order mark.
-
-    Parameters
-    ----------
-    source : bytes
-        The file.
-    place, wanted : str
-        What errors call it, and what it should hold.
-
-    Raises
-    ------
-    NotationError
-        It is no text; says on which line.
-    """
+    """Return the text of a file's bytes: UTF-8, or UTF-16 with a byte order mark."""
     try:
         text = source.decode("utf-16" if source.startswith(WIDE) else "utf-8")
     except UnicodeDecodeError as error:
@@ -78,20 +50,7 @@ def decoded(source: bytes, place: str, wanted: str) -> str:
 
 
 def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object of JSON, which has each key once: an ``object_pairs_hook``.
-
-    Raises
-    ------
-    ValueError
-        It has one twice.
-
-    Examples
-    --------
-    >>> import json
-    >>> from lanindex.notation.text import once
-    >>> json.loads('{"a": 1}', object_pairs_hook=once)
-    {'a': 1}
-    """
+    """Return an object of JSON, which has each key once: an ``object_pairs_hook``."""
     found = dict(pairs)
     if len(found) < len(pairs):
         again = next(key for key, many in Counter(key for key, _ in pairs).items() if many > 1)
@@ -100,22 +59,7 @@ def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Return the table of a TOML file.
-
-    Parameters
-    ----------
-    path : Path
-        UTF-8.
-
-    Returns
-    -------
-    dict of str to Any
-
-    Raises
-    ------
-    NotationError
-        Where the file cannot be read or is no TOML; says where.
-    """
+    """Return the table of a TOML file."""
     wanted = "TOML"
     try:
         return tomllib.loads(read_text(path))
@@ -131,18 +75,6 @@ def read_toml(path: Path) -> dict[str, Any]:
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the words of each line that says something.
 
-    Parameters
-    ----------
-    text : str
-        ``//`` begins a comment; empty lines are passed over.
-
-    Yields
-    ------
-    tuple of int and list of str
-        Line number from 1, words.
-
-    Examples
-    --------
     >>> from lanindex.notation.text import words_of
     >>> list(words_of('''// a comment
     ... place 250 // mm'''))

@@ -77,18 +77,6 @@ def read(content: bytes, place: str) -> Score:
 
     Tiers that are named as a part are read, and their starting positions; others are left out,
     which the score's warnings tell.
-
-    Parameters
-    ----------
-    content : bytes
-        UTF-8, or UTF-16 with a byte order mark.
-    place : str
-        What errors call it.
-
-    Raises
-    ------
-    NotationError
-        It is no TextGrid, or what a part's tier says is no symbol.
     """
     tokens = _Tokens(decoded(content, place, "a TextGrid"), place)
     for wanted in ("ooTextFile", "TextGrid"):
@@ -130,13 +118,7 @@ def _entries(tokens: _Tokens, kind: str) -> Iterator[Said]:
 
 
 def write(score: Score) -> str:
-    """Write what a score shows as a TextGrid, in the long form.
-
-    Parameters
-    ----------
-    score : Score
-        Times are those of its frames.
-    """
+    """Write what a score shows as a TextGrid, in the long form."""
     tiers = []
     shown_of = said(score)
     last = max([1, length(score), *(it.stop for entries in shown_of.values() for it in entries)])

@@ -37,35 +37,15 @@ _DEGREES = re.compile(r"(\d{1,9})deg")
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """A symbol as a tier has it.
+    """A symbol as a tier has it."""
 
-    Attributes
-    ----------
-    words : str
-        What it says, without the part.
-    start, stop : int
-        Milliseconds; a starting position has no length.
-    """
-
-    words: str
-    start: int
+    words: str  # What it says, without the part
+    start: int  # Milliseconds; a starting position has no length
     stop: int
 
 
 def said(score: Score) -> dict[str, list[Said]]:
-    """Return what each part of a score shows, in order: starting positions and movements.
-
-    Parameters
-    ----------
-    score : Score
-        Times are those of its frames. Passing symbols are left out, and tracks that follow from
-        others or are empty.
-
-    Raises
-    ------
-    ExportError
-        A movement is shorter than a millisecond, or a part's name is none.
-    """
+    """Return what each part of a score shows, in order: starting positions and movements."""
     tracks = score.tracks
     written = [part for part in tracks if KINDS[tracks[part].kind].keyword and len(tracks[part])]
     return {part: _said(tracks[part], score.rate) for part in sorted(written, key=rank)}
@@ -89,15 +69,7 @@ def _said(track: Track, rate: Fraction) -> list[Said]:
 
 
 def milliseconds(frame: int, rate: Fraction) -> int:
-    """Return where a frame lies in time, halves upwards.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.notation.timed import milliseconds
-    >>> milliseconds(1, Fraction(60))
-    17
-    """
+    """Return where a frame lies in time, halves upwards."""
     return (2 * frame * SECOND * rate.denominator + rate.numerator) // (2 * rate.numerator)
 
 
@@ -117,30 +89,7 @@ def score_of(
     told: Iterable[str] = (),
     length: int = 0,
 ) -> Score:
-    """Return the score that some tiers show.
-
-    Parameters
-    ----------
-    tiers : Mapping of str to iterable of Said
-        By part, in any order of time.
-    place : str
-        What errors call the file.
-    told : iterable of str
-        What is doubtful about it.
-    length : int
-        Milliseconds that it lasts at least.
-
-    Returns
-    -------
-    Score
-        Of whole units of 4 s, at 60 beats a minute; its frames are ticks, the coarsest that hold
-        all times.
-
-    Raises
-    ------
-    NotationError
-        Words that are no symbol of the part, or two symbols that share time.
-    """
+    """Return the score that some tiers show."""
     page, bent = Page(place), dict[str, list[int]]()
     page.understood, page.total = True, -(-length // (4 * SECOND))
     for part, entries in tiers.items():

@@ -14,22 +14,7 @@ _DEEPEST = 100
 
 
 def parse(content: bytes, place: str, root: str) -> Element:
-    """Return the root of an XML file, comments inside it kept.
-
-    Parameters
-    ----------
-    content : bytes
-        The file; its own first line may tell the encoding.
-    place : str
-        What errors call it.
-    root : str
-        The root's name, as ElementTree has it.
-
-    Raises
-    ------
-    NotationError
-        It is damaged, declares entities or a DTD, or is some other document.
-    """
+    """Return the root of an XML file, comments inside it kept."""
     try:
         _look(content, place)
         builder = TreeBuilder(insert_comments=True, insert_pis=True)

@@ -18,65 +18,29 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limb:
-    """A limb of two equal bones.
+    """A limb of two equal bones."""
 
-    Attributes
-    ----------
-    bones : tuple of str
-        Upper and lower, without their side.
-    toward, bend : ndarray
-        (3,) forward, up, out: where the folded limb's end lies, where its middle joint goes.
-    near : float
-        How far the folded limb's end lies, of the limb's length.
-    """
-
-    bones: tuple[str, str]
+    bones: tuple[str, str]  # Upper and lower, without their side
+    # (3,) forward, up, out: where the folded limb's end lies, where its middle joint goes
     toward: Floats
     bend: Floats
-    near: float
+    near: float  # How far the folded limb's end lies, of the limb's length
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A skeleton, and what moves it.
+    """A skeleton, and what moves it."""
 
-    Attributes
-    ----------
-    skeleton : Skeleton
-        (J) joints at rest: facing +z, y up, left +x.
-    bones : tuple of str
-        (J) the bone that turns each joint's offset, or the empty string.
-    limbs : dict of str to Limb
-        By group: ``arm``, ``leg``.
-    standing_foot : ndarray
-        (3,) where a foot points, in the body frame, when the shank is upright.
-    sole : float
-        Height of the lowest joint at rest, mm.
-    """
-
-    skeleton: Skeleton
-    bones: tuple[str, ...]
-    limbs: dict[str, Limb]
-    standing_foot: Floats
-    sole: float
+    skeleton: Skeleton  # (J) joints at rest: facing +z, y up, left +x
+    bones: tuple[str, ...]  # (J) the bone that turns each joint's offset, or the empty string
+    limbs: dict[str, Limb]  # By group: ``arm``, ``leg``
+    standing_foot: Floats  # (3,) where a foot points, in the body frame, when the shank is upright
+    sole: float  # Height of the lowest joint at rest, mm
 
 
 @cache
 def standard(palms: frozenset[str] = frozenset()) -> Body:
-    """Return the standard body.
-
-    Parameters
-    ----------
-    palms : frozenset of str
-        Parts that tell where palms face (``r_palm``): those hands have knuckles.
-
-    Examples
-    --------
-    >>> from lanindex.perform.figure import standard
-    >>> body = standard()
-    >>> len(body.skeleton.names), sorted(body.limbs), body.sole
-    (28, ['arm', 'leg'], 8)
-    """
+    """Return the standard body."""
     table = tomllib.loads(files("lanindex.perform").joinpath("figure.toml").read_text("utf-8"))
     joints = [it for it in table["joints"] if it["bone"][1:] != "_palm" or it["bone"] in palms]
     names = [joint["name"] for joint in joints]

@@ -66,42 +66,19 @@ _LANDS = {"spring": 2, "hop": 1, "leap": 1, "assemble": 2, "sissonne": 1, "unsee
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Going:
-    """Where the body is, how it faces, and where its legs point.
+    """Where the body is, how it faces, and where its legs point."""
 
-    Attributes
-    ----------
-    front : ndarray
-        (T,) radians that it has turned to the left.
-    hips : ndarray
-        (T, 3) mm: forward of where it began, above the floor, right of where it began.
-    legs : dict of str to ndarray
-        (T, 3) unit vectors of the body frame, by bone.
-    resting : Resting
-        When something else than feet carries.
-    left_out : tuple of str
-        What is not carried out.
-    """
-
-    front: Floats
-    hips: Floats
-    legs: dict[str, Floats]
-    resting: Resting
-    left_out: tuple[str, ...]
+    front: Floats  # (T,) radians that it has turned to the left
+    hips: Floats  # (T, 3) mm: forward of where it began, above the floor, right of where it began
+    legs: dict[str, Floats]  # (T, 3) unit vectors of the body frame, by bone
+    resting: Resting  # When something else than feet carries
+    left_out: tuple[str, ...]  # What is not carried out
 
 
 def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> Going | None:
     """Return how the body goes, where the score tells anything of it.
 
-    Parameters
-    ----------
-    score : Score
-        What is to be carried out.
-    times : ndarray
-        (T,) seconds.
-    body : Body
-        Who carries it out.
-    bones : dict of str to ndarray
-        (T, 3) where bones point as told: legs, while something else carries.
+    `times`: (T,) seconds; `bones`: (T, 3) where bones point as told.
     """
     shown, carried = {name: _shown(score, name) for name in WEIGHT}, told(score)
     if not carried and not any(len(rows) for rows in shown.values()):

@@ -35,20 +35,8 @@ def laid(
 ) -> tuple[dict[str, Floats], tuple[str, ...]]:
     """Return where trunk, head and arms point of a body that rests, and what cannot be.
 
-    Parameters
-    ----------
-    score : Score
-        What is to be carried out: what begins meanwhile is done as it is told.
-    resting : Resting
-        When something else than feet carries.
-    times : ndarray
-        (T,) seconds.
-    hips : ndarray
-        (T,) how high they are, mm.
-    bones : dict of str to ndarray
-        (T, 3) where they point as told.
-    body : Body
-        Who carries it out.
+    `times`: (T,) seconds; `hips`: (T,) how high they are, mm; `bones`: (T, 3) where they point as
+    told.
     """
     rests, doubts = resting.rests, dict[str, None]()
     tells, middles = Tells(score), [rest.middle(times) for rest in rests]

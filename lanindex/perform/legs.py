@@ -52,27 +52,14 @@ class Size:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stand:
-    """Where feet are, frame by frame; all but `over` in lengths of a leg.
+    """Where feet are, frame by frame; all but `over` in lengths of a leg."""
 
-    Attributes
-    ----------
-    over : dict of str to ndarray
-        (T, 2) mm, by side: where the ankle is over the ground while the heel is down.
-    raised : dict of str to ndarray
-        (T,) how high.
-    heels : dict of str to ndarray
-        (T,) how high the heel is raised.
-    knees : dict of str to ndarray
-        (T, 3) unit vectors of the body frame: where the knee goes.
-    high : ndarray
-        (T,) how high the body flies.
-    """
-
+    # (T, 2) mm, by side: where the ankle is over the ground while the heel is down
     over: dict[str, Floats]
-    raised: dict[str, Floats]
-    heels: dict[str, Floats]
-    knees: dict[str, Floats]
-    high: Floats
+    raised: dict[str, Floats]  # (T,) how high
+    heels: dict[str, Floats]  # (T,) how high the heel is raised
+    knees: dict[str, Floats]  # (T, 3) unit vectors of the body frame: where the knee goes
+    high: Floats  # (T,) how high the body flies
 
     def at(self, frame: int, count: int) -> Stand:
         """Return one frame so many times."""

@@ -29,19 +29,8 @@ def hold(
 ) -> tuple[str, ...]:
     """Put knuckles where palms face as is wanted, in place.
 
-    Parameters
-    ----------
-    joints : ndarray
-        (T, J, 3) mm, of a standard body with knuckles.
-    wanted : mapping of str to tuple of two ndarray
-        By part (``r_palm``), (T, 3) unit vectors, and the frames in which it has arrived.
-    body : Body
-        Who carries it out.
-
-    Returns
-    -------
-    tuple of str
-        What could not be carried out.
+    `joints`: (T, J, 3) mm, of a standard body with knuckles; `wanted`: By part (``r_palm``), (T, 3)
+    unit vectors, and the frames in which it has arrived.
     """
     said = []
     for part, (out, arrived) in wanted.items():

@@ -46,28 +46,15 @@ DRAWN = 12.0
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """Something that takes its time, in seconds, and takes the body along.
+    """Something that takes its time, in seconds, and takes the body along."""
 
-    Attributes
-    ----------
-    start, stop : float
-        When.
-    direction, level : int
-        Codes of the alphabet; -1: none.
-    feet : str
-        Sides of the feet that stand anew.
-    flies : bool
-        Whether the body is in the air.
-    to : ndarray or None
-        (2,) mm: where a foot is drawn that is not lifted, while the body goes nowhere.
-    """
-
-    start: float
+    start: float  # When
     stop: float
-    direction: int
+    direction: int  # Codes of the alphabet; -1: none
     level: int
-    feet: str
-    flies: bool = False
+    feet: str  # Sides of the feet that stand anew
+    flies: bool = False  # Whether the body is in the air
+    # (2,) mm: where a foot is drawn that is not lifted, while the body goes nowhere
     to: Floats | None = None
 
     @property
@@ -98,29 +85,15 @@ def add(steps: Floats, some: slice, done: Floats, whole: Any) -> None:
 
 @dataclass(slots=True, eq=False)
 class Path:
-    """Where body and feet have come to, event after event.
+    """Where body and feet have come to, event after event."""
 
-    Attributes
-    ----------
-    body : Body
-        Who goes.
-    times, front : ndarray
-        (T,) seconds, and radians that it has turned to the left.
-    steps, shift : ndarray
-        (T, 2) mm: how far steps, and rests, take the hips from frame to frame.
-    high : ndarray
-        (T,) lengths of a leg: how high it flies.
-    drawn : list of Move
-        Feet that are drawn up while the body rests, or behind it as it rises.
-    """
-
-    body: Body
-    times: Floats
+    body: Body  # Who goes
+    times: Floats  # (T,) seconds, and radians that it has turned to the left
     front: Floats
-    steps: Floats
+    steps: Floats  # (T, 2) mm: how far steps, and rests, take the hips from frame to frame
     shift: Floats
-    high: Floats
-    drawn: list[Move]
+    high: Floats  # (T,) lengths of a leg: how high it flies
+    drawn: list[Move]  # Feet that are drawn up while the body rests, or behind it as it rises
     _now: Floats
     _feet: dict[str, Floats]
     _until: float = -np.inf
@@ -137,15 +110,7 @@ class Path:
     ) -> None:
         """Take body and feet along.
 
-        Parameters
-        ----------
-        moves : sequence of Move
-            What takes them along.
-        rests : sequence of Rest
-            When something else than feet carries.
-        placed : sequence of dict of str to ndarray
-            By rest and side, where a leg has its foot that goes as told: (2,) lengths of a leg
-            forward and right of its hip.
+        `placed`: By rest and side, where a leg has its foot that goes as told.
         """
         both: list[Move | tuple[Rest, dict[str, Floats]]] = [
             *moves,

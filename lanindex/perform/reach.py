@@ -27,23 +27,7 @@ FOLDED: Cell = (PLACE, MID)
 def direction(cell: Cell) -> Floats:
     """Return the reference direction of a cell other than `FOLDED`.
 
-    Parameters
-    ----------
-    cell : tuple of int
-        Codes of direction and level: azimuth 45 degrees times the direction, 0 right and 90
-        forward; elevation 45, 90, 135 degrees from straight down.
-
-    Returns
-    -------
-    ndarray
-        (3,) unit vector.
-
-    Examples
-    --------
-    >>> from lanindex.alphabet import HIGH
-    >>> from lanindex.perform.reach import direction
-    >>> direction((1, HIGH)).round(3)  # r_forward high
-    array([0.5  , 0.707, 0.5  ])
+    returns (3,) unit vector.
     """
     code, level = cell
     if code == PLACE:
@@ -56,22 +40,7 @@ def direction(cell: Cell) -> Floats:
 def minimum_jerk(share: Floats) -> Floats:
     """Return how much of a reach is done after a share of its time.
 
-    Parameters
-    ----------
-    share : ndarray
-        (T,) float64, 0 to 1.
-
-    Returns
-    -------
-    ndarray
-        (T,) float64, 0 to 1, at rest at both ends.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.perform.reach import minimum_jerk
-    >>> minimum_jerk(np.linspace(0, 1, 5)).round(3)
-    array([0.   , 0.104, 0.5  , 0.896, 1.   ])
+    `share`: (T,) float64, 0 to 1; returns (T,) float64, 0 to 1, at rest at both ends.
     """
     return share**3 * (10 - 15 * share + 6 * share**2)
 
@@ -82,28 +51,8 @@ def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Fl
     Half-way round there is no shorter one: that reach passes in front of the body, and from
     front to back past `side`.
 
-    Parameters
-    ----------
-    start, stop : ndarray
-        (..., 3) unit vectors.
-    share : ndarray
-        (T,) 0 at `start`, 1 at `stop`.
-    side : ndarray
-        (3,) unit vector.
-
-    Returns
-    -------
-    ndarray
-        (T, 3) unit vectors.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.perform.reach import FORWARD, UP, great_circle
-    >>> RIGHT = np.array([0.0, 0, 1])
-    >>> great_circle(-UP, FORWARD, np.array([0, 0.5]), side=RIGHT).round(3)
-    array([[ 0.   , -1.   ,  0.   ],
-           [ 0.707, -0.707,  0.   ]])
+    `start, stop`: (..., 3) unit vectors; `share`: (T,) 0 at `start`, 1 at `stop`; `side`: (3,) unit
+    vector; returns (T, 3) unit vectors.
     """
     along = float(start @ stop)
     across = stop - along * start
@@ -119,37 +68,18 @@ def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Fl
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """A stretch of frames in which a part goes from one cell to another, or stays.
+    """A stretch of frames in which a part goes from one cell to another, or stays."""
 
-    Attributes
-    ----------
-    frames : slice
-        Of the performance.
-    start, stop : tuple of int
-        Cells.
-    share : ndarray
-        (T,) how much is done in each of the frames.
-    """
-
-    frames: slice
-    start: Cell
+    frames: slice  # Of the performance
+    start: Cell  # Cells
     stop: Cell
-    share: Floats
+    share: Floats  # (T,) how much is done in each of the frames
 
 
 def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:
     """Yield what a track asks for, frame after frame.
 
-    Parameters
-    ----------
-    rows : ndarray
-        (S,) of `model.SYMBOL`; passing ones are passed over.
-    times : ndarray
-        (T,) seconds of the frames.
-    rate : Fraction
-        Frames a second of `rows`.
-    rest : tuple of int
-        The cell in force before the first row.
+    `rows`: (S,) of `model.SYMBOL`; `times`: (T,) seconds of the frames.
     """
     now, done = rest, 0
     for row in rows[~rows["passing"]]:
@@ -168,33 +98,8 @@ def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> It
 def bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:
     """Return how much of its length a limb of two equal bones reaches that bends as told.
 
-    Parameters
-    ----------
-    rows : ndarray
-        (S,) of `model.SYMBOL`, of the bends of an arm or a leg.
-    times : ndarray
-        (T,) seconds of the frames.
-    rate : Fraction
-        Frames a second of `rows`.
-
-    Returns
-    -------
-    ndarray
-        (T,) 1 straight, 0 folded.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.perform.reach import bent
-    >>> score = lanindex.read_lnd('''
-    ... #unit1
-    ... bend r_arm_bend bend3 0 1
-    ... ''')
-    >>> rows = score.tracks["r_arm_bend"].symbols
-    >>> bent(rows, np.array([0.0, 0.5, 1.0]), Fraction(8)).round(3)
-    array([1.   , 0.924, 0.707])
+    `rows`: (S,) of `model.SYMBOL`, of the bends of an arm or a leg; `times`: (T,) seconds of the
+    frames; returns (T,) 1 straight, 0 folded.
     """
     angle, now = np.zeros(len(times)), 0.0
     for row in rows[~rows["passing"]]:

@@ -45,44 +45,22 @@ Told = tuple[float, float, str]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """How a body rests that has its feet where it stood.
+    """How a body rests that has its feet where it stood."""
 
-    Attributes
-    ----------
-    ahead : float
-        How far the hips are before the feet.
-    up : float or None
-        How high they are; if none, so high that the lower knee lies at `LIES`.
-    comes, leaves : float
-        How long before it has come down support begins, and after it begins to rise support ends:
-        seconds, if it is on the way for one; else with the power of 1.5 of that time.
-    heels : float
-        How high they are raised.
-    knees : float
-        Where they go.
-    trunk : float or None
-        Where it points; as it did, if none.
-    props : bool
-        Whether hands carry.
-    least : float
-        Seconds that it lasts at least to be seen.
-    early : float
-        In which part of the time hips come there over the ground, before they have come down.
-    drop : float
-        How far what carries comes down, about.
-    """
-
-    ahead: float
-    up: float | None
+    ahead: float  # How far the hips are before the feet
+    up: float | None  # How high they are; if none, so high that the lower knee lies at `LIES`
+    # How long before it has come down support begins, and after it begins to rise support ends:
+    # seconds, if it is on the way for one; else with the power of 1.5 of that time
     comes: float
     leaves: float
-    heels: float = 0.0
-    knees: float = 90.0
-    trunk: float | None = None
-    props: bool = False
-    least: float = 0.25
+    heels: float = 0.0  # How high they are raised
+    knees: float = 90.0  # Where they go
+    trunk: float | None = None  # Where it points; as it did, if none
+    props: bool = False  # Whether hands carry
+    least: float = 0.25  # Seconds that it lasts at least to be seen
+    # In which part of the time hips come there over the ground, before they have come down
     early: float = 1.0
-    drop: float = 1.0
+    drop: float = 1.0  # How far what carries comes down, about
 
     def slower(self, height: float) -> float:
         """Return how much longer it takes who stands so much higher than with straight legs."""
@@ -104,26 +82,15 @@ POSES = {
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """A time in which something else than feet carries, in seconds.
+    """A time in which something else than feet carries, in seconds."""
 
-    Attributes
-    ----------
-    start, stop : float
-        When it does.
-    down, rise : tuple of float
-        From when to when the body comes down, and rises.
-    what : str
-        What carries.
-    returns : bool
-        Whether the hips come back over the feet as it rises: not if it steps at once, or goes on
-        resting on something else.
-    """
-
-    start: float
+    start: float  # When it does
     stop: float
-    down: Window
+    down: Window  # From when to when the body comes down, and rises
     rise: Window
-    what: str
+    what: str  # What carries
+    # Whether the hips come back over the feet as it rises: not if it steps at once, or goes on
+    # resting on something else
     returns: bool
 
     @property
@@ -180,18 +147,7 @@ def told(score: Score) -> list[Told]:
 def planned(
     those: Sequence[Told], busy: Sequence[tuple[float, float, float]], last: float
 ) -> tuple[list[Rest], tuple[str, ...]]:
-    """Return how the body comes down to what carries it, and rises; and for what there is no time.
-
-    Parameters
-    ----------
-    those : sequence of Told
-        As from `told`.
-    busy : sequence of tuple of float
-        From when to when the body steps or flies, in order of their ends, and how much higher it
-        stands then than with straight legs.
-    last : float
-        When the score ends: a body that rests then does not rise.
-    """
+    """Return how the body comes down to each carrier and rises, and which have no time for it."""
     joined = [None, *map(_joined, those[:-1], those[1:]), None]
     halves = [-np.inf, *((one[1] + two[0]) / 2 for one, two in pairwise(those)), np.inf]
     ends, found, doubts = [it[1] for it in busy], list[Rest](), dict[str, None]()
@@ -282,15 +238,7 @@ class Tells:
 
 
 class Resting:
-    """How much a body rests, frame by frame.
-
-    Attributes
-    ----------
-    rests : list of Rest
-        When something else than feet carries.
-    done : ndarray
-        (T,) how much of all of them together.
-    """
+    """How much a body rests, frame by frame."""
 
     def __init__(self, rests: Sequence[Rest], times: Floats) -> None:
         self.rests, self.done = rests, np.zeros(len(times))
@@ -334,12 +282,7 @@ def slerp(start: Floats, stop: Floats, share: Floats) -> Floats:
 def above(ways: Floats, high: Floats) -> Floats:
     """Return directions, (T, 3), raised so far that they end above the floor.
 
-    Parameters
-    ----------
-    ways : ndarray
-        (T, 3) unit vectors.
-    high : ndarray
-        (T,) how high each begins, in its length.
+    `ways`: (T, 3) unit vectors; `high`: (T,) how high each begins, in its length.
     """
     ahead = ways * [1, 0, 1] + [1e-6, 0, 0]  # of what points straight down, too
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
@@ -350,13 +293,6 @@ def above(ways: Floats, high: Floats) -> Floats:
 
 
 def way(degrees: float) -> Floats:
-    """Return where something points that is turned forward from straight down.
-
-    Examples
-    --------
-    >>> from lanindex.perform.resting import way
-    >>> way(90).round(3) + 0.0
-    array([1., 0., 0.])
-    """
+    """Return where something points that is turned forward from straight down."""
     angle = np.radians(degrees)
     return np.array([np.sin(angle), -np.cos(angle), 0.0])

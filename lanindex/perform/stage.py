@@ -251,12 +251,8 @@ def _carried(across: Floats, ends: Floats, way: Floats, share: Floats) -> Floats
     They go along with the way, and turn about it by as much as is missing at the end: none leaps
     where the way comes past where the limb's joint would go.
 
-    Parameters
-    ----------
-    across, ends : ndarray
-        (3, 3) such directions, and ways, at the beginning, half-way and at the end.
-    way, share : ndarray
-        (T, 3), and (T,) how much of it is done.
+    `across, ends`: (3, 3) such directions, and ways, at the beginning, half-way and at the end;
+    `way, share`: (T, 3), and (T,) how much of it is done.
     """
     axis = np.cross(ends[0], ends[1])
     sine = float(np.linalg.norm(axis))

@@ -70,21 +70,7 @@ class _Touch:
 def touch(joints: Floats, score: Score, times: Floats, body: Body) -> tuple[str, ...]:
     """Bring hands to what they touch, in place; where they cannot come they stay.
 
-    Parameters
-    ----------
-    joints : ndarray
-        (T, J, 3) mm, of the standard body.
-    score : Score
-        What is to be carried out.
-    times : ndarray
-        (T,) seconds.
-    body : Body
-        Who carries it out.
-
-    Returns
-    -------
-    tuple of str
-        What could not be carried out.
+    `joints`: (T, J, 3) mm, of the standard body; `times`: (T,) seconds.
     """
     places = {
         name: joints[:, body.skeleton.body[code]].copy() for name, code in JOINT_CODES.items()

@@ -27,28 +27,7 @@ _SLIGHT = 1e-6  # a part of a unit vector that tells no direction
 def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
     r"""Return how far a part is turned, or leans, to the right, and (imaginary) forward.
 
-    Parameters
-    ----------
-    score : Score
-        What is to be carried out.
-    part : str
-        One of `TURNED`; without a track it stays in place.
-    times : ndarray
-        (T,) seconds.
-
-    Returns
-    -------
-    ndarray
-        (T,) complex128, degrees.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.perform.turning import angles
-    >>> score = lanindex.read_lnd("#unit1\ntwist torso_twist right 40 0 1\n")
-    >>> angles(score, "torso_twist", np.array([0, 0.5, 1, 2])).real
-    array([ 0., 20., 40., 40.])
+    `times`: (T,) seconds; returns (T,) complex128, degrees.
     """
     rows: Any = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
     found, now = np.zeros(len(times), np.complex128), 0j
@@ -69,16 +48,7 @@ def _angle(code: int, degrees: int) -> complex:
 
 
 def leaning(lean: NDArray[np.complex128]) -> Floats:
-    """Return where something points that leans so far, (T, 3) unit vectors.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.perform.turning import leaning
-    >>> leaning(np.array([90j, 0])).round(3) + 0.0
-    array([[1., 0., 0.],
-           [0., 1., 0.]])
-    """
+    """Return where something points that leans so far, (T, 3) unit vectors."""
     size = np.abs(lean)
     way = lean / np.maximum(size, _SLIGHT)
     flat = np.sin(np.radians(size))
@@ -88,12 +58,7 @@ def leaning(lean: NDArray[np.complex128]) -> Floats:
 def twisted(trunk: Floats, twist: Floats) -> tuple[Floats, Floats]:
     """Return where the chest's front and right point.
 
-    Parameters
-    ----------
-    trunk : ndarray
-        (T, 3) unit vectors: where the torso points.
-    twist : ndarray
-        (T,) degrees to the right of the pelvis, about the trunk.
+    `trunk`: (T, 3) unit vectors; `twist`: (T,) degrees to the right of the pelvis, about the trunk.
     """
     right = np.array([0.0, 0.0, 1.0])
     across = right - trunk[:, 2:] * trunk
@@ -108,12 +73,7 @@ def twisted(trunk: Floats, twist: Floats) -> tuple[Floats, Floats]:
 def head_right(up: Floats, trunk: Floats, across: Floats) -> Floats:
     """Return where the right of a head points that is turned so far about the trunk.
 
-    Parameters
-    ----------
-    up : ndarray
-        (T, 3) unit vectors: where its top points.
-    trunk, across : ndarray
-        (T, 3) unit vectors: of the chest, its right turned as the head is.
+    `up`: (T, 3) unit vectors; `trunk, across`: (T, 3) unit vectors.
     """
     along = np.sum(up * trunk, axis=1, keepdims=True)
     along = np.where(np.abs(along) < _SLIGHT, _SLIGHT, along)
