@@ -50,61 +50,39 @@ def unexcused(
 ) -> BoolArray:
     """Tell beside which lines there is a match that shares no symbol with the line, (N,) bool.
 
-    There is if more matches stand beside it than those that share a symbol, which are few.
-
-    Parameters
-    ----------
-    relation : str
-        ``without`` or ``never``.
-    lines : Spans
-        (N,) the frames of hits.
-    excusing : Claims
-        (N,) by line, in no order.
-    matches : Spans
-        (M,) of lines that must not happen.
-    claims : Claims
-        (M,) of those.
-    margins : Margins
-        How near matches must lie.
+    There is one if more matches stand beside a line than share a symbol with it. How many may share
+    one is told by binary search, which is enough for most lines: only the others list them.
     """
     limit = relations.limits(relation, lines, margins)
-    excused = np.zeros(len(lines), np.int64)
-    for line, match in _touching(excusing, claims):
-        start, until = matches.start[match], matches.until[match]
-        fits = lines.capture[line] == matches.capture[match]
-        fits &= (start <= limit.begin_last[line]) & (until >= limit.end_first[line])
-        if fits.any():
-            line = line[fits]
-            excused[line[0] : line[-1] + 1] += np.bincount(line - line[0])
     base, behind = lines.capture * FAR, matches.capture * FAR
     starts, ends = np.sort(behind + matches.start), np.sort(behind + matches.until)
-    many = np.searchsorted(starts, base + limit.begin_last, "right")
-    many -= np.searchsorted(ends, base + limit.end_first)
-    found: BoolArray = many > excused
+    beside = np.searchsorted(starts, base + limit.begin_last, "right")
+    beside -= np.searchsorted(ends, base + limit.end_first)
+    column, match = np.nonzero(claims.first < FAR)
+    order = np.argsort(claims.first[column, match])
+    column, match = column[order], match[order]
+    begin, end = claims.first[column, match], claims.last[column, match]
+    latest = np.maximum.accumulate(end)
+    sharing = np.zeros(len(lines), np.int64)
+    for first, last in zip(excusing.first, excusing.last, strict=True):
+        sharing += np.searchsorted(begin, last, "right") - np.searchsorted(latest, first)
+    excused = sharing.copy()
+    unclear = np.flatnonzero((beside > 0) & (beside <= sharing))
+    for some in in_pieces(sharing[unclear]):
+        line = unclear[some]
+        own, column = np.nonzero(excusing.first[:, line].T < FAR)
+        first, last = excusing.first[column, line[own]], excusing.last[column, line[own]]
+        low, high = np.searchsorted(latest, first), np.searchsorted(begin, last, "right")
+        claim, place = spread(low, high)
+        fits = end[place] >= first[claim]
+        pairs = once(own[claim[fits]] * len(matches) + match[place[fits]])
+        own, other = np.divmod(pairs, len(matches))
+        fits = matches.start[other] <= limit.begin_last[line[own]]
+        fits &= matches.until[other] >= limit.end_first[line[own]]
+        fits &= matches.capture[other] == lines.capture[line[own]]
+        excused[line] = np.bincount(own[fits], minlength=len(line))
+    found: BoolArray = beside > excused
     return found
-
-
-def _touching(one: Claims, other: Claims) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield all pairs of a line and another that share a claim, each once, some lines at a time."""
-    first, last, line = _ranges(one)
-    begin, end, match = _ranges(other)
-    order = np.argsort(begin, kind="stable")
-    begin, end, match = begin[order], end[order], match[order]
-    low = np.searchsorted(np.maximum.accumulate(end), first)
-    high = np.searchsorted(begin, last, "right")
-    many = np.bincount(line, np.maximum(high - low, 0), len(one)).astype(np.int64)
-    for some in in_pieces(many) if len(one) else ():
-        own = slice(*np.searchsorted(line, [some[0], some[-1] + 1]))
-        which, place = spread(low[own], high[own])
-        common = end[place] >= first[own][which]
-        pairs = line[own][which[common]] * (len(other) + 1) + match[place[common]]
-        yield np.divmod(once(pairs), len(other) + 1)
-
-
-def _ranges(claims: Claims) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the ranges of all claims, and whose they are, growing."""
-    line, column = np.nonzero(claims.first.T < FAR)
-    return claims.first[column, line], claims.last[column, line], line
 
 
 def by_line(pairs: IntArray, lines: int) -> IntArray:
