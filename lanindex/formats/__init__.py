@@ -57,39 +57,20 @@ _HEAD = 4096
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One kind of capture file.
+    """One kind of capture file."""
 
-    Attributes
-    ----------
-    name : str
-        As the library and ``--format`` say it.
-    title : str
-        As people say it.
-    suffixes : tuple of str
-        Endings by which a folder is searched, in small letters.
-    sniff : Callable
-        Whether a file's first bytes are of this format.
-    module : str
-        Where in this folder it is read, cut and written; imported when needed.
-    certain : bool
-        Whether a file of such an ending is meant as a capture; else a folder's is looked into.
-    several : bool
-        Whether a file may hold several people: its module has ``subjects(file)``, their names.
-    joined : bool
-        Whether it may be read with other files: its module has ``companions(file, told)``.
-    named : bool
-        Whether its files are known by their names alone.
-    """
-
-    name: str
-    title: str
-    suffixes: tuple[str, ...]
-    sniff: Callable[[bytes], bool]
-    module: str
+    name: str  # as the library and ``--format`` say it
+    title: str  # as people say it
+    suffixes: tuple[str, ...]  # endings by which a folder is searched, in small letters
+    sniff: Callable[[bytes], bool]  # whether a file's first bytes are of this format
+    module: str  # where in this folder it is read, cut and written; imported when needed
+    # whether a file of such an ending is meant as a capture; else a folder's is looked into
     certain: bool = True
+    # whether a file may hold several people: its module has ``subjects(file)``, their names
     several: bool = False
+    # whether it may be read with other files: its module has ``companions(file, told)``
     joined: bool = False
-    named: bool = False
+    named: bool = False  # whether its files are known by their names alone
 
     def holds(self, name: str, head: bytes) -> bool:
         """Tell whether a file is of this format, by its name and its first bytes."""
@@ -122,19 +103,7 @@ _SEVERAL = tuple(suffix for form in FORMATS if form.several for suffix in form.s
 
 
 def known(file: File) -> Format:
-    """Return the format that a file's content is of.
-
-    Raises
-    ------
-    CaptureError
-        None; says how it begins.
-
-    Examples
-    --------
-    >>> from lanindex.formats import known, opened
-    >>> known(opened("corpus/compass.bvh")).name
-    'bvh'
-    """
+    """Return the format that a file's content is of."""
     head = file.content[:_HEAD]
     if archives.is_archive(file.name) and os.path.isfile(file.name):
         inside = archives.members(file.name)
@@ -172,32 +141,13 @@ def is_capture(path: str) -> bool:
 
 
 def captures_in(path: str) -> tuple[str, ...]:
-    """Return the captures in a file: the path itself, or one for each of several people in it.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
-
-    Examples
-    --------
-    >>> from lanindex.formats import captures_in
-    >>> captures_in("corpus/compass.bvh")
-    ('corpus/compass.bvh',)
-    """
+    """Return the captures in a file: the path itself, or one for each of several people in it."""
     names = names_in(opened(path)) if path.lower().endswith(_SEVERAL) else ()
     return tuple(path + SUBJECT + name for name in names) or (path,)
 
 
 def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
-    """Return the names of the people in a file, where there are several and none is meant.
-
-    Examples
-    --------
-    >>> from lanindex.formats import names_in, opened
-    >>> names_in(opened("corpus/compass.bvh"))
-    ()
-    """
+    """Return the names of the people in a file, where there are several and none is meant."""
     if not file.name.lower().endswith(_SEVERAL) or (told and told.columns):
         return ()
     form = known(file)
@@ -206,15 +156,7 @@ def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
 
 
 def companions(file: File, told: Reading) -> tuple[File, ...]:
-    """Return the other files that are read with one: what is told, a skeleton, numbers beside it.
-
-    Examples
-    --------
-    >>> from lanindex.formats import companions, opened
-    >>> from lanindex.model import Reading
-    >>> companions(opened("corpus/compass.bvh"), Reading())
-    ()
-    """
+    """Return the other files that are read with one: a skeleton, buffers, those of the options."""
     form = _form(file, told)
     own: tuple[File, ...] = form.does.companions(file, told) if form.joined else ()
     files = (told.body, told.columns, told.tempo)
@@ -307,45 +249,14 @@ def read(
 
 
 def check(told: Reading) -> None:
-    """Refuse what is told of files and no reader would understand, before one is read.
-
-    Raises
-    ------
-    UsageError
-        Unit, axis, rate or order of rotations are not known.
-    """
+    """Refuse what is told of files and no reader would understand, before one is read."""
     from lanindex.formats import told as words
 
     words.check(told)
 
 
 def read_file(file: File, told: Reading, wanted: Wanted) -> Motion:
-    """Read a capture: see `read`.
-
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading
-        What the user says in place of what would be found.
-    wanted : Wanted
-        What for.
-
-    Returns
-    -------
-    Motion
-        Millimetres, y up; every joint of the file, or those of the body. Of several people the
-        one that the file's name tells behind ``#``, else the first.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged; names the line, where it has lines.
-    BodyError
-        It holds no human body.
-    UsageError
-        What is told of it is not understood.
-    """
+    """Read a capture: see `read`."""
     check(told)
     motion: Motion = _form(file, told).does.read(file, told, wanted)
     return motion
@@ -361,26 +272,6 @@ def cutter(file: File, told: Reading | None = None) -> Cutter | None:
     """Return what cuts clips out of a file, its bytes looked through once.
 
     None: in this format no clip can be cut, only written in another.
-
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    told : Reading, optional
-        What the user said of it: its columns, or a take.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
-
-    Examples
-    --------
-    >>> from lanindex.formats import cutter, opened
-    >>> from lanindex.model import Span
-    >>> clip = cutter(opened("corpus/compass.bvh"))(Span(30, 60))
-    >>> clip[clip.index(b"Frames:") :].split()[1]
-    b'30'
     """
     does = _form(file, told).does
     cut: Cutter | None = does.cutter(file, told) if hasattr(does, "cutter") else None
@@ -388,12 +279,6 @@ def cutter(file: File, told: Reading | None = None) -> Cutter | None:
 
 
 def beside(file: File, told: Reading) -> tuple[tuple[str, bytes], ...]:
-    """Return what has to lie beside a clip of a file, each with its ending: a skeleton.
-
-    Raises
-    ------
-    CaptureError
-        It is not there.
-    """
+    """Return what has to lie beside a clip of a file, each with its ending: a skeleton."""
     does = _form(file, told).does
     return tuple(does.beside(file, told)) if hasattr(does, "beside") else ()

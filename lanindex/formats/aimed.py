@@ -20,14 +20,7 @@ Floats = NDArray[np.float64]
 def resting(motion: Motion, offsets: NDArray[Any], turned: Floats) -> dict[str, tuple[int, Floats]]:
     """Return where axes point at rest that a motion knows, and the joints that they turn with.
 
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-    offsets : ndarray
-        (J, 3) from the parent, at rest.
-    turned : ndarray
-        (S, J, 3, 3) from rest to the world, in the frames that `lanindex.body.sampled` takes.
+    Takes `offsets` (J, 3), `turned` (S, J, 3, 3).
     """
     skeleton, some = motion.skeleton, sampled(len(motion))
     parents, body = skeleton.parents.tolist(), skeleton.body
@@ -47,19 +40,7 @@ def aim(
     frames: slice,
     turns: Floats,
 ) -> None:
-    """Turn joints as far as axes tell it, in place.
-
-    Parameters
-    ----------
-    rest : mapping of str to tuple of int and ndarray
-        As from `resting`.
-    axes : mapping of str to ndarray
-        As in `Motion`.
-    frames : slice
-        Which of its frames.
-    turns : ndarray
-        (t, J, 3, 3) from rest to the world.
-    """
+    """Turn joints as far as axes tell it, in place."""
     for name, (joint, own) in rest.items():
         there = axes[name][frames].astype(np.float64)
         known = np.isfinite(there).all(axis=(1, 2))

@@ -55,11 +55,6 @@ def native(path: str) -> str:
     r"""Return a path as the system spells it.
 
     Names that are no UTF-8 are shown, and kept in libraries, with ``\xff`` for such a byte.
-
-    Parameters
-    ----------
-    path : str
-        As `lanindex.library.texts.printable` gives it, or native already.
     """
     if "\\x" not in path or os.path.lexists(path):
         return path
@@ -129,24 +124,12 @@ def members(path: str) -> list[str]:
     """Return the names of the files in an archive, in the order in which to read them.
 
     Of a tar that is its own: what is read in another is unpacked again and again.
-
-    Raises
-    ------
-    CaptureError
-        It is damaged, has too many members, one with a name that leads elsewhere, or holds more
-        than its size allows.
     """
     return list(_archive(path).members)
 
 
 def member(path: str, name: str) -> bytes:
-    """Return the content of a file in an archive.
-
-    Raises
-    ------
-    CaptureError
-        There is none of that name, it is damaged, encrypted or too large.
-    """
+    """Return the content of a file in an archive."""
     archive = _archive(path)
     if name not in archive.members:
         raise CaptureError("there is no such file in the archive", place=path + MARK + name)

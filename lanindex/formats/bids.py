@@ -56,30 +56,14 @@ _SPACE = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Channels:
-    """What the columns are.
+    """What the columns are."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        (M) the tracked points whose places are known.
-    points : tuple of int
-        (3 M) columns of x, y, z of each.
-    latency : tuple of int
-        The column of times, if there is one.
-    width : int
-        Columns in all.
-    unit : str
-        Of the places.
-    frame : str
-        What the channels call the space that they are measured in.
-    """
-
-    names: tuple[str, ...]
-    points: tuple[int, ...]
-    latency: tuple[int, ...]
-    width: int
-    unit: str
-    frame: str
+    names: tuple[str, ...]  # (M) the tracked points whose places are known
+    points: tuple[int, ...]  # (3 M) columns of x, y, z of each
+    latency: tuple[int, ...]  # the column of times, if there is one
+    width: int  # columns in all
+    unit: str  # of the places
+    frame: str  # what the channels call the space that they are measured in
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
@@ -211,37 +195,7 @@ def _upright(
 
 
 def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:
-    """Yield the files of Motion-BIDS that hold a motion: metres, y up; its markers, or its joints.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any; what is unknown is ``n/a``.
-    path : Path
-        Of the positions; the others lie beside it.
-
-    Yields
-    ------
-    tuple of Path and bytes
-
-    Raises
-    ------
-    UsageError
-        The name is none of Motion-BIDS.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> import lanindex
-    >>> from lanindex.formats import bids
-    >>> motion = lanindex.read("corpus/compass.bvh")
-    >>> for path, _ in bids.files(motion, Path("sub-01_task-reach_tracksys-body_motion.tsv")):
-    ...     print(path)
-    sub-01_task-reach_tracksys-body_motion.tsv
-    sub-01_task-reach_tracksys-body_channels.tsv
-    sub-01_task-reach_tracksys-body_channels.json
-    sub-01_task-reach_tracksys-body_motion.json
-    """
+    """Yield the Motion-BIDS files of a motion: metres, y up; its markers, or else its joints."""
     match = _NAME.fullmatch(path.name)
     if match is None:
         raise UsageError(f'"{path.name}"', wanted=_WANTED)

@@ -29,28 +29,7 @@ def rate_by(
 ) -> tuple[Fraction, tuple[str, ...]]:
     """Return the frames a second.
 
-    Parameters
-    ----------
-    told : Reading
-        What the user says instead.
-    said : str
-        What the file says, as text; empty where it says nothing.
-    times : ndarray
-        (T,) float64, seconds; NaN where unknown, empty where the file has none.
-    place : str
-        File and line, for errors.
-
-    Returns
-    -------
-    tuple of Fraction and tuple of str
-        The rate, of which the times are believed where both contradict; and warnings.
-
-    Raises
-    ------
-    CaptureError
-        Neither makes sense.
-    UsageError
-        The user's rate makes no sense.
+    Takes `times` (T,).
 
     Examples
     --------

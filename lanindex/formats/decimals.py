@@ -47,35 +47,7 @@ def fill(
 ) -> Flags:
     r"""Read the lines in which every number is plain; tell which they are.
 
-    Parameters
-    ----------
-    values : ndarray
-        (T, C) float64, to be filled; rows that are not read may hold anything after it.
-    data : bytes
-        Holds the lines.
-    lines : ndarray
-        (T, 2) int64, first byte of each line, and the one behind its end.
-    separator : bytes
-        Stands between cells; a blank: any number of blanks does, and no cell is empty.
-    columns : sequence of int
-        (C) the cells that are read. An empty one is NaN.
-    width : int
-        Cells of a line; beyond them there are none but empty ones.
-
-    Returns
-    -------
-    ndarray
-        (T,) bool, whether the line was read; what others hold has to be looked at one by one.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats import decimals
-    >>> lines, values = np.array([[0, 11], [11, 18]]), np.zeros((2, 3))
-    >>> decimals.fill(values, b"1.5,,-2e-3\n1,2,two", lines, b",", range(3), 3)
-    array([ True, False])
-    >>> values[0].tolist()
-    [1.5, nan, -0.002]
+    Takes `values` (T, C), `lines` (T, 2); returns (T,).
     """
     read = np.zeros(len(lines), bool)
     wanted = np.array(columns)

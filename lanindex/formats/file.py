@@ -34,23 +34,13 @@ class Content(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """A capture file's bytes, and its name: on a disk, in an archive, from a network.
+    """A capture file's bytes, and its name: on a disk, in an archive, from a network."""
 
-    Attributes
-    ----------
-    name : str
-        A path, as given; messages show it.
-    content : Content
-        All of it; ``content[:]`` has it in memory.
-    subject : str
-        Whom of several people in it is meant, where that is told; its name ends with it.
-    made : dict
-        What was made of the content, by what made it: the same for each of its people.
-    """
-
-    name: str
-    content: Content
+    name: str  # a path, as given; messages show it
+    content: Content  # all of it; ``content[:]`` has it in memory
+    # whom of several people in it is meant, where that is told; its name ends with it
     subject: str = ""
+    # what was made of the content, by what made it: the same for each of its people
     made: dict[Callable[..., Any], Any] = field(default_factory=dict, repr=False, compare=False)
 
     def once(self, make: Callable[[File], T]) -> T:
@@ -61,13 +51,7 @@ class File:
         return found
 
     def beside(self, suffix: str) -> File:
-        """Return a second file that a format needs, of the same name with another ending.
-
-        Raises
-        ------
-        CaptureError
-            There is none.
-        """
+        """Return a second file that a format needs, of the same name with another ending."""
         own = archives.split(self.name)[1] or on_disk(self.name)
         wanted = f"{PurePath(own).stem}{suffix}".lower()
         for path in siblings(self.name, suffix):
@@ -106,15 +90,9 @@ def holding(content: Content, first: int, stop: int) -> tuple[bytes, int]:
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What a motion is read for.
+    """What a motion is read for."""
 
-    Attributes
-    ----------
-    body_only : bool
-        Whether the joints of the body will do; else all of the file.
-    """
-
-    body_only: bool = False
+    body_only: bool = False  # whether the joints of the body will do; else all of the file
 
 
 class _OnDisk:
@@ -159,14 +137,7 @@ SUBJECT = "#"
 
 
 def on_disk(path: str) -> str:
-    """Return the file of the disk that holds a capture: an archive, or what several people share.
-
-    Examples
-    --------
-    >>> from lanindex.formats.file import on_disk
-    >>> on_disk("corpus/compass.bvh"), on_disk("corpus/compass.bvh#Ada")
-    ('corpus/compass.bvh', 'corpus/compass.bvh')
-    """
+    """Return the file on disk that holds a capture: an archive, or what several people share."""
     return archives.split(path)[0] or _of_subject(path)[0]
 
 
@@ -179,15 +150,7 @@ def _of_subject(path: str) -> tuple[str, str]:
 
 
 def siblings(path: str, suffix: str) -> list[str]:
-    """Return the files of an ending, in small letters, in the folder where a capture lies, sorted.
-
-    Parameters
-    ----------
-    path : str
-        A capture: of the disk, or of an archive.
-    suffix : str
-        ``.asf``.
-    """
+    """Return the files with a suffix, in lower case, in the folder of a capture, sorted."""
     archive, member = archives.split(path)
     if archive:
         folder = PurePosixPath(member).parent
@@ -203,13 +166,7 @@ def siblings(path: str, suffix: str) -> list[str]:
 
 
 def opened(path: str | os.PathLike[str]) -> File:
-    """Return a file of the disk or of an archive, or of one person in it: ``trial.c3d#Ada``.
-
-    Raises
-    ------
-    CaptureError
-        It is not there, or no file, or may not be read.
-    """
+    """Return a file of the disk or of an archive, or of one person in it: ``trial.c3d#Ada``."""
     name = os.fspath(path)
     archive, member = archives.split(name)
     if archive:

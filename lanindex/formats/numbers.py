@@ -41,30 +41,14 @@ Parse = Callable[[bytes, Lines, "Table"], tuple[Floats, int | None]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """Where the numbers of a table lie.
+    """Where the numbers of a table lie."""
 
-    Attributes
-    ----------
-    lines : ndarray
-        (T, 2) int64, first byte of each row, and the one behind its line's end.
-    separator : bytes
-        Stands between cells; `BLANKS`: any number of them.
-    width : int
-        Columns: what a row has beyond them is blank.
-    heads : tuple of int
-        Columns of frame numbers, times, states.
-    points : tuple of int
-        (3 M) columns of x, y, z of each point.
-    comma : bool
-        Whether a comma stands in numbers where a point would.
-    """
-
-    lines: Lines
-    separator: bytes
-    width: int
-    heads: tuple[int, ...]
-    points: tuple[int, ...]
-    comma: bool = False
+    lines: Lines  # (T, 2) int64, first byte of each row, and the one behind its line's end
+    separator: bytes  # stands between cells; `BLANKS`: any number of them
+    width: int  # columns: what a row has beyond them is blank
+    heads: tuple[int, ...]  # columns of frame numbers, times, states
+    points: tuple[int, ...]  # (3 M) columns of x, y, z of each point
+    comma: bool = False  # whether a comma stands in numbers where a point would
 
     @property
     def columns(self) -> tuple[int, ...]:
@@ -75,17 +59,7 @@ class Table:
 def rows(data: Content, first: int, stop: int | None = None) -> Lines:
     """Return the lines that are not blank, nor hold separators alone.
 
-    Parameters
-    ----------
-    data : Content
-        The file.
-    first, stop : int
-        The bytes that are looked through; to the end, if not told.
-
-    Returns
-    -------
-    ndarray
-        (T, 2) int64, first byte of each, and the one behind its line's end.
+    Returns (T, 2).
     """
     stop = len(data) if stop is None else stop
     end = newline(data[first : min(stop, first + _PIECE)])[0]
@@ -115,23 +89,7 @@ def newline(head: bytes) -> bytes:
 def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
     """Read the numbers of a table.
 
-    Parameters
-    ----------
-    file : File
-        The file.
-    table : Table
-        Where they lie.
-
-    Returns
-    -------
-    tuple of ndarray
-        (T, H) float64 heads, and (T, M, 3) float32 points; NaN where unknown: of a point that is
-        not known whole, all three.
-
-    Raises
-    ------
-    CaptureError
-        A row is damaged; names the line.
+    Returns (T, H), (T, M, 3).
     """
     lines = table.lines
     needed = max(table.columns)  # as many separators stand in a row at least
@@ -164,17 +122,7 @@ def at_origin(
 
     A point that lies there always is left: it may be what all others are measured from.
 
-    Parameters
-    ----------
-    places : ndarray
-        (T, M, 3); changed.
-    names : sequence of str
-        (M) for the warning.
-
-    Returns
-    -------
-    tuple of tuple of str and ndarray
-        A warning, if any is; and the places.
+    Takes `places` (T, M, 3).
     """
     zero = (places == 0).all(axis=2)
     zero &= ~(zero | np.isnan(places[..., 0])).all(axis=0)
@@ -198,19 +146,7 @@ def shown(motion: Motion) -> tuple[tuple[str, ...], NDArray[np.float32]]:
 def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
     """Read some rows: the plain path.
 
-    Parameters
-    ----------
-    data : bytes
-        Holds the rows.
-    lines : ndarray
-        (T, 2) int64, their bytes.
-    table : Table
-        Which columns are read.
-
-    Returns
-    -------
-    tuple of ndarray and (int or None)
-        (T, C) float64, the columns in the table's order, and the first row that is damaged.
+    Takes `lines` (T, 2); returns (T, C).
     """
     values = np.empty((len(lines), len(table.columns)))
     read = decimals.fill(values, data, lines, table.separator, table.columns, table.width)

@@ -18,13 +18,7 @@ _LONGEST = 100
 
 
 def person(file: File, names: Sequence[str]) -> tuple[str, tuple[str, ...]]:
-    """Return the name of who is meant, and a doubt where others are there and nobody is named.
-
-    Raises
-    ------
-    CaptureError
-        Nobody is called so.
-    """
+    """Return the name of who is meant, and a doubt where others are there and nobody is named."""
     name = file.subject or names[0]
     if name not in names:
         raise CaptureError(

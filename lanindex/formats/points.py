@@ -45,18 +45,11 @@ SAMPLED = 512
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Places that are worked out where they are asked for, not held: those of a long animation.
+    """Places that are worked out where they are asked for, not held: those of a long animation."""
 
-    Attributes
-    ----------
-    known : ndarray
-        (T, M) bool: where they are.
-    at : Callable
-        Gives (t, K, 3) places, units and axes of the file, and (t, K, 4) rotations or None, by
-        frames (a slice, or numbers) and by the numbers of points.
-    """
-
-    known: NDArray[np.bool_]
+    known: NDArray[np.bool_]  # (T, M) bool: where they are
+    # gives (t, K, 3) places, units and axes of the file, and (t, K, 4) rotations or None, by frames
+    # (a slice, or numbers) and by the numbers of points
     at: Callable[[Frames, NDArray[np.int64]], tuple[NDArray[Any], NDArray[Any] | None]]
 
     def __len__(self) -> int:
@@ -66,70 +59,27 @@ class Places:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
-    """What a file tells of points.
+    """What a file tells of points."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        (M) as the file has them.
-    places : ndarray or Places
-        (T, M, 3) float, units and axes of the file; NaN where unknown. Of markers in float32 it
-        becomes the motion's: what it holds is turned and scaled in place. Or what tells them of a
-        file with a hierarchy, rotations included.
-    rate : Fraction
-        Frames a second.
-    stated : Stated
-        What the file says of itself.
-    parents : tuple of int or None
-        (M) where the file has a hierarchy: parents before children, -1 for a root.
-    offsets : ndarray or None
-        (M, 3) from each joint's parent, at rest; None: the median.
-    rotations : ndarray or None
-        (T, M, 4) from each joint's rest to the world, (w, x, y, z), axes of the file.
-    doubts : tuple of str
-        What the reader found doubtful.
-    palms_down : bool
-        Whether the format says that at rest palms face down.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # (M) as the file has them
+    # (T, M, 3) float, units and axes of the file; NaN where unknown. Of markers in float32 it
+    # becomes the motion's: what it holds is turned and scaled in place. Or what tells them of a
+    # file with a hierarchy, rotations included.
     places: NDArray[Any] | Places
-    rate: Fraction
-    stated: Stated = field(default_factory=Stated)
+    rate: Fraction  # frames a second
+    stated: Stated = field(default_factory=Stated)  # what the file says of itself
+    # (M) where the file has a hierarchy: parents before children, -1 for a root
     parents: tuple[int, ...] | None = None
+    # (M, 3) from each joint's parent, at rest; None: the median
     offsets: NDArray[Any] | None = None
+    # (T, M, 4) from each joint's rest to the world, (w, x, y, z), axes of the file
     rotations: NDArray[Any] | None = None
-    doubts: tuple[str, ...] = ()
-    palms_down: bool = False
+    doubts: tuple[str, ...] = ()  # what the reader found doubtful
+    palms_down: bool = False  # whether the format says that at rest palms face down
 
 
 def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Wanted) -> Motion:
-    """Return a motion of points.
-
-    Parameters
-    ----------
-    points : Points
-        What the file tells.
-    file : File
-        For its name.
-    form : str
-        The format, as `Motion.source` tells it.
-    told : Reading
-        What the user says instead.
-    wanted : Wanted
-        What the motion is for.
-
-    Returns
-    -------
-    Motion
-        The file's joints; or, where it has markers, the joints that they make, and the markers
-        beside them unless the body is enough.
-
-    Raises
-    ------
-    BodyError
-        The points make no human body; names what is missing.
-    """
+    """Return a motion of points."""
     made = _made(points.names, told) if points.parents is None else None
     names, stated = points.names, points.stated
     if made is not None:

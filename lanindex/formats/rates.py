@@ -13,30 +13,7 @@ _SNAP = Fraction(2, 10_000)
 
 
 def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None) -> Fraction:
-    """Return the frames a second.
-
-    Parameters
-    ----------
-    text : str or None
-        Seconds a frame, as the file has it.
-    place : str
-        File and line, for errors.
-    wanted : Fraction, float, str or None
-        What the user says instead.
-
-    Returns
-    -------
-    Fraction
-        The nearest n or n * 1000/1001 within 0.02 %, else the exact value
-        (``encode/METHOD.md``, stage 0).
-
-    Raises
-    ------
-    CaptureError
-        The file's time is missing or makes no sense.
-    UsageError
-        The user's rate makes no sense.
-    """
+    """Return the frames a second."""
     if wanted is not None:
         return told_rate(wanted)
     time = _fraction(text) if text is not None else None
@@ -51,13 +28,7 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
 
 
 def told_rate(wanted: Fraction | float | str) -> Fraction:
-    """Return the frames a second that the user says.
-
-    Raises
-    ------
-    UsageError
-        They make no sense.
-    """
+    """Return the frames a second that the user says."""
     given = _fraction(str(wanted))
     if given is None or given < _SLOWEST:
         raise UsageError(

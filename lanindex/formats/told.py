@@ -16,20 +16,7 @@ COMPOSE = ("parent", "child")
 
 
 def check(told: Reading) -> None:
-    """Refuse what no reader would understand, before any file is read.
-
-    Parameters
-    ----------
-    told : Reading
-        What the user says.
-
-    Raises
-    ------
-    UsageError
-        Unit, axis, rate, order of rotations or body are not understood.
-    NotationError
-        The file of beats is not.
-    """
+    """Refuse what no reader would understand, before any file is read."""
     if told.unit is not None:
         calibration.told_unit(told.unit)
     if told.up is not None:

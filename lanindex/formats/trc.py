@@ -35,27 +35,14 @@ _FIRST = 2  # columns before the markers: number and time
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
-    """The bytes of a TRC file, and what its header says.
+    """The bytes of a TRC file, and what its header says."""
 
-    Attributes
-    ----------
-    said : dict of str to str
-        By key in small letters: ``datarate``, ``numframes``, ``units`` ...
-    count : tuple of int
-        First byte of the number of frames, and the one behind its last; empty where there is none.
-    names : tuple of str
-        (M) the markers.
-    table : numbers.Table
-        Where the numbers lie.
-    doubts : tuple of str
-        What the header gets wrong.
-    """
-
-    said: dict[str, str]
+    said: dict[str, str]  # by key in small letters: ``datarate``, ``numframes``, ``units``
+    # first byte of the number of frames, and the one behind its last; empty where there is none
     count: tuple[int, int]
-    names: tuple[str, ...]
-    table: numbers.Table
-    doubts: tuple[str, ...]
+    names: tuple[str, ...]  # (M) the markers
+    table: numbers.Table  # where the numbers lie
+    doubts: tuple[str, ...]  # what the header gets wrong
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
@@ -79,11 +66,6 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
 
     Header and lines are the source's, numbers and times of the frames too; only ``NumFrames`` is
     new.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
     """
     layout = scan(file)
     lines, (before, after) = layout.table.lines, layout.count
@@ -98,13 +80,7 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
 
 
 def scan(file: File) -> Layout:
-    """Find the frames of a TRC file without reading their numbers.
-
-    Raises
-    ------
-    CaptureError
-        The header cannot be understood, or there are no frames.
-    """
+    """Find the frames of a TRC file without reading their numbers."""
     head = file.content[:_HEAD]
     above = _head_lines(head)
     if len(above) < 4:
@@ -177,25 +153,7 @@ def _miscounted(said: dict[str, str], key: str, there: int, what: str) -> tuple[
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as TRC: millimetres, y up; its markers, or else its joints.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any; what is unknown is left blank.
-
-    Returns
-    -------
-    bytes
-        Read again it gives the positions within 0.0001 mm.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.formats.trc import write
-    >>> write(lanindex.read("corpus/compass.bvh")).split()[3]
-    b'compass.trc'
-    """
+    """Write a motion as TRC: millimetres, y up; its markers, or else its joints."""
     names, places = numbers.shown(motion)
     names = tuple(re.sub(r"[\t\r\n]+", " ", name).strip() or "marker" for name in names)
     title = re.sub(r"\s+", " ", PurePath(motion.source.path).with_suffix(".trc").name)

@@ -92,17 +92,7 @@ def unit(turns: NDArray[Any]) -> Floats:
 def between(start: Floats, stop: Floats, part: Floats) -> Floats:
     """Return turns on the shortest way from some to others, evenly.
 
-    Parameters
-    ----------
-    start, stop : ndarray
-        (T, 4), of length 1.
-    part : ndarray
-        (T,) of the way, 0 to 1.
-
-    Returns
-    -------
-    ndarray
-        (T, 4).
+    Takes `start, stop` (T, 4), `part` (T,); returns (T, 4).
 
     Examples
     --------
@@ -171,18 +161,7 @@ def worlds(
 ) -> Iterator[tuple[int, Floats, Floats]]:
     """Yield where nodes are and how they are turned.
 
-    Parameters
-    ----------
-    nodes : iterable of tuple
-        Each node and the one that it stands in, -1: none; parents before children.
-    standing : Callable
-        Gives a node's shift (T, 3), turn (T, 4) and scale (T, 3) within its parent, T being 1
-        where it stays.
-
-    Yields
-    ------
-    tuple
-        The node, (T, 3) and (T, 4).
+    Takes `standing` (T, 3), (T, 4); returns (T, 3), (T, 4).
 
     Examples
     --------

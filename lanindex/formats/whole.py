@@ -24,23 +24,7 @@ from lanindex.model import Motion, Skeleton
 
 
 def whole(motion: Motion) -> Motion:
-    """Return a motion of one skeleton in which every joint is known in every frame.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-
-    Returns
-    -------
-    Motion
-        The same where it is so already; else what the rules above make of it, which it warns of.
-
-    Raises
-    ------
-    ExportError
-        Hardly anything of a body is known.
-    """
+    """Return a motion of one skeleton in which every joint is known in every frame."""
     unknown = _unknown(motion)
     roots = int((motion.skeleton.parents < 0).sum())
     if roots == 1 and not unknown.any():

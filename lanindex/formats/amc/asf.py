@@ -32,52 +32,25 @@ Vector = tuple[float, ...]
 
 @dataclass(slots=True)
 class Bone:
-    """A bone, or the root, which has no length.
+    """A bone, or the root, which has no length."""
 
-    Attributes
-    ----------
-    name : bytes
-        As AMC calls it.
-    shift : Vector
-        From its beginning to its end, units of the file; of the root: where it stands.
-    axis : Vector
-        Angles of its own axes, about x, y and z.
-    order : tuple of int
-        About which axis those angles turn first, next and last; the axes do not turn with it.
-    dof : tuple of int
-        Its numbers in AMC: 0 to 2 turn about x, y, z, 3 to 5 move along them.
-    parent : int
-        -1 for the root.
-    """
-
-    name: bytes
-    shift: Vector
-    axis: Vector
+    name: bytes  # as AMC calls it
+    shift: Vector  # from its beginning to its end, units of the file; of the root: where it stands
+    axis: Vector  # angles of its own axes, about x, y and z
+    # about which axis those angles turn first, next and last; the axes do not turn with it
     order: tuple[int, ...]
-    dof: tuple[int, ...]
-    parent: int = -1
+    dof: tuple[int, ...]  # its numbers in AMC: 0 to 2 turn about x, y, z, 3 to 5 move along them
+    parent: int = -1  # -1 for the root
 
 
 @dataclass(frozen=True, slots=True)
 class Bones:
-    """What an ASF file tells.
+    """What an ASF file tells."""
 
-    Attributes
-    ----------
-    bones : tuple of Bone
-        Parents before children, the root first.
-    inches : float
-        In one inch, so many of its units; 0: it does not say.
-    degrees : bool
-        Whether its angles are degrees; else radians.
-    doubts : tuple of str
-        What is unusual in it.
-    """
-
-    bones: tuple[Bone, ...]
-    inches: float
-    degrees: bool
-    doubts: tuple[str, ...]
+    bones: tuple[Bone, ...]  # parents before children, the root first
+    inches: float  # in one inch, so many of its units; 0: it does not say
+    degrees: bool  # whether its angles are degrees; else radians
+    doubts: tuple[str, ...]  # what is unusual in it
 
 
 class _Line(NamedTuple):
@@ -124,23 +97,7 @@ class _Sections:
 
 
 def parse(file: File) -> Bones:
-    """Read a skeleton.
-
-    Parameters
-    ----------
-    file : File
-        ASF.
-
-    Returns
-    -------
-    Bones
-        Each hangs on one other, in the end on the root.
-
-    Raises
-    ------
-    CaptureError
-        It is damaged; names the line.
-    """
+    """Read a skeleton."""
     if len(file.content) > LARGEST_FILE:
         found = f"a skeleton of {len(file.content)} bytes"
         raise CaptureError(found, place=file.name, wanted=f"at most {LARGEST_FILE}")

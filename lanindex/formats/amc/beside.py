@@ -18,26 +18,7 @@ _MOST_STEMS = 8
 
 
 def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
-    """Return the skeleton of a motion, and what is doubtful about it.
-
-    Parameters
-    ----------
-    file : File
-        AMC.
-    told : Reading
-        May name the skeleton.
-
-    Returns
-    -------
-    tuple of File and tuple of str
-        For ``01_01.amc`` it is ``01_01.asf``, else ``01.asf``, else the only one of its folder;
-        in capital letters or small ones.
-
-    Raises
-    ------
-    CaptureError
-        It is not there, or there are several and none has the name.
-    """
+    """Return the skeleton of a motion, and what is doubtful about it."""
     if told.skeleton is not None:
         return opened(told.skeleton), ()
     stems = _stems(PurePath(file.name).stem)
@@ -60,13 +41,7 @@ def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
 
 
 def companions(file: File, told: Reading) -> tuple[File, ...]:
-    """Return the skeleton of a motion.
-
-    Raises
-    ------
-    CaptureError
-        As `skeleton_of`.
-    """
+    """Return the skeleton of a motion."""
     return (skeleton_of(file, told)[0],)
 
 

@@ -17,11 +17,6 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
 
     The header and the lines of the frames are the source's; frames count from 1. The skeleton is
     no part of it: `lanindex.formats.amc.beside` gives it.
-
-    Raises
-    ------
-    CaptureError
-        The file has no frames.
     """
     layout = scan(file.content, file.name)
 

@@ -23,15 +23,7 @@ END = " End"
 def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], Floats]:
     """Return a skeleton's joints: where each bone begins, by its name, then where the last end.
 
-    Parameters
-    ----------
-    bones : sequence of Bone
-        Parents before children.
-
-    Returns
-    -------
-    tuple
-        Names; parents, before their children; (J, 3) offsets from them at rest.
+    Returns (J, 3).
     """
     names = [bone.name.decode("utf-8", "replace") for bone in bones]
     last = _last(bones)
@@ -42,15 +34,7 @@ def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], 
 
 
 def axes_of(bones: Sequence[Bone], tilt: float) -> list[Floats]:
-    """Return the axes that each bone turns about, as columns.
-
-    Parameters
-    ----------
-    bones : sequence of Bone
-        Of a skeleton.
-    tilt : float
-        Radians in one unit of its angles.
-    """
+    """Return the axes that each bone turns about, as columns."""
     return [_axes(bone, tilt) for bone in bones]
 
 
@@ -59,22 +43,7 @@ def world(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return where joints are, and their rotations from rest.
 
-    Parameters
-    ----------
-    bones : sequence of Bone
-        Parents before children.
-    axes : sequence of ndarray
-        Theirs, of `axes_of`.
-    values : ndarray
-        (T, W) their numbers.
-    turn : float
-        Radians in one unit of these numbers' angles.
-
-    Returns
-    -------
-    tuple of ndarray and ndarray
-        (T, J, 3) places, units of the file, and (T, J, 4) quaternions (w, x, y, z), of the joints
-        of `joints_of`.
+    Takes `values` (T, W); returns (T, J, 3), (T, J, 4).
     """
     count = len(values)
     last = _last(bones)
@@ -145,17 +114,7 @@ def _followed(first: Floats, cosine: Floats, sines: Floats) -> Floats:
 def carried(turn: NDArray[Any], vector: Sequence[float] | NDArray[Any]) -> NDArray[Any]:
     """Return vectors turned by quaternions.
 
-    Parameters
-    ----------
-    turn : ndarray
-        (4, T) of length 1: w, x, y, z.
-    vector : sequence of float or ndarray
-        One, (3,), or (3, T).
-
-    Returns
-    -------
-    ndarray
-        (3, T).
+    Takes `turn` (4, T), `vector` (3,), (3, T); returns (3, T).
     """
     (w, x, y, z), (a, b, c) = turn, vector
     d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)

@@ -24,27 +24,13 @@ Places = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
-    """The bytes of an AMC file.
+    """The bytes of an AMC file."""
 
-    Attributes
-    ----------
-    header : bytes
-        What stands before the first frame.
-    starts : ndarray
-        (T,) int64, where the number of each frame begins.
-    stops : ndarray
-        (T,) int64, the byte behind it.
-    ends : ndarray
-        (T,) int64, the byte behind each frame.
-    numbers : ndarray
-        (T,) int64, the frames' own numbers.
-    """
-
-    header: bytes
-    starts: Places
-    stops: Places
-    ends: Places
-    numbers: Places
+    header: bytes  # what stands before the first frame
+    starts: Places  # (T,) int64, where the number of each frame begins
+    stops: Places  # (T,) int64, the byte behind it
+    ends: Places  # (T,) int64, the byte behind each frame
+    numbers: Places  # (T,) int64, the frames' own numbers
 
     @property
     def radians(self) -> bool | None:
@@ -63,25 +49,7 @@ class Layout:
 
 
 def scan(data: Content, path: str) -> Layout:
-    """Find the frames of an AMC file without reading their numbers.
-
-    Parameters
-    ----------
-    data : Content
-        The file.
-    path : str
-        Its name, for errors.
-
-    Returns
-    -------
-    Layout
-        At least one frame: a line that is a number, and all behind it up to the next.
-
-    Raises
-    ------
-    CaptureError
-        There are no frames, or a line that begins with a digit is no frame's number.
-    """
+    """Find the frames of an AMC file without reading their numbers."""
     rows: list[tuple[int, int, int]] = []
     for start in range(0, len(data), PIECE):
         piece = data[start : start + PIECE + _NUMBER]

@@ -23,22 +23,7 @@ Places = NDArray[np.int64]
 
 
 class Numbers:
-    """Reads the numbers of frames.
-
-    Parameters
-    ----------
-    bones : sequence of Bone
-        Those of the skeleton.
-    parse : Parse
-        What reads bare numbers.
-
-    Attributes
-    ----------
-    columns : dict of bytes to slice
-        By bone that has numbers: which they are.
-    width : int
-        How many numbers a frame has.
-    """
+    """Reads the numbers of frames."""
 
     def __init__(self, bones: Sequence[Bone], parse: Parse) -> None:
         self._parse = parse
@@ -53,24 +38,7 @@ class Numbers:
     def read(self, data: bytes, stops: Places, ends: Places, place: Callable[[int], str]) -> Floats:
         """Read some frames.
 
-        Parameters
-        ----------
-        data : bytes
-            Holds them.
-        stops, ends : ndarray
-            (T,) the bytes behind each frame's own number, and behind the frame.
-        place : Callable
-            Says of a byte of `data` where it stands.
-
-        Returns
-        -------
-        ndarray
-            (T, W) float64: the numbers of the bones in the order of the skeleton.
-
-        Raises
-        ------
-        CaptureError
-            A frame lacks a bone, names one that is none, or has too many or too few numbers.
+        Takes `stops, ends` (T,); returns (T, W).
         """
         values = self._alike(data, stops, ends)
         return self._each(data, stops, ends, place) if values is None else values

@@ -68,20 +68,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
 
 
 def beside(file: File, told: Reading | None = None) -> tuple[tuple[str, bytes], ...]:
-    """Return what has to lie beside a clip: the skeleton, by the ending of its name.
-
-    Parameters
-    ----------
-    file : File
-        AMC.
-    told : Reading, optional
-        May name the skeleton.
-
-    Raises
-    ------
-    CaptureError
-        There is none.
-    """
+    """Return what has to lie beside a clip: the skeleton, by the ending of its name."""
     skeleton, _ = skeleton_of(file, told or Reading())
     return ((".asf", skeleton.content[:]),)
 

@@ -13,35 +13,13 @@ _BLOCK = 4096  # frames copied at a time
 
 
 def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of a BVH file, which is looked through once.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
-    """
+    """Return what cuts clips out of a BVH file, which is looked through once."""
     layout = scan(file.content, file.name)
     return lambda span: cut(file.content, layout, span)
 
 
 def cut(data: Content, layout: Layout, span: Span) -> bytes:
-    """Return the clip of some frames.
-
-    Parameters
-    ----------
-    data : Content
-        The whole source file.
-    layout : Layout
-        Where its bytes lie.
-    span : Span
-        Frames, not empty.
-
-    Returns
-    -------
-    bytes
-        Hierarchy, ``Frame Time:`` and the lines of the frames are the source's; only the number
-        of frames is new.
-    """
+    """Return the clip of some frames."""
     before, after = layout.count
     clip = io.BytesIO()
     clip.write(data[:before] + str(len(span)).encode() + data[after : layout.first])

@@ -17,19 +17,7 @@ def parse(
 ) -> tuple[NDArray[np.float64], int | None]:
     """Read the numbers of each frame.
 
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    frames : ndarray
-        (T, 2) int64, the bytes of each frame.
-    width : int
-        How many numbers each has to hold.
-
-    Returns
-    -------
-    tuple of ndarray and (int or None)
-        (T, width) float64, and the first frame that is damaged: `fault` says how.
+    Takes `frames` (T, 2).
     """
     values = np.empty((len(frames), width))
     read = decimals.fill(values, data, frames, b" ", range(width), width) if width else None
@@ -57,20 +45,7 @@ def _fill(row: NDArray[np.float64], line: bytes) -> bool:
 
 
 def fault(line: bytes, width: int) -> tuple[str, str]:
-    """Say what is wrong with a damaged frame.
-
-    Parameters
-    ----------
-    line : bytes
-        Its text.
-    width : int
-        How many numbers it has to hold.
-
-    Returns
-    -------
-    tuple of str and str
-        What was found, and what was wanted.
-    """
+    """Say what is wrong with a damaged frame."""
     words = line.split()
     for place, word in enumerate(words, 1):
         text = word.decode("latin-1")

@@ -52,27 +52,13 @@ _WANTED = {
 
 @dataclass(frozen=True, slots=True)
 class Hierarchy:
-    """The joints of a BVH file in file order, End Sites among them.
+    """The joints of a BVH file in file order, End Sites among them."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        (J) names; an End Site is called after its joint: ``Head End``.
-    parents : tuple of int
-        (J) index of each parent, -1 for a root.
-    offsets : tuple of tuple of float
-        (J, 3) in units of the file.
-    channels : tuple of tuple of int
-        (J) codes of `CHANNELS`, in file order.
-    ends : frozenset of int
-        The indices that are End Sites.
-    """
-
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
-    offsets: tuple[tuple[float, ...], ...]
-    channels: tuple[tuple[int, ...], ...]
-    ends: frozenset[int]
+    names: tuple[str, ...]  # (J) names; an End Site is called after its joint: ``Head End``
+    parents: tuple[int, ...]  # (J) index of each parent, -1 for a root
+    offsets: tuple[tuple[float, ...], ...]  # (J, 3) in units of the file
+    channels: tuple[tuple[int, ...], ...]  # (J) codes of `CHANNELS`, in file order
+    ends: frozenset[int]  # the indices that are End Sites
 
     @property
     def width(self) -> int:
@@ -218,25 +204,7 @@ _STATEMENTS: dict[str | None, Callable[[_Builder, re.Match[bytes]], None]] = {
 
 
 def parse(data: bytes, path: str = "") -> tuple[Hierarchy, int]:
-    """Read the hierarchy.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
-    path : str
-        Its name, for errors.
-
-    Returns
-    -------
-    tuple of Hierarchy and int
-        The joints, and the byte behind the word MOTION.
-
-    Raises
-    ------
-    CaptureError
-        Where the text is no hierarchy, names its line.
-    """
+    """Read the hierarchy."""
     build = _Builder(data, path)
     begin = _BEGIN.match(data)
     if begin is None:

@@ -31,60 +31,23 @@ class Layout:
 
     A clip is ``data[: count[0]]``, its own number of frames, ``data[count[1] : first]``, and
     ``data[frames[i, 0] : ends[i]]`` for each frame i.
-
-    Attributes
-    ----------
-    hierarchy : Hierarchy
-        The joints.
-    count : tuple of int
-        First byte of the number behind ``Frames:``, and the one after its last.
-    declared : int
-        That number.
-    time : str or None
-        What stands behind ``Frame Time:``; None: there is no such line.
-    time_line : tuple of int
-        Bytes of that line, without its end; empty where there is none.
-    first : int
-        The byte behind the header: the line after ``Frame Time:``.
-    frames : ndarray
-        (T, 2) int64, first byte of each frame's line and the one after its last, without line end.
-    ends : ndarray
-        (T,) int64, the byte behind each line's end.
-    newline : bytes
-        The line end of the ``Frames:`` line.
     """
 
-    hierarchy: Hierarchy
+    hierarchy: Hierarchy  # the joints
+    # first byte of the number behind ``Frames:``, and the one after its last
     count: tuple[int, int]
-    declared: int
-    time: str | None
-    time_line: tuple[int, int]
-    first: int
+    declared: int  # that number
+    time: str | None  # what stands behind ``Frame Time:``; None: there is no such line
+    time_line: tuple[int, int]  # bytes of that line, without its end; empty where there is none
+    first: int  # the byte behind the header: the line after ``Frame Time:``
+    # (T, 2) int64, first byte of each frame's line and the one after its last, without line end
     frames: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    newline: bytes
+    ends: NDArray[np.int64]  # (T,) int64, the byte behind each line's end
+    newline: bytes  # the line end of the ``Frames:`` line
 
 
 def scan(data: Content, path: str = "") -> Layout:
-    """Find the frames of a BVH file without reading their numbers.
-
-    Parameters
-    ----------
-    data : Content
-        The file.
-    path : str
-        Its name, for errors.
-
-    Returns
-    -------
-    Layout
-        At least one frame.
-
-    Raises
-    ------
-    CaptureError
-        The hierarchy or the lines behind MOTION cannot be understood, or there are no frames.
-    """
+    """Find the frames of a BVH file without reading their numbers."""
     hierarchy, count, time, newline, first = _header(data, path)
     frames, ends = _lines(data, first, hierarchy.width)
     if not len(frames):

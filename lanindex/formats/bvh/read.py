@@ -105,26 +105,13 @@ def _order(told: str | None, names: tuple[str, ...]) -> tuple[str, str]:
 
 @dataclass(slots=True)
 class _Frames:
-    """The numbers of a file as places of its joints, block by block.
+    """The numbers of a file as places of its joints, block by block."""
 
-    Attributes
-    ----------
-    file : File
-        The file.
-    layout : Layout
-        Where its frames lie.
-    work : Plan
-        What leads from channels to places.
-    paths : Paths
-        What reads the numbers and carries the plan out.
-    kept : tuple of ndarray or None
-        (T, C) and (T, J, 3) float64: of a short file everything, read once.
-    """
-
-    file: File
-    layout: Layout
-    work: Plan
-    paths: Paths
+    file: File  # the file
+    layout: Layout  # where its frames lie
+    work: Plan  # what leads from channels to places
+    paths: Paths  # what reads the numbers and carries the plan out
+    # (T, C) and (T, J, 3) float64: of a short file everything, read once
     kept: tuple[Floats, Floats] | None = None
 
     def looked_at(self) -> tuple[Floats, Floats, Floats]:

@@ -38,29 +38,6 @@ def write(motion: Motion) -> bytes:
     Joints turn from the rest pose of the skeleton (see `lanindex.rotation`). Where bones change
     their lengths every joint has position channels too, which stand in for its OFFSET; only an
     End Site cannot have them.
-
-    Parameters
-    ----------
-    motion : Motion
-        Of one root, with every joint known in every frame.
-
-    Returns
-    -------
-    bytes
-        Read again it gives the positions within 0.05 mm.
-
-    Raises
-    ------
-    ExportError
-        A position is unknown, or the skeleton has several roots.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.formats.bvh.write import write
-    >>> motion = lanindex.animate(lanindex.read_lnd("corpus/compass.lnd"))
-    >>> write(motion).split()[:3]
-    [b'HIERARCHY', b'ROOT', b'Hips']
     """
     skeleton, points = motion.skeleton, motion.positions.astype(np.float64)
     _check(motion, points)

@@ -25,36 +25,13 @@ _EVENTS = (300, 304, 376)
 
 
 def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of a C3D file, whose header is looked through once.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
-    """
+    """Return what cuts clips out of a C3D file, whose header is looked through once."""
     layout = scan(file)
     return lambda span: cut(file.content, layout, span)
 
 
 def cut(content: Content, layout: Layout, span: Span) -> bytes:
-    """Return the clip of some frames.
-
-    Parameters
-    ----------
-    content : Content
-        The whole source file.
-    layout : Layout
-        Where its numbers lie.
-    span : Span
-        Frames, not empty.
-
-    Returns
-    -------
-    bytes
-        Header and parameters are the source's but for the numbers of frames; and where these
-        contradicted each other, all say what was believed. Points, analog numbers and rotations
-        are the source's bytes.
-    """
+    """Return the clip of some frames."""
     clip = io.BytesIO()
     clip.write(bytes(layout.start))  # what stands there is known when all the rest is written
     _copy(content, layout.start, layout.frame, span, clip)

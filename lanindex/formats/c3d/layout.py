@@ -32,45 +32,19 @@ _ALIKE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where the numbers of a file lie.
+    """Where the numbers of a file lie."""
 
-    Attributes
-    ----------
-    parameters : Parameters
-        What it says of itself.
-    section : int
-        The first byte of the parameters.
-    start : int
-        The first byte of the data.
-    points : int
-        In a frame.
-    analog : int
-        Numbers in a frame behind its points.
-    scale : float
-        Units of the file in one step of an integer; below 0: floats.
-    frames : int
-        How many there are.
-    first : int
-        The number of the first one.
-    rate : float or None
-        Frames a second.
-    turns : Turns or None
-        Rotations of segments, which lie behind the frames.
-    doubts : list of str
-        What was contradicted or corrected.
-    """
-
-    parameters: Parameters
-    section: int
-    start: int
-    points: int
-    analog: int
-    scale: float
-    frames: int
-    first: int
-    rate: float | None
-    turns: Turns | None
-    doubts: list[str]
+    parameters: Parameters  # what it says of itself
+    section: int  # the first byte of the parameters
+    start: int  # the first byte of the data
+    points: int  # in a frame
+    analog: int  # numbers in a frame behind its points
+    scale: float  # units of the file in one step of an integer; below 0: floats
+    frames: int  # how many there are
+    first: int  # the number of the first one
+    rate: float | None  # frames a second
+    turns: Turns | None  # rotations of segments, which lie behind the frames
+    doubts: list[str]  # what was contradicted or corrected
 
     @property
     def number(self) -> int:
@@ -90,21 +64,11 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class Turns:
-    """Where the rotations lie.
+    """Where the rotations lie."""
 
-    Attributes
-    ----------
-    start : int
-        Their first byte.
-    count : int
-        Of segments.
-    ratio : int
-        How many of each there are in a frame.
-    """
-
-    start: int
-    count: int
-    ratio: int
+    start: int  # their first byte
+    count: int  # of segments
+    ratio: int  # how many of each there are in a frame
 
     @property
     def frame(self) -> int:
@@ -113,13 +77,7 @@ class Turns:
 
 
 def scan(file: File) -> Layout:
-    """Find out where the numbers of a file lie.
-
-    Raises
-    ------
-    CaptureError
-        It is no C3D file, or nothing of what it says of itself fits its size.
-    """
+    """Find out where the numbers of a file lie."""
     size = len(file.content)
     section, processor = _section(file)
     head = file.content[:BLOCK]

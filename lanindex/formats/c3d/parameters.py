@@ -21,21 +21,12 @@ _KINDS = (TEXT, 1, 2, 4)
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """Where a parameter's values lie.
+    """Where a parameter's values lie."""
 
-    Attributes
-    ----------
-    kind : int
-        -1 text, 1 bytes, 2 integers, 4 floats: the bytes of one value.
-    sizes : tuple of int
-        Of its dimensions, the first running fastest; of text the first is its width.
-    at : int
-        The first byte, in the section.
-    """
-
-    kind: int
+    kind: int  # -1 text, 1 bytes, 2 integers, 4 floats: the bytes of one value
+    # of its dimensions, the first running fastest; of text the first is its width
     sizes: tuple[int, ...]
-    at: int
+    at: int  # the first byte, in the section
 
     @property
     def count(self) -> int:
@@ -44,20 +35,7 @@ class Parameter:
 
 
 class Parameters:
-    """All parameters of a file, each known by ``GROUP:NAME``.
-
-    Parameters
-    ----------
-    data : bytes
-        The section, at most to where the data begin.
-    processor : Processor
-        How its numbers are written.
-
-    Attributes
-    ----------
-    doubts : list of str
-        What is wrong with the chain, and with what was asked for.
-    """
+    """All parameters of a file, each known by ``GROUP:NAME``."""
 
     def __init__(self, data: bytes, processor: Processor) -> None:
         self.data, self.processor = data, processor

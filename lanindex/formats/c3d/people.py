@@ -46,20 +46,7 @@ def _all(called: tuple[str, ...], count: int) -> list[str]:
 
 
 def people(layout: Layout, names: Mapping[int, str]) -> dict[str, dict[int, str]]:
-    """Return the points of each subject that makes a body.
-
-    Parameters
-    ----------
-    layout : Layout
-        Of the file.
-    names : mapping of int to str
-        Of its points.
-
-    Returns
-    -------
-    dict of str to dict
-        By the subject's name, empty where it has none: its points' names by their numbers.
-    """
+    """Return the points of each subject that makes a body."""
     told = layout.parameters
     called = told.texts("SUBJECTS:NAMES")
     before = told.texts("SUBJECTS:LABEL_PREFIXES")
@@ -82,26 +69,6 @@ def people(layout: Layout, names: Mapping[int, str]) -> dict[str, dict[int, str]
 
 
 def subjects(file: File) -> tuple[str, ...]:
-    """Return the names of the people that a file holds; none where nobody is named.
-
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.formats.c3d import subjects, write
-    >>> from lanindex.formats.file import File
-    >>> motion = lanindex.animate(lanindex.read_lnd("corpus/compass.lnd"))
-    >>> subjects(File("dance.c3d", write(motion)))  # points without markers of a person's
-    ()
-    """
+    """Return the names of the people that a file holds; none where nobody is named."""
     layout = file.once(scan)
     return tuple(name for name in people(layout, names_of(layout)) if name)

@@ -22,21 +22,7 @@ def places(
 ) -> NDArray[np.float32]:
     """Return where points are.
 
-    Parameters
-    ----------
-    content : Content
-        The whole file.
-    layout : Layout
-        Where its numbers lie.
-    chosen : ndarray, optional
-        (K,) which points, else all; of a file that has only rotations, which segments.
-
-    Returns
-    -------
-    ndarray
-        (T, K, 3) float32, units and axes of the file. NaN where a point is unknown: where the
-        number behind its place is negative, where place and that number are all zeros, or where
-        the place is none.
+    Takes `chosen` (K,); returns (T, K, 3).
     """
     turns = layout.segments
     width = turns.count if turns else layout.points

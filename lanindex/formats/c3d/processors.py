@@ -16,20 +16,11 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True)
 class Processor:
-    """How one kind of processor writes numbers.
+    """How one kind of processor writes numbers."""
 
-    Attributes
-    ----------
-    name : str
-        As people call it.
-    order : str
-        ``<``, the low byte first, or ``>``.
-    dec : bool
-        Whether its floats are those of the VAX: halves exchanged, exponents greater by two.
-    """
-
-    name: str
-    order: str
+    name: str  # as people call it
+    order: str  # ``<``, the low byte first, or ``>``
+    # whether its floats are those of the VAX: halves exchanged, exponents greater by two
     dec: bool = False
 
     def ints(self, data: Any, count: int = -1, offset: int = 0) -> NDArray[np.int16]:

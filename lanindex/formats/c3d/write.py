@@ -34,26 +34,7 @@ Value = tuple[int, tuple[int, ...], bytes]
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as C3D: its markers where it has them, else its joints.
-
-    Parameters
-    ----------
-    motion : Motion
-        Of any kind; what is unknown has a residual of -1.
-
-    Returns
-    -------
-    bytes
-        Read again it gives the positions as they were, to the last bit.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.formats.c3d import write
-    >>> motion = lanindex.animate(lanindex.read_lnd("corpus/compass.lnd"))
-    >>> write(motion)[1:2]
-    b'P'
-    """
+    """Write a motion as C3D: its markers where it has them, else its joints."""
     shown = motion.markers
     names = shown.names if shown else motion.skeleton.names
     places = shown.positions if shown else motion.positions

@@ -32,21 +32,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """An FBX file in one of its takes.
+    """An FBX file in one of its takes."""
 
-    Attributes
-    ----------
-    told : mapping
-        What `child` says in words.
-    still : ndarray
-        (N, 10), the nodes while nothing moves them.
-    moving : mapping of int to ndarray
-        (T, 10) by node, those that move.
-    """
-
-    told: Mapping[str, Any]
-    still: Floats
-    moving: Mapping[int, Floats]
+    told: Mapping[str, Any]  # what `child` says in words
+    still: Floats  # (N, 10), the nodes while nothing moves them
+    moving: Mapping[int, Floats]  # (T, 10) by node, those that move
 
     @property
     def parents(self) -> list[int]:
@@ -55,24 +45,7 @@ class Scene:
 
 
 def asked(file: File, take: str | None) -> Scene:
-    """Have an FBX file read.
-
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    take : str or None
-        Which take; else the first that moves something.
-
-    Returns
-    -------
-    Scene
-
-    Raises
-    ------
-    CaptureError
-        ``ufbx`` is not installed, or cannot read it, or has no such take.
-    """
+    """Have an FBX file read."""
     if find_spec("ufbx") is None:
         raise CaptureError(
             "FBX is read by a package that is not installed",

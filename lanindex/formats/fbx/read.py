@@ -31,21 +31,11 @@ BLOCK = 2048
 
 @dataclass(frozen=True, slots=True)
 class Skeleton:
-    """The bones of somebody.
+    """The bones of somebody."""
 
-    Attributes
-    ----------
-    joints : tuple of int
-        (J) nodes, parents before children.
-    names : tuple of str
-        (J) each its own.
-    parents : tuple of int
-        (J) joints by their places in this list, -1 for a root.
-    """
-
-    joints: tuple[int, ...]
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
+    joints: tuple[int, ...]  # (J) nodes, parents before children
+    names: tuple[str, ...]  # (J) each its own
+    parents: tuple[int, ...]  # (J) joints by their places in this list, -1 for a root
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
@@ -94,13 +84,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
 
 
 def subjects(file: File) -> tuple[str, ...]:
-    """Return the names of the people that a file holds; none where there is one alone.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged, or nothing moves in it, or ``ufbx`` is missing.
-    """
+    """Return the names of the people that a file holds; none where there is one alone."""
     found = _people(file.once(_first))
     return tuple(found) if len(found) > 1 else ()
 

@@ -29,26 +29,7 @@ def shape(document: Document, number: Value) -> tuple[int, int]:
 
 
 def numbers(document: Document, number: Value) -> NDArray[Any]:
-    """Return the elements of an accessor.
-
-    Parameters
-    ----------
-    document : Document
-        The file.
-    number : Value
-        Of the accessor, as it stands in the JSON.
-
-    Returns
-    -------
-    ndarray
-        (N, width), of the file's own bytes where they are numbers as they stand; whole numbers
-        that stand for fractions are these.
-
-    Raises
-    ------
-    CaptureError
-        It does not lie in its buffer, or holds numbers that are not finite.
-    """
+    """Return the elements of an accessor."""
     count, width = shape(document, number)
     accessor = document.root.get("accessors")[number.whole()]
     code = accessor.get("componentType")

@@ -24,24 +24,13 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     A clip holds the animation that is read, in keys for each of its frames from second 0 on, and
     everything else of the file but its other animations. A GLB makes a GLB, a glTF file a glTF
     file with its numbers in it.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
     """
     found, _ = chosen(file, told.take if told else None)
     return _Source(found).cut
 
 
 class _Source:
-    """What is the same in all clips of a file.
-
-    Parameters
-    ----------
-    found : Performance
-        Who is read in it, in which take.
-    """
+    """What is the same in all clips of a file."""
 
     def __init__(self, found: Performance) -> None:
         self.found = found

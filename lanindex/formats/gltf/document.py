@@ -126,24 +126,12 @@ def _finite(value: object) -> bool:
 
 @dataclass(slots=True)
 class Document:
-    """A glTF file.
+    """A glTF file."""
 
-    Attributes
-    ----------
-    file : File
-        Its content and name.
-    root : Value
-        Its JSON.
-    binary : tuple of int and int
-        Where in the content the numbers of a GLB lie.
-    spent : int
-        Bytes of numbers that were read.
-    """
-
-    file: File
-    root: Value
-    binary: tuple[int, int]
-    spent: int = 0
+    file: File  # its content and name
+    root: Value  # its JSON
+    binary: tuple[int, int]  # where in the content the numbers of a GLB lie
+    spent: int = 0  # bytes of numbers that were read
     _buffers: dict[int, tuple[Content, int, int]] = field(default_factory=dict)
 
     @property
@@ -244,31 +232,7 @@ def _beside(file: File, uri: Value) -> str:
 
 
 def opened_document(file: File) -> Document:
-    """Return what a glTF or GLB file is made of.
-
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-
-    Returns
-    -------
-    Document
-        Its JSON is read, its numbers are not.
-
-    Raises
-    ------
-    CaptureError
-        It is damaged, or of a version before 2.
-
-    Examples
-    --------
-    >>> from lanindex.formats import File
-    >>> from lanindex.formats.gltf.document import opened_document
-    >>> document = opened_document(File("a.gltf", b'{"asset": {"version": "2.0"}}'))
-    >>> document.root.get("asset").get("version").text()
-    '2.0'
-    """
+    """Return what a glTF or GLB file is made of."""
     told, binary = file.once(_told)
     root = Value(told, "", file.name)
     version = root.get("asset").get("version").text()
@@ -280,13 +244,7 @@ def opened_document(file: File) -> Document:
 
 
 def companions(file: File, told: Reading) -> tuple[File, ...]:
-    """Return the files of numbers that a glTF file names, as far as they are there.
-
-    Raises
-    ------
-    CaptureError
-        It is damaged.
-    """
+    """Return the files of numbers that a glTF file names, as far as they are there."""
     found: list[File] = []
     for buffer in opened_document(file).root.get("buffers"):
         if "uri" in buffer and buffer.get("uri").text()[:5].lower() != "data:":

@@ -34,23 +34,7 @@ def placed(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return where joints are and how they are turned, in the axes of the scene.
 
-    Parameters
-    ----------
-    nodes : Nodes
-        The file's.
-    joints : sequence of int
-        (J) which of them.
-    tracks : sequence of Track
-        What moves them; without any they stand.
-    frames : ndarray, optional
-        (T,) which.
-    rest : ndarray, optional
-        (J, 4), how they are turned at rest: then it is from there, in float32.
-
-    Returns
-    -------
-    tuple of ndarray and ndarray
-        (T, J, 3) and (T, J, 4) quaternions (w, x, y, z); T is 1 where nothing moves.
+    Takes `frames` (T,), `rest` (J, 4); returns (T, J, 3), (T, J, 4).
     """
     moved = {(track.node, track.path): track for track in tracks}
     count = 1 if frames is None else len(frames)

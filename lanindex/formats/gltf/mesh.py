@@ -28,26 +28,7 @@ def octahedra(
 ) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
     """Return the bones of a skeleton as octahedra.
 
-    Parameters
-    ----------
-    places : ndarray
-        (J, 3) m, of the joints at rest.
-    parents : sequence of int
-        (J), -1 for a root.
-
-    Returns
-    -------
-    tuple of ndarray
-        Corners (6 B, 3); the joint that each follows; and the corners of each face, (8 B, 3).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.gltf.mesh import octahedra
-    >>> corners, joints, faces = octahedra(np.array([[0.0, 0, 0], [0, 1, 0]]), [-1, 0])
-    >>> corners[[0, 5]], joints[[0, 6]], faces.shape  # the bone, and the tip of what it leads to
-    (array([[0., 0., 0.],
-           [0., 1., 0.]]), array([0, 1]), (16, 3))
+    Takes `places` (J, 3); returns (6 B, 3), (8 B, 3).
     """
     bones = [
         (parent, places[parent], places[joint])

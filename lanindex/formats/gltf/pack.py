@@ -18,20 +18,7 @@ VERTICES, INDICES = 34962, 34963
 
 
 class Pack:
-    """Numbers, and the accessors and buffer views that tell of them.
-
-    Parameters
-    ----------
-    views, accessors : list of dict, optional
-        Those that are there already.
-
-    Attributes
-    ----------
-    size : int
-        Bytes of the numbers.
-    free : tuple of list of int
-        Accessors and views that are overwritten before others are added.
-    """
+    """Numbers, and the accessors and buffer views that tell of them."""
 
     def __init__(self, views: list[Any] | None = None, accessors: list[Any] | None = None) -> None:
         self.views: list[Any] = [] if views is None else views
@@ -104,14 +91,7 @@ def _put(things: list[Any], thing: Any, free: list[int]) -> int:
 
 
 def glb(told: dict[str, Any], data: bytes) -> bytes:
-    """Return a GLB of its JSON and its numbers.
-
-    Examples
-    --------
-    >>> from lanindex.formats.gltf.pack import glb
-    >>> glb({"asset": {"version": "2.0"}}, b"")[:4]
-    b'glTF'
-    """
+    """Return a GLB of its JSON and its numbers."""
     text = json.dumps(told, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     rest = -len(data) % 4

@@ -33,30 +33,14 @@ FARTHEST = 1e30
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Performance:
-    """Somebody in a take.
+    """Somebody in a take."""
 
-    Attributes
-    ----------
-    document : Document
-        The file.
-    nodes : Nodes
-        Its nodes.
-    person : Person
-        Whose joints.
-    take : Value
-        The animation.
-    tracks : list of Track
-        What moves the joints.
-    clock : Clock
-        When frames are.
-    """
-
-    document: Document
-    nodes: Nodes
-    person: Person
-    take: Value
-    tracks: list[Track]
-    clock: Clock
+    document: Document  # the file
+    nodes: Nodes  # its nodes
+    person: Person  # whose joints
+    take: Value  # the animation
+    tracks: list[Track]  # what moves the joints
+    clock: Clock  # when frames are
 
     def placed(self, frames: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return where joints are in some frames, (T, J, 3), and how they are turned."""
@@ -178,31 +162,13 @@ def unknown(found: Performance) -> dict[int, list[tuple[int, int]]]:
 
 
 def subjects(file: File) -> tuple[str, ...]:
-    """Return the names of the people that a file holds; none where there is one alone.
-
-    Raises
-    ------
-    CaptureError
-        The file is damaged, or nothing moves in it.
-    """
+    """Return the names of the people that a file holds; none where there is one alone."""
     found = performers(opened_document(file), None)
     return tuple(found) if len(found) > 1 else ()
 
 
 def chosen(file: File, take: str | None) -> tuple[Performance, tuple[str, ...]]:
-    """Return who is meant in a file, in which take, and who and what else there is.
-
-    Parameters
-    ----------
-    file : File
-        The file; it tells who is meant.
-    take : str or None
-        Which animation, where that is told.
-
-    Returns
-    -------
-    tuple of Performance and tuple of str
-    """
+    """Return who is meant in a file, in which take, and who and what else there is."""
     document = opened_document(file)
     found = performers(document, take)
     name, doubts = person(file, list(found))
@@ -212,15 +178,7 @@ def chosen(file: File, take: str | None) -> tuple[Performance, tuple[str, ...]]:
 
 
 def performers(document: Document, take: str | None) -> dict[str, Performance]:
-    """Return the people of a file by their names; somebody who is not human only where none is.
-
-    Parameters
-    ----------
-    document : Document
-        The file.
-    take : str or None
-        The animation in which they are to move; else the first in which they do.
-    """
+    """Return the people of a file by their names; somebody who is not human only where none is."""
     path, nodes, known = document.file.name, nodes_of(document), takes(document)
     meant = known if take is None else [one for one in known if one[0] == take]
     if not meant:

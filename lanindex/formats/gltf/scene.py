@@ -25,29 +25,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nodes:
-    """The nodes of a file.
+    """The nodes of a file."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        (N) as the file has them; empty where it has none.
-    parents : tuple of int
-        (N) -1 for a root.
-    order : tuple of int
-        (N) all of them, parents before children, limb after limb.
-    depths : tuple of int
-        (N) how many are above each.
-    meshed : frozenset of int
-        Those that show a mesh or are a camera.
-    shifts, turns, scales : ndarray
-        (N, 3), (N, 4), (N, 3): where each stands within its parent while nothing moves it.
-    """
-
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
-    order: tuple[int, ...]
-    depths: tuple[int, ...]
-    meshed: frozenset[int]
+    names: tuple[str, ...]  # (N) as the file has them; empty where it has none
+    parents: tuple[int, ...]  # (N) -1 for a root
+    order: tuple[int, ...]  # (N) all of them, parents before children, limb after limb
+    depths: tuple[int, ...]  # (N) how many are above each
+    meshed: frozenset[int]  # those that show a mesh or are a camera
+    # (N, 3), (N, 4), (N, 3): where each stands within its parent while nothing moves it
     shifts: Floats
     turns: Floats
     scales: Floats
@@ -55,34 +40,16 @@ class Nodes:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """One skeleton.
+    """One skeleton."""
 
-    Attributes
-    ----------
-    name : str
-        Of the skin or, without one, of the topmost node; empty where it has none.
-    joints : tuple of int
-        (J) nodes, parents before children.
-    names : tuple of str
-        (J) each its own.
-    parents : tuple of int
-        (J) joints, by their places in this list, -1 for a root.
-    """
-
-    name: str
-    joints: tuple[int, ...]
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
+    name: str  # of the skin or, without one, of the topmost node; empty where it has none
+    joints: tuple[int, ...]  # (J) nodes, parents before children
+    names: tuple[str, ...]  # (J) each its own
+    parents: tuple[int, ...]  # (J) joints, by their places in this list, -1 for a root
 
 
 def nodes_of(document: Document) -> Nodes:
-    """Return the nodes of a file.
-
-    Raises
-    ------
-    CaptureError
-        One is in itself, or in two others, or not where a node can be.
-    """
+    """Return the nodes of a file."""
     values = document.root.get("nodes")
     count = values.count()
     if count > MOST_NODES:
@@ -141,20 +108,6 @@ def people(document: Document, nodes: Nodes, moved: set[int]) -> list[Person]:
     The joints of a skin are one skeleton; skins that share joints, or hang on each other's, are
     clothes of one person. Nodes between joints and below them are joints too, unless they show a
     mesh. Without a skin, nodes that move under one root are a skeleton.
-
-    Parameters
-    ----------
-    document : Document
-        The file.
-    nodes : Nodes
-        Its nodes.
-    moved : set of int
-        Those that an animation moves.
-
-    Returns
-    -------
-    list of Person
-        In the order of the file.
     """
     groups = list[tuple[str, set[int]]]()
     skinned = _skins(document, nodes)

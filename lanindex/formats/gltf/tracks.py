@@ -34,31 +34,16 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """How one thing changes.
+    """How one thing changes."""
 
-    Attributes
-    ----------
-    node : int
-        Whose; -1: of no node.
-    path : str
-        ``translation``, ``rotation``, ``scale``; another: nothing that moves joints.
-    kind : str
-        ``LINEAR``, ``STEP`` or ``CUBICSPLINE``.
-    times : ndarray
-        (K,) seconds, not falling.
-    values : ndarray
-        (K, W); of a spline (K, 3, W): the tangent before, the value, the tangent behind. Turns
-        are (x, y, z, w).
-    keys : ndarray
-        (K,) the times in frames.
-    """
-
-    node: int
-    path: str
-    kind: str
-    times: Floats
+    node: int  # whose; -1: of no node
+    path: str  # ``translation``, ``rotation``, ``scale``; another: nothing that moves joints
+    kind: str  # ``LINEAR``, ``STEP`` or ``CUBICSPLINE``
+    times: Floats  # (K,) seconds, not falling
+    # (K, W); of a spline (K, 3, W): the tangent before, the value, the tangent behind. Turns are
+    # (x, y, z, w).
     values: NDArray[Any]
-    keys: Floats
+    keys: Floats  # (K,) the times in frames
 
     def at(self, frames: NDArray[np.int64], *, exactly: bool = False) -> Floats:
         """Return the values (T, W) in some frames; turns are (w, x, y, z), of length 1.
@@ -102,30 +87,14 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """When frames are.
+    """When frames are."""
 
-    Attributes
-    ----------
-    rate : Fraction
-        Frames a second.
-    pace : float
-        The same as the keys have it, not rounded.
-    start : float
-        Seconds at frame 0.
-    count : int
-        How many frames there are.
-    tied : float
-        Of a frame: keys as near as this to one are on it.
-    doubts : tuple of str
-        What was odd.
-    """
-
-    rate: Fraction
-    pace: float
-    start: float
-    count: int
-    tied: float
-    doubts: tuple[str, ...] = ()
+    rate: Fraction  # frames a second
+    pace: float  # the same as the keys have it, not rounded
+    start: float  # seconds at frame 0
+    count: int  # how many frames there are
+    tied: float  # of a frame: keys as near as this to one are on it
+    doubts: tuple[str, ...] = ()  # what was odd
 
     def frames(self, times: Floats) -> Floats:
         """Return when times are, in frames."""
@@ -154,26 +123,7 @@ def moved(document: Document, take: Value) -> set[int]:
 
 
 def tracks(document: Document, take: Value, wanted: Iterable[int] | None = None) -> list[Track]:
-    """Return the tracks of an animation.
-
-    Parameters
-    ----------
-    document : Document
-        The file.
-    take : Value
-        The animation.
-    wanted : iterable of int, optional
-        The nodes whose tracks they are; else all tracks, those of no node too.
-
-    Returns
-    -------
-    list of Track
-
-    Raises
-    ------
-    CaptureError
-        Keys and times do not fit, or are damaged.
-    """
+    """Return the tracks of an animation."""
     nodes, chosen = document.root.get("nodes"), None if wanted is None else set(wanted)
     samplers = take.get("samplers")
     known = dict[int, NDArray[Any]]()
@@ -231,17 +181,6 @@ def clock(times: Sequence[Floats], path: str) -> Clock:
     They are at the times of its keys: so many a second as the track of most keys has, and where
     keys are left out on a way that is even, between them. Keys that are rare, as where an
     animator sets them, or at uneven times are read between too.
-
-    Parameters
-    ----------
-    times : sequence of ndarray
-        The times of each track.
-    path : str
-        The file, for errors.
-
-    Returns
-    -------
-    Clock
     """
     densest = max(times, key=len)
     first = min(float(one[0]) for one in times)

@@ -44,28 +44,6 @@ def write(motion: Motion) -> bytes:
     A joint whose place is unknown keeps the way from its parent that it had last, as a viewer has
     to show something; the file tells in the animation's ``extras`` in which frames, and is read
     back as unknown.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any; of several roots each hangs under one node.
-
-    Returns
-    -------
-    bytes
-        Read again it gives the positions within 0.05 mm.
-
-    References
-    ----------
-    Khronos Group, glTF 2.0 Specification, 2021.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.formats.gltf.write import write
-    >>> motion = lanindex.animate(lanindex.read_lnd("corpus/compass.lnd"))
-    >>> write(motion)[:4]
-    b'glTF'
     """
     skeleton = motion.skeleton
     parents = skeleton.parents.astype(int)

@@ -11,13 +11,7 @@ from lanindex.model import Reading, Span
 
 
 def subjects(file: File) -> tuple[str, ...]:
-    """Return the names of the people in a file.
-
-    Raises
-    ------
-    CaptureError
-        It cannot be read.
-    """
+    """Return the names of the people in a file."""
     return tuple(subject.name for subject in walk(file, False))
 
 
@@ -27,11 +21,6 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     What is kept is the source's, byte for byte: frames keep their numbers and times, which tell
     when they were; poses of the calibration stay in front. Of several people only the one is kept
     that is read.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
     """
     people = walk(file, False)
     meant = chosen(people, file)

@@ -40,63 +40,26 @@ Row = NDArray[np.float32]
 
 @dataclass(slots=True)
 class Subject:
-    """A person of an MVNX file.
+    """A person of an MVNX file."""
 
-    Attributes
-    ----------
-    name : str
-        Its label; where it has none, or another's, with its number.
-    start, stop : int
-        Where its element begins, and where its closing tag does.
-    line : int
-        Where it begins.
-    said : dict of str to str
-        What its element says of it: ``frameRate``, ``configuration`` ...
-    segments : list of str
-        As its frames have them.
-    points : list of dict of str to ndarray
-        By segment: points on it, (3,) from its origin, not turned.
-    frames : list of tuple of int
-        Where each frame that is movement begins, and where its closing tag does.
-    rows : dict of str to list of ndarray
-        Of each frame ``position``, (S * 3,), and ``orientation``, (S * 4,); where all have them.
-    gap : tuple of int or None
-        The first two frames, by their own numbers, between which some are missing.
-    """
-
-    name: str
-    start: int
-    line: int
-    said: dict[str, str]
+    name: str  # its label; where it has none, or another's, with its number
+    start: int  # where its element begins, and where its closing tag does
+    line: int  # where it begins
+    said: dict[str, str]  # what its element says of it: ``frameRate``, ``configuration``
     stop: int = 0
-    segments: list[str] = field(default_factory=list)
+    segments: list[str] = field(default_factory=list)  # as its frames have them
+    # by segment: points on it, (3,) from its origin, not turned
     points: list[dict[str, Row]] = field(default_factory=list)
+    # where each frame that is movement begins, and where its closing tag does
     frames: list[tuple[int, int]] = field(default_factory=list)
+    # of each frame ``position``, (S * 3,), and ``orientation``, (S * 4,); where all have them
     rows: dict[str, list[Row]] = field(default_factory=lambda: {name: [] for name in _WIDTHS})
+    # the first two frames, by their own numbers, between which some are missing
     gap: tuple[int, int] | None = None
 
 
 def walk(file: File, numbers: bool) -> list[Subject]:
-    """Go through an MVNX file.
-
-    Parameters
-    ----------
-    file : File
-        Its content and name.
-    numbers : bool
-        Whether to read the numbers of the person that the file's name means, else of the first.
-
-    Returns
-    -------
-    list of Subject
-        At least one.
-
-    Raises
-    ------
-    CaptureError
-        It is no sound XML, or has a document type or entities, or its frames are damaged; names
-        the line.
-    """
+    """Go through an MVNX file."""
     walker = _Walker(file, numbers)
     walker.go()
     if not walker.subjects:
@@ -105,13 +68,7 @@ def walk(file: File, numbers: bool) -> list[Subject]:
 
 
 def chosen(subjects: list[Subject], file: File) -> Subject:
-    """Return whom of several people a file's name means; the first, where it means none.
-
-    Raises
-    ------
-    CaptureError
-        There is no such person, or the person has no frames.
-    """
+    """Return whom of several people a file's name means; the first, where it means none."""
     names = [subject.name for subject in subjects]
     if file.subject and file.subject not in names:
         found = f"has no subject {quoted(file.subject)}"

@@ -37,24 +37,12 @@ _UNPACKING = (
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What stands before the numbers of an array.
+    """What stands before the numbers of an array."""
 
-    Attributes
-    ----------
-    kind : numpy.dtype
-        Of its numbers.
-    shape : tuple of int
-        How many.
-    fortran : bool
-        Whether the first axis changes fastest.
-    first : int
-        The byte behind the header.
-    """
-
-    kind: np.dtype[Any]
-    shape: tuple[int, ...]
-    fortran: bool
-    first: int
+    kind: np.dtype[Any]  # of its numbers
+    shape: tuple[int, ...]  # how many
+    fortran: bool  # whether the first axis changes fastest
+    first: int  # the byte behind the header
 
     @property
     def size(self) -> int:
@@ -69,54 +57,21 @@ class Header:
 
 @dataclass(frozen=True, slots=True)
 class Arrays:
-    """The arrays of a file, read when they are asked for.
+    """The arrays of a file, read when they are asked for."""
 
-    Attributes
-    ----------
-    place : str
-        The file, for errors.
-    headers : dict of str to Header
-        By name; of a file of one array the name is empty.
-    fetch : Callable
-        From name, first byte and last to bytes of a member.
-    refused : dict of str to str
-        Names of what cannot be read, and why.
-    """
-
-    place: str
-    headers: dict[str, Header]
-    fetch: Callable[[str, int, int], bytes]
-    refused: dict[str, str]
+    place: str  # the file, for errors
+    headers: dict[str, Header]  # by name; of a file of one array the name is empty
+    fetch: Callable[[str, int, int], bytes]  # from name, first byte and last to bytes of a member
+    refused: dict[str, str]  # names of what cannot be read, and why
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return an array.
-
-        Raises
-        ------
-        CaptureError
-            Its bytes are damaged.
-        """
+        """Return an array."""
         header = self.headers[name]
         return header.array(self.fetch(name, header.first, header.first + header.size))
 
 
 def header_of(head: bytes, there: int, place: str) -> Header:
-    """Return the header of an array.
-
-    Parameters
-    ----------
-    head : bytes
-        Its first bytes.
-    there : int
-        How many it has in all.
-    place : str
-        The file and the array, for errors.
-
-    Raises
-    ------
-    CaptureError
-        It is damaged, holds objects, or says more numbers than there are.
-    """
+    """Return the header of an array."""
     found = _MAGIC.match(head)
     wanted = "a NumPy array of version 1, 2 or 3"
     if not found:
@@ -160,13 +115,7 @@ def _said(text: bytes, place: str) -> tuple[np.dtype[Any], tuple[int, ...], bool
 
 
 def arrays(file: File) -> Arrays:
-    """Return the arrays of a file.
-
-    Raises
-    ------
-    CaptureError
-        It is damaged.
-    """
+    """Return the arrays of a file."""
     content = file.content
     if content[:2] != b"PK":
         header = header_of(content[:_HEADER], len(content), file.name)
@@ -190,13 +139,7 @@ def arrays(file: File) -> Arrays:
 
 
 def archive(file: File) -> zipfile.ZipFile:
-    """Open the ZIP that a file is.
-
-    Raises
-    ------
-    CaptureError
-        It is damaged.
-    """
+    """Open the ZIP that a file is."""
     try:
         return zipfile.ZipFile(_stream(file.content))
     except _UNPACKING as error:
@@ -211,13 +154,7 @@ def archive(file: File) -> zipfile.ZipFile:
 def unpacked(
     place: str, packed: zipfile.ZipFile, info: zipfile.ZipInfo, first: int, stop: int
 ) -> bytes:
-    """Return some bytes of a member of a ZIP.
-
-    Raises
-    ------
-    CaptureError
-        They are damaged, or would be far more than their packed size lets expect.
-    """
+    """Return some bytes of a member of a ZIP."""
     if info.file_size > RATIO * info.compress_size + SPARE:
         found = f"{quoted(info.filename)} unpacks to {info.file_size} bytes"
         wanted = f"at most {RATIO} times its packed size of {info.compress_size}"

@@ -20,11 +20,6 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of arrays, which are looked through once.
 
     Kinds, orders and packing are the source's; numbers are its numbers, byte for byte.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
     """
     found = arrays(file)
     layout = laid(found)

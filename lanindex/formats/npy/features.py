@@ -30,15 +30,7 @@ def used(width: int) -> int:
 def placed(values: NDArray[Any]) -> NDArray[np.float32]:
     """Return where joints are.
 
-    Parameters
-    ----------
-    values : ndarray
-        (T, 4 + 3 (J - 1)) the numbers that are `used`.
-
-    Returns
-    -------
-    ndarray
-        (T, J, 3) y up; the root begins above the origin and faces z.
+    Returns (T, J, 3).
     """
     values = values.astype(np.float64)
     turned = 2 * np.cumsum(np.append(0, values[:-1, 0]))
@@ -72,10 +64,7 @@ _SMOOTH = 20  # frames: the deviation by which the heading is smoothed
 def grounded(places: NDArray[Any]) -> Floats:
     """Return places whose lowest is on the floor, whose first root is above the origin, facing z.
 
-    Parameters
-    ----------
-    places : ndarray
-        (T, 22, 3) metres, y up, in the order of HumanML3D.
+    Takes `places` (T, 22, 3).
     """
     places = places - [places[0, 0, 0], places[..., 1].min(), places[0, 0, 2]]
     ahead = _ahead(places[:1])
@@ -85,24 +74,7 @@ def grounded(places: NDArray[Any]) -> Floats:
 def features(places: NDArray[Any]) -> NDArray[np.float32]:
     """Return HumanML3D's features.
 
-    Parameters
-    ----------
-    places : ndarray
-        (T, 22, 3) as from `grounded`, two frames at least.
-
-    Returns
-    -------
-    ndarray
-        (T - 1, 263); `placed` makes of them the places of all frames but the last.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.npy.features import features, grounded, placed, used
-    >>> places = grounded(np.random.default_rng(0).normal(size=(9, 22, 3)))
-    >>> made = features(places)
-    >>> made.shape, bool(np.abs(placed(made[:, : used(263)]) - places[:-1]).max() < 1e-5)
-    ((8, 263), True)
+    Takes `places` (T, 22, 3); returns (T - 1, 263).
     """
     heading = _heading(places)
     turns = np.angle(np.exp(1j * np.diff(heading))) / -2

@@ -82,21 +82,11 @@ _NEXT = 2.3  # how many times as long it may be as the one next to it
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """One order of joints.
+    """One order of joints."""
 
-    Attributes
-    ----------
-    title : str
-        As people call it.
-    names : tuple of str
-        (J) the joints.
-    rate : str
-        Frames a second that its files have, where none is told; empty: nobody knows.
-    """
-
-    title: str
-    names: tuple[str, ...]
-    rate: str = ""
+    title: str  # as people call it
+    names: tuple[str, ...]  # (J) the joints
+    rate: str = ""  # frames a second that its files have, where none is told; empty: nobody knows
 
 
 ORDERS = (
@@ -119,16 +109,7 @@ ORDERS = (
 def order_of(places: NDArray[Any]) -> Order | None:
     """Return the one order in which places make a body.
 
-    Parameters
-    ----------
-    places : ndarray
-        (T, J, 3).
-
-    Returns
-    -------
-    Order or None
-        None: in no order of so many joints, or in several, the bones of arms and legs keep their
-        lengths and are as long right as left.
+    Takes `places` (T, J, 3).
     """
     poses = places[sampled(len(places))].astype(np.float64)
     fitting = [one for one in ORDERS if len(one.names) == places.shape[1] and _fits(one, poses)]

@@ -47,27 +47,13 @@ _WANTED = "places of joints, (T, J, 3)"
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Which array holds the movement.
+    """Which array holds the movement."""
 
-    Attributes
-    ----------
-    key : str
-        Its name.
-    axis : int
-        Its axis of frames.
-    frames : int
-        How many.
-    kind : str
-        ``places``, ``turns`` (poses of SMPL) or ``features``.
-    doubts : tuple of str
-        What was guessed.
-    """
-
-    key: str
-    axis: int
-    frames: int
-    kind: str = "places"
-    doubts: tuple[str, ...] = ()
+    key: str  # its name
+    axis: int  # its axis of frames
+    frames: int  # how many
+    kind: str = "places"  # ``places``, ``turns`` (poses of SMPL) or ``features``
+    doubts: tuple[str, ...] = ()  # what was guessed
 
 
 def read(file: File, told: Reading, wanted: Wanted) -> Motion:
@@ -85,13 +71,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
 
 
 def laid(found: Arrays) -> Layout:
-    """Return where the movement is.
-
-    Raises
-    ------
-    CaptureError
-        There is none that is understood; says what there is instead.
-    """
+    """Return where the movement is."""
     shapes = {name: header.shape for name, header in found.headers.items() if _number(header)}
     many = [name for name, shape in shapes.items() if _axis(shape) is not None]
     named = next((name for name in PLACES if name in many), None)

@@ -54,18 +54,7 @@ BLOCK = 4096
 def placed(poses: NDArray[Any], shift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return where the joints of `SMPL` are, and how they are turned.
 
-    Parameters
-    ----------
-    poses : ndarray
-        (T, 66 or more) axis times angle of each joint, seen from its parent.
-    shift : ndarray
-        (T, 3) metres: how far the body is moved.
-
-    Returns
-    -------
-    tuple of ndarray
-        (T, 24, 3) float32 metres, and (T, 24, 4) float32 turns from rest to the world, w first;
-        axes of the file.
+    Takes `shift` (T, 3); returns (T, 24, 3), (T, 24, 4).
     """
     places = np.empty((len(poses), len(SMPL), 3), np.float32)
     turns = np.empty((len(poses), len(SMPL), 4), np.float32)

@@ -16,26 +16,6 @@ def write(motion: Motion) -> bytes:
     Keys: ``joints`` (T, J, 3) float32, NaN where unknown; ``joint_names`` (J); ``fps``; ``unit``,
     ``m``; ``up``, ``y``; of a motion that has markers ``markers`` (T, M, 3) and ``marker_names``
     (M) too.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-
-    Returns
-    -------
-    bytes
-        Read again it gives the joints within 0.001 mm.
-
-    Examples
-    --------
-    >>> import io
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.formats.npy import write
-    >>> made = np.load(io.BytesIO(write(lanindex.read("corpus/compass.bvh"))))
-    >>> made["joints"].shape, float(made["fps"])
-    ((840, 28, 3), 30.0)
     """
     arrays: dict[str, Any] = {
         "joints": motion.positions / np.float32(1000),

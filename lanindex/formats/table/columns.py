@@ -45,13 +45,7 @@ _MOST = 1000  # lines that may be skipped
 
 
 def told(path: str) -> dict[str, Any]:
-    """Read what a user says of columns.
-
-    Raises
-    ------
-    UsageError
-        The file cannot be read, or says what is not understood.
-    """
+    """Read what a user says of columns."""
     try:
         said = tomllib.loads(Path(path).read_text("utf-8"))
     except (OSError, ValueError) as error:
@@ -68,15 +62,7 @@ def told(path: str) -> dict[str, Any]:
 
 
 def layout_of(file: File, path: str) -> Layout:
-    """Return where the points of a table are, as its user says.
-
-    Raises
-    ------
-    UsageError
-        What is said is not understood, or does not fit the table.
-    CaptureError
-        There are no rows.
-    """
+    """Return where the points of a table are, as its user says."""
     said = told(path)
     skip = said.get("skip", 1)
     head = list(islice(lines(file), min(max(skip, 0), _MOST) + 1))

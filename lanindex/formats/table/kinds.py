@@ -54,13 +54,7 @@ _LENGTHS = {"millimeters": "mm", "centimeters": "cm", "meters": "m"}
 
 
 def layout_of(file: File) -> Layout:
-    """Return where the points of a table are, whosesoever it is.
-
-    Raises
-    ------
-    CaptureError
-        It is none that is known, or its header is damaged.
-    """
+    """Return where the points of a table are, whosesoever it is."""
     head = list(islice(lines(file), _NAME_ROWS))
     first = next((line for line in head if line.text.strip(b" \t\r\n,;\xef\xbb\xbf")), None)
     if first is None:

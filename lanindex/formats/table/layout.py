@@ -34,58 +34,27 @@ _PLACE = re.compile(r"[\W_]*(pos|position)$", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
-    """A table, before its numbers are read.
+    """A table, before its numbers are read."""
 
-    Attributes
-    ----------
-    title : str
-        Whose table it is, as people call it.
-    names : tuple of str
-        (M) its points.
-    table : numbers.Table
-        Where the numbers lie.
-    time : int or None
-        Which of the table's heads is the time.
-    tick : float or None
-        Seconds in one unit of it; None: to be told from how fast it grows.
-    rate : str
-        Frames a second, as the file says; empty where it does not.
-    states : int or None
-        The first of the heads that tell of each point whether it was seen: 0, not.
-    stated : Stated
-        What it says of its unit and axes.
-    doubts : tuple of str
-        What its header gets wrong.
-    finish : Callable or None
-        What makes the points, (T, M, 3), of what the table has instead.
-    """
-
-    title: str
-    names: tuple[str, ...]
-    table: numbers.Table
-    time: int | None = None
-    tick: float | None = 1.0
-    rate: str = ""
+    title: str  # whose table it is, as people call it
+    names: tuple[str, ...]  # (M) its points
+    table: numbers.Table  # where the numbers lie
+    time: int | None = None  # which of the table's heads is the time
+    tick: float | None = 1.0  # seconds in one unit of it; None: to be told from how fast it grows
+    rate: str = ""  # frames a second, as the file says; empty where it does not
+    # the first of the heads that tell of each point whether it was seen: 0, not
     states: int | None = None
-    stated: Stated = field(default_factory=Stated)
-    doubts: tuple[str, ...] = ()
-    finish: Finish | None = None
+    stated: Stated = field(default_factory=Stated)  # what it says of its unit and axes
+    doubts: tuple[str, ...] = ()  # what its header gets wrong
+    finish: Finish | None = None  # what makes the points, (T, M, 3), of what the table has instead
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of a header.
+    """A line of a header."""
 
-    Attributes
-    ----------
-    text : bytes
-        With its end.
-    first, stop : int
-        Its bytes.
-    """
-
-    text: bytes
-    first: int
+    text: bytes  # with its end
+    first: int  # its bytes
     stop: int
 
     def cells(self, separator: bytes) -> list[str]:
@@ -168,13 +137,7 @@ def made(
     points: Sequence[tuple[int, int, int]],
     comma: bool = False,
 ) -> numbers.Table:
-    """Return a table, of which there is at least one row and one point.
-
-    Raises
-    ------
-    CaptureError
-        There are none.
-    """
+    """Return a table, of which there is at least one row and one point."""
     if not len(rows) or not points:
         found = "no frames" if points else "no columns x, y, z of any point"
         wanted = "rows of numbers behind the header"

@@ -127,11 +127,6 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a table, which is looked through once.
 
     Header and rows are the source's, byte for byte; of several blocks the one that is read.
-
-    Raises
-    ------
-    CaptureError
-        The file cannot be read.
     """
     rows = _layout(file, told).table.lines
     head = file.content[: int(rows[0, 0])]

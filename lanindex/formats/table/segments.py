@@ -42,21 +42,7 @@ Finish = Callable[[NDArray[Any]], NDArray[Any]]
 
 
 def joints(names: list[str], axes: list[str]) -> tuple[tuple[str, ...], list[Triple], Finish]:
-    """Return the joints that a header's segments tell.
-
-    Parameters
-    ----------
-    names : list of str
-        Over the first column of each output its name.
-    axes : list of str
-        What each column is.
-
-    Returns
-    -------
-    tuple
-        Names of the joints, hips last; the columns that are read; and what makes places of the
-        joints of what stands there.
-    """
+    """Return the joints that a header's segments tell."""
     called: list[str] = []
     points: list[Triple] = []
     thighs: list[tuple[str, int]] = []

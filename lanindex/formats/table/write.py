@@ -16,23 +16,6 @@ def write(motion: Motion) -> bytes:
 
     Frames count from 0, times are seconds; the points are its markers, or else its joints; what is
     unknown is left blank.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-
-    Returns
-    -------
-    bytes
-        Read again it gives the positions within 0.001 mm.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.formats.table import write
-    >>> write(lanindex.read("corpus/compass.bvh"))[:40]
-    b'frame,time,Hips_x,Hips_y,Hips_z,Spine_x,'
     """
     names, places = numbers.shown(motion)
     names = tuple(re.sub(r'[,;"\s]+', " ", name).strip() or "point" for name in names)
