@@ -56,24 +56,7 @@ class Called:
     def find(
         self, connection: Link, names: Sequence[str], *, trusted: bool = True
     ) -> tuple[list[int], dict[str, Sequence[Any]]]:
-        """Return the numbers of all captures, in order, and what they are called.
-
-        Parameters
-        ----------
-        connection : Link
-            In a transaction.
-        names : sequence of str
-            Some of `NAMES`.
-        trusted : bool
-            Read the segments; else the rows.
-
-        Raises
-        ------
-        Distrust
-            If the segments cannot be trusted.
-        LibraryError
-            If a capture whose row is read is not what was stored.
-        """
+        """Return the numbers of all captures, in order, and what they are called."""
         stamp = state.read_state(connection).stamp
         if stamp != self._stamp:
             self._stamp, self._texts = None, {}
@@ -102,17 +85,7 @@ def _read(
 def together(
     pieces: Sequence[Texts], names: Iterable[str], order: NDArray[np.int64] | None
 ) -> dict[str, Sequence[Any]]:
-    """Return what captures are called, one piece after the other, those that count in order.
-
-    Parameters
-    ----------
-    pieces : sequence of Mapping
-        As from `read_texts`.
-    names : iterable of str
-        Some of `NAMES`.
-    order : ndarray or None
-        (C,) int64, as `lanindex.library.columns.order_of` tells it.
-    """
+    """Return what captures are called, one piece after the other, those that count in order."""
     return {
         name: taken([value for piece in pieces for value in piece[name]], order) for name in names
     }
@@ -124,13 +97,7 @@ def taken(values: list[Any], order: NDArray[np.int64] | None) -> list[Any]:
 
 
 def read_texts(connection: Link, segment: Segment, names: Iterable[str] = NAMES) -> Texts:
-    """Return what the captures of a segment are called, dead ones too.
-
-    Raises
-    ------
-    Distrust
-        If it is not what was stored.
-    """
+    """Return what the captures of a segment are called, dead ones too."""
     return {name: _column(connection, segment, name) for name in names}
 
 
@@ -146,13 +113,7 @@ def _column(connection: Link, segment: Segment, name: str) -> Sequence[Any]:
 def of_rows(
     connection: Link, numbers: Sequence[int], names: Iterable[str] = NAMES
 ) -> dict[str, list[Any]]:
-    """Return what captures are called by their rows; of those that are gone, nothing.
-
-    Raises
-    ------
-    LibraryError
-        If one is not what was stored.
-    """
+    """Return what captures are called by their rows; of those that are gone, nothing."""
     found: dict[str, list[Any]] = {name: [] for name in names}
     for first in range(0, len(numbers), state.MOST):
         some = numbers[first : first + state.MOST]

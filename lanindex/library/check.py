@@ -36,13 +36,7 @@ _BATCH = 1024
 
 
 def check_connection(connection: Link) -> list[str]:
-    """Return what is wrong, a sentence each.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction.
-    """
+    """Return what is wrong, a sentence each."""
     sqlite = is_sqlite(connection)
     if sqlite and (damage := _damage(connection)):
         return damage  # what a damaged file answers to the other questions means nothing

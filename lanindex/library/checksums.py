@@ -31,17 +31,7 @@ def of_bytes(*values: bytes | memoryview) -> int:
 
 
 def damaged(number: object, path: object, what: str) -> LibraryError:
-    """Return the error that says what of a capture is not what was stored, and the remedy.
-
-    Parameters
-    ----------
-    number : object
-        The capture's number.
-    path : object
-        Where its file was, as the library has it.
-    what : str
-        ``its track r_arm`` ...
-    """
+    """Return the error that says what of a capture is not what was stored, and the remedy."""
     shown = printable(path) if isinstance(path, str) else f"capture {number}"
     return LibraryError(
         f"capture {number} is damaged in the library: {what}",

@@ -36,18 +36,7 @@ def _whole(name: str, symbols: NDArray[Any]) -> NDArray[Any]:
 
 
 def wrong(symbols: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return which symbols hold a number that has no room.
-
-    Parameters
-    ----------
-    symbols : ndarray
-        (S,) of ``model.SYMBOL``.
-
-    Returns
-    -------
-    ndarray
-        (S,) bool.
-    """
+    """Return which of (S,) symbols hold a number that has no room: (S,) bool."""
     bad = np.zeros(len(symbols), np.bool_)
     for name, how in FIELDS.items():
         values = _whole(name, symbols)
@@ -56,18 +45,7 @@ def wrong(symbols: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def pack(symbols: NDArray[Any]) -> Integers:
-    """Return symbols as a library stores them.
-
-    Parameters
-    ----------
-    symbols : ndarray
-        (S,) of ``model.SYMBOL``, none of them `wrong`.
-
-    Returns
-    -------
-    ndarray
-        (S, C) int64, in the order of `COLUMNS`.
-    """
+    """Return (S,) symbols as a library stores them: (S, C) int64, in the order of `COLUMNS`."""
     packed = np.zeros((len(symbols), len(COLUMNS)), np.int64)
     for name, how in FIELDS.items():
         values = _whole(name, symbols).astype(np.int64, copy=False)
@@ -76,18 +54,7 @@ def pack(symbols: NDArray[Any]) -> Integers:
 
 
 def unpack(packed: Integers) -> NDArray[Any]:
-    """Return symbols from what a library stores.
-
-    Parameters
-    ----------
-    packed : ndarray
-        (S, C) int64, as from `pack`.
-
-    Returns
-    -------
-    ndarray
-        (S,) of ``model.SYMBOL``.
-    """
+    """Return (S,) symbols from what a library stores: (S, C) int64."""
     symbols = np.empty(len(packed), SYMBOL)
     for name, how in FIELDS.items():
         values = (packed[:, COLUMNS.index(how.column)] >> how.shift) & ((1 << how.bits) - 1)
@@ -100,14 +67,9 @@ def unpack(packed: Integers) -> NDArray[Any]:
 
 
 def nameless(packed: Integers) -> NDArray[np.bool_]:
-    """Return which symbols hold a code that stands for no word.
+    """Return which of (S, C) packed symbols hold a code that stands for no word: (S,) bool.
 
     Nothing else that `pack` gives is `wrong`, but an end behind all frames.
-
-    Parameters
-    ----------
-    packed : ndarray
-        (S, C) int64, as from `pack`.
     """
     bad = np.zeros(len(packed), np.bool_)
     for how in FIELDS.values():

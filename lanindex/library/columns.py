@@ -29,20 +29,7 @@ from lanindex.model.columns import (
 
 @dataclass(slots=True)
 class Whole:
-    """All captures of a library, and how their columns are put together.
-
-    Attributes
-    ----------
-    segments : list of Segment
-        Where they are.
-    extra : Roster, dict of str to Columns
-        Those that are in none.
-    order : ndarray or None
-        (C,) int64: which of the captures in the segments and `extra` count, in order of number;
-        None: all, as they stand there.
-    roster : Roster
-        In that order.
-    """
+    """All captures of a library, and how their columns are put together."""
 
     segments: list[Segment]
     extra: derive.Derived
@@ -56,36 +43,13 @@ class Whole:
         return list(dict.fromkeys([*found, *self.extra[1]]))
 
     def columns(self, connection: Link, part: str, more: Collection[str] = ()) -> Columns:
-        """Load the columns of a part.
-
-        Raises
-        ------
-        Distrust
-            If they are not what was stored.
-        """
+        """Load the columns of a part."""
         found = stored(connection, self.segments, self.extra, part, more)
         return found if self.order is None else found.taken(self.order)
 
 
 def read_whole(connection: Link, spine: Spine, parts: Sequence[str] | None = None) -> Whole:
-    """Return the captures of a library.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction.
-    spine : Spine
-        What there is of segments.
-    parts : sequence of str, optional
-        Which ones of the captures that are in no segment will be wanted; else all.
-
-    Raises
-    ------
-    Distrust
-        If the segments do not hold just the captures that there are.
-    LibraryError
-        If a capture that is in no segment is not what was stored.
-    """
+    """Return the captures of a library."""
     rosters, order = read_rosters(connection, spine)
     extra = derive.derived(connection, spine.pending, parts)
     check_pending(extra[0].number.tolist(), spine.pending)
@@ -94,13 +58,7 @@ def read_whole(connection: Link, spine: Spine, parts: Sequence[str] | None = Non
 
 
 def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[np.int64] | None]:
-    """Return the captures of each segment, and the order as in `Whole`.
-
-    Raises
-    ------
-    Distrust
-        If these and the pending ones are not just the captures that there are.
-    """
+    """Return the captures of each segment, and the order as in `Whole`."""
     rosters = [read_roster(connection, one) for one in spine.segments]
     number = np.concatenate([*(one.number for one in rosters), np.array(spine.pending, np.int64)])
     order = order_of(spine, number)
@@ -114,25 +72,13 @@ def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[
 
 
 def check_pending(there: Sequence[int], pending: Sequence[int]) -> None:
-    """Refuse to wait for other captures than those that are there.
-
-    Raises
-    ------
-    Distrust
-        If some do.
-    """
+    """Refuse to wait for other captures than those that are there."""
     if list(there) != list(pending):
         raise Distrust("damaged: they wait for captures that there are not")
 
 
 def read_roster(connection: Link, segment: Segment) -> Roster:
-    """Return the captures of a segment, dead ones too.
-
-    Raises
-    ------
-    Distrust
-        If they are not what was stored.
-    """
+    """Return the captures of a segment, dead ones too."""
     found = [segments.read_column(connection, segment, "", name) for name in segments.CAPTURES]
     if {len(one) for one in found} != {segment.captures}:
         raise Distrust(f"damaged: the captures of segment {segment.id}")
@@ -144,13 +90,7 @@ def read_roster(connection: Link, segment: Segment) -> Roster:
 def alive(
     connection: Link, spine: Spine, segment: Segment
 ) -> tuple[NDArray[np.int64], Roster, dict[str, Columns]]:
-    """Return the places of the captures of a segment that count, and all that it holds.
-
-    Raises
-    ------
-    Distrust
-        If it is not what was stored.
-    """
+    """Return the places of the captures of a segment that count, and all that it holds."""
     roster, nothing = read_roster(connection, segment), (enrolled([]), dict[str, Columns]())
     order = order_of(Spine([segment], spine.dead, []), roster.number)
     held = {part: stored(connection, [segment], nothing, part, EXTRA) for part in segment.parts}
@@ -184,11 +124,6 @@ def stored(
     """Return the columns of a part in all captures of segments, dead ones too, then in `extra`.
 
     `more` tells what of `lanindex.model.columns.EXTRA` is wanted, too.
-
-    Raises
-    ------
-    Distrust
-        If they are not what was stored.
     """
     added = extra[1].get(part, columns_of(part, [], []))
 
@@ -232,13 +167,7 @@ def _own(added: Columns, name: str) -> NDArray[Any]:
 
 
 def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
-    """Return how many symbols of a part each capture of a segment has, dead ones too.
-
-    Raises
-    ------
-    Distrust
-        If they are not what was stored.
-    """
+    """Return how many symbols of a part each capture of a segment has, dead ones too."""
     found = segments.read_column(connection, segment, part, "counts").astype(np.int64)
     if (part, "counts") not in segment.entries:
         return np.zeros(segment.captures, np.int64)
@@ -288,26 +217,7 @@ class Held:
         *,
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
-        """Return all captures and the columns of some parts.
-
-        Parameters
-        ----------
-        connection : Link
-            In a transaction.
-        parts : sequence of str
-            Whose.
-        more : collection of str
-            What of `lanindex.model.columns.EXTRA` is wanted, too.
-        trusted : bool
-            Read the segments; else the rows.
-
-        Raises
-        ------
-        Distrust
-            If the segments cannot be trusted.
-        LibraryError
-            If a capture is not what was stored.
-        """
+        """Return all captures and the columns of some parts."""
         stamp = state.read_state(connection).stamp
         if stamp != self._stamp:
             self._columns = {}

@@ -43,17 +43,7 @@ _TABLES = "SELECT name FROM sqlite_master WHERE type = 'table' AND substr(name, 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Where a library is.
-
-    Attributes
-    ----------
-    place : str
-        As a message names it: never with a password.
-    url : str
-        For SQLAlchemy; empty for SQLite.
-    path : Path or None
-        The file; None where there is none.
-    """
+    """Where a library is."""
 
     place: str
     url: str
@@ -66,13 +56,7 @@ class Target:
 
 
 def target(named: str | os.PathLike[str]) -> Target:
-    """Understand a path or an SQLAlchemy URL.
-
-    Raises
-    ------
-    LibraryError
-        If a URL cannot be understood.
-    """
+    """Understand a path or an SQLAlchemy URL."""
     text = os.fspath(named)
     if "://" not in text:
         return Target(text, "", None if text == MEMORY else Path(text).absolute())
@@ -140,13 +124,7 @@ def _begin(connection: Connection) -> None:
 
 
 def check_path(where: Target, *, create: bool) -> None:
-    """Refuse a file that cannot be a library before anything touches it.
-
-    Raises
-    ------
-    LibraryError
-        If it is a folder, if there is none, or if its folder is missing.
-    """
+    """Refuse a file that cannot be a library before anything touches it."""
     path = where.path
     if path is None:
         return
@@ -184,11 +162,6 @@ def revision(connection: Link, place: str) -> str | None:
     """Return the revision of a library, or None where there are no tables at all.
 
     Reads ``alembic_version`` itself: importing Alembic takes longer than most searches.
-
-    Raises
-    ------
-    LibraryError
-        If the tables are another program's.
     """
     names = _tables(connection)
     if not names:
@@ -220,15 +193,7 @@ def found_revision(connection: Link, place: str) -> str | None:
 
 
 def refuse_revision(found: str | None, place: str) -> None:
-    """Say what to do about a library that is empty, older or newer.
-
-    Raises
-    ------
-    LibraryError
-        If it is empty.
-    LibraryVersionError
-        If it has another revision than this program.
-    """
+    """Say what to do about a library that is empty, older or newer."""
     if found is None:
         raise LibraryError(
             "this file is empty",
@@ -335,13 +300,7 @@ def _transaction(connection: Connection, *, writes: bool) -> Iterator[None]:
 
 
 def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
-    """Return a connection to whatever is there; of a file that is only read a `Reader`.
-
-    Raises
-    ------
-    LibraryError
-        If there is nothing (and nothing is to be made), or it cannot be opened.
-    """
+    """Return a connection to whatever is there; of a file that is only read a `Reader`."""
     check_path(where, create=create)
     with translated(where.place):
         if where.sqlite and readonly and not create:
@@ -350,17 +309,7 @@ def connected(where: Target, *, create: bool, readonly: bool, timeout: float) ->
 
 
 def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
-    """Return a connection to a library at the newest revision.
-
-    Raises
-    ------
-    LibraryError
-        If there is none (and none is to be made), or it is no library.
-    LibraryVersionError
-        If it is older or newer than this program.
-    LibraryBusyError
-        If another process holds it for longer than `timeout`.
-    """
+    """Return a connection to a library at the newest revision."""
     connection = connected(where, create=create, readonly=readonly, timeout=timeout)
     try:
         with translated(where.place):

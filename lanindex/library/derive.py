@@ -42,22 +42,7 @@ Derived = tuple[Roster, dict[str, Columns]]
 def derived(
     connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
 ) -> Derived:
-    """Return the columns of captures, in the order of their numbers.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction.
-    numbers : sequence of int
-        Of the captures.
-    parts : sequence of str, optional
-        Only these.
-
-    Raises
-    ------
-    LibraryError
-        If a capture is not what was stored.
-    """
+    """Return the columns of captures, in the order of their numbers."""
     return together(list(batches(connection, numbers, parts)))
 
 
@@ -89,20 +74,7 @@ def _batch(connection: Link, numbers: Sequence[int], parts: Sequence[str] | None
 
 
 def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
-    """Return the columns of captures whose rows have been read.
-
-    Parameters
-    ----------
-    wanted : Tracks
-        Of captures in the order of their numbers.
-    symbols : ndarray
-        (S, C) int64: the fields of these, as `lanindex.library.read.read_fields` gives them.
-
-    Raises
-    ------
-    LibraryError
-        If a track says of no stretch of frames when it was seen.
-    """
+    """Return the columns of captures whose rows have been read."""
     codes_of = {part: code for code, part in enumerate(dict.fromkeys(wanted.part))}
     few = np.min_scalar_type(len(codes_of))  # numpy sorts small numbers by counting
     whose = np.array([codes_of[part] for part in wanted.part], few)

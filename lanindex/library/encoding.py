@@ -17,21 +17,7 @@ ENCODED = (
 
 @dataclass(frozen=True, slots=True)
 class Encoding:
-    """How a capture came to be written down; equal ones give equal scores.
-
-    Attributes
-    ----------
-    profile : str
-        Its name; empty for a score that came as one.
-    digest : str
-        sha256 of the profile's files.
-    options : Mapping of str to str
-        What the reader was told in place of what it would have found: unit, up, fps, compose.
-    beside : str
-        sha256 of the other files that were read with it; empty: there were none.
-    people : int
-        How many there are in its file, of whom it is one; 0: it is alone, or nobody counted.
-    """
+    """How a capture came to be written down; equal ones give equal scores."""
 
     profile: str = ""
     digest: str = ""
@@ -53,13 +39,5 @@ class Encoding:
 
 
 def encoded(values: Mapping[str, Any], profile: str | None, digest: str | None) -> int:
-    """Return the checksum of all that was encoded of a capture.
-
-    Parameters
-    ----------
-    values : Mapping
-        Columns of ``capture``.
-    profile, digest : str or None
-        Its profile; None where it has none.
-    """
+    """Return the checksum of all that was encoded of a capture."""
     return checksums.of_values(*(values[name] for name in ENCODED), profile, digest)

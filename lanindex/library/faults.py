@@ -60,15 +60,7 @@ def _named(error: BaseException) -> str:
 
 
 def library_error(error: Exception, place: str) -> LibraryError:
-    """Return the LibraryError that says what a database's error means.
-
-    Parameters
-    ----------
-    error : Exception
-        Of SQLAlchemy or of sqlite3.
-    place : str
-        The library, as its user names it.
-    """
+    """Return the LibraryError that says what a database's error means."""
     origin = getattr(error, "orig", None) or error
     name = _named(origin)
     fault = _FAULTS.get(name) or _FAULTS.get("_".join(name.split("_")[:2]))
@@ -80,13 +72,7 @@ def library_error(error: Exception, place: str) -> LibraryError:
 
 @contextmanager
 def translated(place: str) -> Iterator[None]:
-    """Raise every error of the database inside as a LibraryError.
-
-    Raises
-    ------
-    LibraryError
-        With the place, what was found and what to do.
-    """
+    """Raise every error of the database inside as a LibraryError."""
     try:
         yield
     except faults() as error:

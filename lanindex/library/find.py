@@ -51,25 +51,7 @@ def _fitting(glob: str) -> Callable[[str], bool]:
 def fitting(
     called: Texts, places: Sequence[int], where: Iterable[tuple[str, str]]
 ) -> Sequence[int]:
-    """Return those of some captures that fit all of some globs.
-
-    Parameters
-    ----------
-    called : Mapping
-        What captures are called: for ``path``, ``location``, ``format``, ``label`` and
-        ``metadata`` a list each.
-    places : sequence of int
-        Which captures to choose from: places in these lists.
-    where : iterable of (str, str)
-        Globs by column: ``path`` as ingested, the absolute path and, if it has no slash, the name
-        of the file, where ``*`` crosses folders; ``label``, ``format``, ``dataset`` or any other
-        column that the user gave; one that a capture lacks is the empty text.
-
-    Raises
-    ------
-    UsageError
-        If no capture has such a column.
-    """
+    """Return those of some captures that fit all of some globs."""
     for key, glob in where:
         if key == "path":
             places = _paths(called, places, glob)
@@ -144,17 +126,7 @@ def several(named: str, locations: Sequence[str], place: str) -> LibraryError:
 
 
 def absent(named: str, called: Texts, place: str) -> AbsentError:
-    """Return the error that says that a name means no capture, and which ones have one like it.
-
-    Parameters
-    ----------
-    named : str
-        What the user wrote.
-    called : Mapping
-        The ``path`` and ``location`` of all captures.
-    place : str
-        The library, as a message names it.
-    """
+    """Return the error that says that a name means no capture, and which ones have one like it."""
     return AbsentError(f"there is no capture {named}", place=place, remedy=_guess(called, named))
 
 

@@ -37,13 +37,7 @@ def is_gathered(connection: Link) -> bool:
 
 
 def verify(connection: Link) -> None:
-    """Load all segments.
-
-    Raises
-    ------
-    Distrust
-        If they are not what was stored, or not those of the captures that there are.
-    """
+    """Load all segments."""
     spine = segments.read_spine(connection)
     read_rosters(connection, spine)
     nothing = derive.derived(connection, [])
@@ -64,22 +58,7 @@ def purge(connection: Link) -> bool:
 
 
 def cover(connection: Link, told: Callable[[int], None] = lambda waiting: None) -> bool:
-    """Write a segment of captures that are in none, and return whether more are left.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction that may write.
-    told : callable, optional
-        Is told now and then how many captures still wait; it may raise.
-
-    Raises
-    ------
-    Distrust
-        If the segments cannot be trusted.
-    LibraryError
-        If one of those captures is not what was stored.
-    """
+    """Write a segment of captures that are in none, and return whether more are left."""
     spine = segments.read_spine(connection)
     pending = spine.pending
     pieces: list[derive.Derived] = []
@@ -108,11 +87,6 @@ def join(connection: Link) -> bool:
     A segment is joined with all newer ones once these hold as many symbols, so that each symbol is
     written again only when what it lies in has doubled; and all are, once a quarter of the
     captures in them is dead.
-
-    Raises
-    ------
-    Distrust
-        If the segments cannot be trusted.
     """
     spine = segments.read_spine(connection)
     first = _first_to_join(spine)

@@ -36,17 +36,7 @@ Values = Mapping[str, Any] | Sequence[Mapping[str, Any]]
 
 
 def ask(link: Link, statement: str, values: Values | None = None) -> Any:
-    """Carry out a statement, and return the driver's cursor: rows as plain tuples.
-
-    Parameters
-    ----------
-    link : Link
-        In a transaction.
-    statement : str
-        In SQL, values as ``:name``.
-    values : Mapping, or sequence of Mapping, optional
-        Of these values; of several, one time after the other.
-    """
+    """Carry out a statement, and return the driver's cursor: rows as plain tuples."""
     driver = driver_of(link)
     if driver is None:
         return _through_sqlalchemy(link, statement, values or {})
@@ -77,14 +67,7 @@ def _text(statement: str) -> TextClause:
 
 
 def among(numbers: Iterable[int]) -> str:
-    """Return whole numbers as the list that a column is ``IN``.
-
-    Examples
-    --------
-    >>> from lanindex.library.link import among
-    >>> among([3, 14]), among([])
-    ('(3,14)', '(NULL)')
-    """
+    """Return whole numbers as the list that a column is ``IN``."""
     return f"({','.join([str(int(number)) for number in numbers]) or 'NULL'})"
 
 

@@ -44,23 +44,7 @@ _TIMEOUT = 30.0
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """How new a library is.
-
-    Attributes
-    ----------
-    place : str
-        The library, as it was named.
-    found : str
-        Its revision.
-    newest : str
-        That of this program.
-    segments, symbols : int
-        In how many pieces it keeps its columns, and of how many symbols.
-    pending : int
-        Captures that are not in them yet.
-    fault : str
-        Why the columns will be made anew; empty: they will not.
-    """
+    """How new a library is."""
 
     place: str
     found: str
@@ -79,13 +63,7 @@ class Status:
 
 
 def scripts() -> Path:
-    """Return the folder of the revisions.
-
-    Raises
-    ------
-    LibraryError
-        If the installation lacks it.
-    """
+    """Return the folder of the revisions."""
     for folder in _FOLDERS:
         if (folder / "env.py").is_file():
             return folder
@@ -97,13 +75,7 @@ def scripts() -> Path:
 
 
 def status(named: str | os.PathLike[str] = DEFAULT) -> Status:
-    """Return how new a library is.
-
-    Raises
-    ------
-    LibraryError
-        If there is none, or it is no library.
-    """
+    """Return how new a library is."""
     where = target(named)
     with _connected(where, readonly=True) as connection:
         found = found_revision(connection, where.place)
@@ -128,13 +100,6 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
 
     Of one that has it, columns that cannot be trusted or are an earlier version's are made anew,
     and so is the view in words.
-
-    Raises
-    ------
-    LibraryVersionError
-        If it is newer than this program.
-    LibraryError
-        If there is none, or it is no library; it stays as it was.
     """
     where = target(named)
     before = status(named)
@@ -166,17 +131,7 @@ def _shows_all(where: Target) -> bool:
 
 
 def run(connection: Connection, to: str, place: str) -> None:
-    """Run the revisions up to one of them.
-
-    Parameters
-    ----------
-    connection : Connection
-        In a transaction.
-    to : str
-        A revision, or ``head``.
-    place : str
-        The library, as a message names it.
-    """
+    """Run the revisions up to one of them."""
     from alembic import command
     from alembic.config import Config
     from alembic.util import CommandError
@@ -203,13 +158,7 @@ def run(connection: Connection, to: str, place: str) -> None:
 
 
 def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
-    """Return what is wrong inside a library, a sentence each; an empty list if nothing is.
-
-    Raises
-    ------
-    LibraryError
-        If it cannot be opened at all.
-    """
+    """Return what is wrong inside a library, a sentence each; an empty list if nothing is."""
     where = target(named)
     connection = opened(where, create=False, readonly=True, timeout=_TIMEOUT)
     try:

@@ -50,24 +50,7 @@ def read_fields(
     *,
     every: bool,
 ) -> NDArray[np.int64] | None:
-    """Return the fields of all rows of some tracks: (S, C) int64, in the order of `codes.COLUMNS`.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction.
-    captures : sequence of int
-        The numbers of the captures.
-    ordinals, counts, checksums : sequence of int
-        Of those of their tracks that are to be read; how many symbols they have, and over these.
-    every : bool
-        Whether they have no other tracks.
-
-    Returns
-    -------
-    ndarray or None
-        None where they are not what was stored, or more, or cannot be handed over so.
-    """
+    """Return the fields of all rows of some tracks: (S, C) int64, ordered as `codes.COLUMNS`."""
     if not is_sqlite(connection):
         return None
     chosen = f"capture_id IN {among(captures)}"

@@ -96,13 +96,7 @@ def locations(connection: Link, places: Sequence[str], digests: Sequence[str]) -
 def read_stored(
     connection: Link, numbers: Sequence[int] | None = None
 ) -> Iterator[Stored | LibraryError]:
-    """Yield captures in the order of their numbers: all, or those that exist of some.
-
-    Yields
-    ------
-    Stored or LibraryError
-        The error, where a capture is not what was stored.
-    """
+    """Yield captures in the order of their numbers: all, or those that exist of some."""
     chosen, described = _CAPTURES, "SELECT capture_id, key, value FROM metadata"
     if numbers is not None:
         chosen += f" WHERE capture.id IN {among(numbers)}"
@@ -177,13 +171,7 @@ def said(number: int, label: str, metadata: Mapping[str, str]) -> int:
 
 
 def read_captures(connection: Link, numbers: Sequence[int] | None = None) -> list[Stored]:
-    """Return captures in the order of their numbers: all, or those that exist of some.
-
-    Raises
-    ------
-    LibraryError
-        If one is not what was stored.
-    """
+    """Return captures in the order of their numbers: all, or those that exist of some."""
     found = list(read_stored(connection, numbers))
     for one in found:
         if isinstance(one, LibraryError):
@@ -196,13 +184,7 @@ def read_captures(connection: Link, numbers: Sequence[int] | None = None) -> lis
 
 
 def read_chosen(connection: Link, numbers: Sequence[int]) -> list[Capture]:
-    """Return those captures that exist of some, however many.
-
-    Raises
-    ------
-    LibraryError
-        If one is not what was stored.
-    """
+    """Return those captures that exist of some, however many."""
     return [
         one.capture
         for first in range(0, len(numbers), state.MOST)
@@ -211,13 +193,7 @@ def read_chosen(connection: Link, numbers: Sequence[int]) -> list[Capture]:
 
 
 def read_capture(connection: Link, number: int) -> Stored:
-    """Return one capture that is there.
-
-    Raises
-    ------
-    LibraryError
-        If it is not what was stored.
-    """
+    """Return one capture that is there."""
     found = read_captures(connection, [number])
     if len(found) != 1:  # one table says that it is there, its index that it is not
         raise checksums.damaged(number, None, "its row")
@@ -226,17 +202,7 @@ def read_capture(connection: Link, number: int) -> Stored:
 
 @dataclass(frozen=True, slots=True)
 class Tracks:
-    """Rows of ``track`` of some captures, column by column: there are millions.
-
-    Attributes
-    ----------
-    chosen : sequence of Stored
-        The captures.
-    place : ndarray
-        (T,) int64: which of them each track is of.
-    ordinal, part, kind, known, symbols, checksum : sequence
-        T each, as in ``track``.
-    """
+    """Rows of ``track`` of some captures, column by column: there are millions."""
 
     chosen: Sequence[Stored]
     place: NDArray[np.int64]
@@ -260,13 +226,7 @@ _COUNTED = "SELECT capture_id, count(*) FROM track"
 
 
 def read_parts(connection: Link) -> set[str]:
-    """Return the parts that any capture has.
-
-    Raises
-    ------
-    LibraryError
-        If the tracks are not those that were stored.
-    """
+    """Return the parts that any capture has."""
     wanted = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
     state.check_numbers(connection, [number for number, _, _ in wanted])
     return {row[_PART] for own in _lists(connection, wanted) for row in own}
@@ -319,11 +279,6 @@ def read_tracks(
     """Return the tracks of captures, by the captures' numbers: all, or those of some parts.
 
     `listed` as in `read_wanted`.
-
-    Raises
-    ------
-    LibraryError
-        If one of them is not what was stored.
     """
     wanted = read_wanted(connection, chosen, parts, listed=listed)
     symbols, first = codes.unpack(read_fields(connection, wanted, every=parts is None)), 0
@@ -348,25 +303,7 @@ def read_wanted(
     *,
     listed: bool = True,
 ) -> Tracks:
-    """Return the tracks of captures, without their symbols: all, or those of some parts.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction.
-    chosen : sequence of Stored
-        The captures.
-    parts : sequence of str, optional
-        Only these.
-    listed : bool
-        Hold all tracks of the captures against the checksum of their list; else only the wanted
-        ones are read, and they may be others: those of other parts, or some may be missing.
-
-    Raises
-    ------
-    LibraryError
-        If the tracks of a capture are not those that were stored.
-    """
+    """Return the tracks of captures, without their symbols: all, or those of some parts."""
     own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
     numbers = [number for number, _, _ in own]
     if listed or parts is None:
@@ -383,13 +320,7 @@ def read_wanted(
 
 
 def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:
-    """Return the stretches of frames in which a part was seen, as its track has them.
-
-    Raises
-    ------
-    LibraryError
-        If they are none.
-    """
+    """Return the stretches of frames in which a part was seen, as its track has them."""
     try:
         return rows.read_known(known, capture.frames)
     except _NONSENSE as error:
@@ -398,22 +329,7 @@ def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]
 
 
 def read_fields(connection: Link, wanted: Tracks, *, every: bool = False) -> NDArray[np.int64]:
-    """Return the fields of the rows of tracks: (S, C) int64, in the order of `codes.COLUMNS`.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction.
-    wanted : Tracks
-        Which tracks.
-    every : bool
-        Whether they are all that their captures have.
-
-    Raises
-    ------
-    LibraryError
-        If one of them is not what was stored.
-    """
+    """Return the fields of the rows of tracks: (S, C) int64, in the order of `codes.COLUMNS`."""
     captures = [wanted.chosen[place].capture.id for place in dict.fromkeys(wanted.place.tolist())]
     if not captures:
         return np.empty((0, len(codes.COLUMNS)), np.int64)
@@ -464,13 +380,7 @@ def _culprit(numbers: NDArray[np.int64], wanted: Tracks) -> LibraryError:
 
 
 def read_score(connection: Link, stored: Stored) -> Score:
-    """Return the score of a capture.
-
-    Raises
-    ------
-    LibraryError
-        If it is not what was stored.
-    """
+    """Return the score of a capture."""
     capture = stored.capture
     ((packed, other),) = read_contents(connection, [stored])
     tracks = read_tracks(connection, [stored])[capture.id]
@@ -481,13 +391,7 @@ def read_score(connection: Link, stored: Stored) -> Score:
 def read_contents(
     connection: Link, chosen: Sequence[Stored]
 ) -> Iterator[tuple[NDArray[Any], tuple[str, ...]]]:
-    """Yield of captures the heading, still packed, and the lines that were not understood.
-
-    Raises
-    ------
-    LibraryError
-        If they are not what was stored.
-    """
+    """Yield of captures the heading, still packed, and the lines that were not understood."""
     numbers = among(one.capture.id for one in chosen)
     asked = f"SELECT id, other, heading FROM capture WHERE id IN {numbers}"
     held = {number: (lines, blob) for number, lines, blob in ask(connection, asked)}

@@ -30,13 +30,7 @@ _NEEDED = {
 
 
 def check(score: Score, place: str) -> None:
-    """Refuse a score that cannot be stored as it is.
-
-    Raises
-    ------
-    UsageError
-        If a field has no room, a symbol lacks what its kind has, or lies outside the frames.
-    """
+    """Refuse a score that cannot be stored as it is."""
     for part, track in score.tracks.items():
         if track.part != part:
             raise UsageError(f"{part} holds the track of {track.part}", place=place)
@@ -64,17 +58,7 @@ def wrong(symbols: NDArray[Any], frames: int) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """A score as rows without the capture's number, which comes first in each.
-
-    Attributes
-    ----------
-    tracks : list of tuple
-        Of ``track``: ordinal, part, kind, known, symbols, checksum.
-    symbols : list of list of int
-        Of ``symbol_code``, column by column: track, ordinal, fields.
-    checksum : int
-        Of the list of tracks.
-    """
+    """A score as rows without the capture's number, which comes first in each."""
 
     tracks: list[tuple[Any, ...]]
     symbols: list[list[int]]
@@ -97,22 +81,7 @@ def rows_of(score: Score) -> Rows:
 def numbered(
     packed: NDArray[np.int64], counts: Sequence[int], ordinals: Sequence[int]
 ) -> NDArray[np.int64]:
-    """Return packed symbols with the ordinals of track and row before them.
-
-    Parameters
-    ----------
-    packed : ndarray
-        (S, C) int64.
-    counts : sequence of int
-        Symbols of each track; they add up to S.
-    ordinals : sequence of int
-        Of the tracks.
-
-    Returns
-    -------
-    ndarray
-        (S, C + 2) int64.
-    """
+    """Return (S, C) packed symbols with the ordinals of track and row before them: (S, C + 2)."""
     numbers = np.empty((len(packed), packed.shape[1] + 2), np.int64)
     numbers[:, 0] = np.repeat(np.array(ordinals, np.int64), counts)
     begins = np.cumsum([0, *counts], dtype=np.int64)[:-1]
@@ -122,15 +91,7 @@ def numbered(
 
 
 def of_tracks(numbers: NDArray[np.int64], counts: Iterable[int]) -> list[int]:
-    """Return the checksums of the rows of tracks.
-
-    Parameters
-    ----------
-    numbers : ndarray
-        (S, C + 2) int64: track, ordinal, fields.
-    counts : iterable of int
-        Symbols of each track; they add up to S.
-    """
+    """Return the checksums of the rows of tracks: (S, C + 2) int64, track, ordinal, fields."""
     content = np.ascontiguousarray(numbers, "<i8").reshape(-1).view(np.uint8).data
     ends = [0, *(8 * numbers.shape[1] * end for end in accumulate(counts))]
     found = [zlib.crc32(content[first:last]) for first, last in pairwise(ends)]
@@ -168,19 +129,7 @@ def capture_columns(score: Score) -> dict[str, Any]:
 
 
 def pack_heading(heading: NDArray[np.float32]) -> bytes:
-    """Return a heading as it is stored: small where it is in tenths of a degree, always exact.
-
-    Parameters
-    ----------
-    heading : ndarray
-        (N,) float32, degrees.
-
-    Returns
-    -------
-    bytes
-        1 and how its steps from tenth to tenth change, compressed: uint16, the sign in the lowest
-        bit, all low bytes before all high ones; or 0 and the numbers themselves, little-endian.
-    """
+    """Return (N,) degrees as they are stored: small if in tenths of a degree, always exact."""
     raw = heading.astype("<f4").tobytes()
     with np.errstate(all="ignore"):  # no number, or a vast one: it does not come back, and stays
         tenths = np.rint(heading.astype(np.float64) * 10).astype(np.int64)
@@ -191,13 +140,7 @@ def pack_heading(heading: NDArray[np.float32]) -> bytes:
 
 
 def read_heading(blob: bytes) -> NDArray[Any]:
-    """Return a heading as `pack_heading` keeps it: (N,) float32, or (2, N) uint8, its bytes.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """Return a heading as `pack_heading` keeps it: (N,) float32, or (2, N) uint8, its bytes."""
     if blob[:1] == _RAW:
         return np.frombuffer(blob[1:], "<f4")
     try:

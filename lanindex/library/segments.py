@@ -89,17 +89,7 @@ class Segment(NamedTuple):
 
 
 class Spine(NamedTuple):
-    """What there is of columns.
-
-    Attributes
-    ----------
-    segments : list of Segment
-        The oldest first.
-    dead : dict of int to int
-        By capture, the newest segment in which it does not count.
-    pending : list of int
-        The captures that no segment holds, in order.
-    """
+    """What there is of columns."""
 
     segments: list[Segment]
     dead: dict[int, int]
@@ -168,13 +158,7 @@ def mark_covered(connection: Link, numbers: Iterable[int]) -> None:
 
 
 def read_spine(connection: Link) -> Spine:
-    """Return what there is of columns, with nothing loaded.
-
-    Raises
-    ------
-    Distrust
-        If they are out of date, an earlier version's, or not what was stored.
-    """
+    """Return what there is of columns, with nothing loaded."""
     now = state.read_state(connection)
     if now.columns != now.stamp:
         raise Distrust("out of date, for another program has changed the library")
@@ -230,13 +214,7 @@ def _segment(row: Any) -> Segment:
 
 
 def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDArray[Any]:
-    """Return a column as it is stored; empty where the segment has none of that name.
-
-    Raises
-    ------
-    Distrust
-        If it is not what was stored.
-    """
+    """Return a column as it is stored; empty where the segment has none of that name."""
     entry, width = segment.entries.get((part, name)), _WIDTHS.get((not part, name), 1)
     stored = np.empty(0, np.uint8)
     if entry is not None:
@@ -261,20 +239,7 @@ def put(
     texts: Iterable[tuple[str, NDArray[np.uint8]]],
     columns: Iterable[Columns],
 ) -> int:
-    """Write a segment and return its number.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction that may write.
-    roster : Roster
-        The captures.
-    texts : iterable of (str, ndarray)
-        What they are called, as `lanindex.library.called.spelled` gives it.
-    columns : iterable of Columns
-        Of all parts that any of them has; each is written before the next is asked for.
-        One without symbols that all captures always see is left out: its columns say nothing.
-    """
+    """Write a segment and return its number."""
     ((number,),) = ask(connection, _BEGIN, {"captures": len(roster)}).fetchall()
     symbols = 0
     own = [(name, getattr(roster, name)) for name in CAPTURES]

@@ -23,13 +23,7 @@ class State(NamedTuple):
 
 
 def capture_numbers(connection: Link) -> list[int]:
-    """Return the numbers of all captures, in order.
-
-    Raises
-    ------
-    LibraryError
-        If there are more or fewer than were stored.
-    """
+    """Return the numbers of all captures, in order."""
     found: list[int] = first_values(ask(connection, "SELECT id FROM capture ORDER BY id"))
     check_numbers(connection, found)
     return found
@@ -45,13 +39,7 @@ def read_numbers(connection: Link, numbers: Sequence[int]) -> list[int]:
 
 
 def check_numbers(connection: Link, found: Sequence[int]) -> None:
-    """Refuse a library that has other captures than were stored.
-
-    Raises
-    ------
-    LibraryError
-        With how many there are and were.
-    """
+    """Refuse a library that has other captures than were stored."""
     stored, now = read_state(connection), (len(found), sum(found))
     if now != (stored.captures, stored.numbers):
         raise LibraryError(
@@ -64,13 +52,7 @@ def check_numbers(connection: Link, found: Sequence[int]) -> None:
 
 
 def read_state(connection: Link) -> State:
-    """Return the one row of ``state``.
-
-    Raises
-    ------
-    LibraryError
-        If it is not one of two whole numbers.
-    """
+    """Return the one row of ``state``."""
     found = ask(connection, f"SELECT {', '.join(State._fields)} FROM state").fetchall()
     if len(found) != 1 or not all(isinstance(value, int) for value in found[0]):
         raise LibraryError(

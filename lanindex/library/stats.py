@@ -20,23 +20,7 @@ from lanindex.model.columns import Roster
 
 @dataclass(frozen=True, slots=True)
 class Stats:
-    """Counts of a library.
-
-    Attributes
-    ----------
-    captures, frames, symbols : int
-        In all; of symbols all rows, starting positions and passing ones included.
-    seconds : float
-        Length of all captures.
-    size : int
-        Bytes of the database; 0 where it is no file.
-    parts : Mapping of str to int
-        Symbols by part.
-    coverage : Mapping of str to float
-        By part, in which share of all seconds it is known, 0 to 1.
-    labels, profiles, formats : Mapping of str to int
-        Captures by label, by profile (the empty name: scores that came as such), by format.
-    """
+    """Counts of a library."""
 
     captures: int
     frames: int
@@ -51,25 +35,7 @@ class Stats:
 
 
 def count(connection: Link, size: int, *, trusted: bool = True) -> Stats:
-    """Count what a library holds.
-
-    Parameters
-    ----------
-    connection : Link
-        In a transaction.
-    size : int
-        Bytes of the database.
-    trusted : bool
-        Count in the segments, of whose columns only those are read that have a value a capture;
-        else in the rows of all captures and tracks.
-
-    Raises
-    ------
-    Distrust
-        If the segments cannot be trusted.
-    LibraryError
-        If a capture whose row is read is not what was stored.
-    """
+    """Count what a library holds."""
     tally = _Tally()
     if trusted:
         spine = segments.read_spine(connection)

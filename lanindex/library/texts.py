@@ -13,13 +13,7 @@ _BYTES = re.compile("[\udc80-\udcff]")
 
 
 def check_text(place: str, texts: Iterable[str]) -> None:
-    """Refuse text that came from bytes that are no UTF-8.
-
-    Raises
-    ------
-    UsageError
-        With the text, made printable.
-    """
+    """Refuse text that came from bytes that are no UTF-8."""
     for text in texts:
         try:
             text.encode()
@@ -32,13 +26,7 @@ def check_text(place: str, texts: Iterable[str]) -> None:
 
 
 def check_said(place: str, label: str | None, metadata: Mapping[str, str] | None) -> None:
-    """Refuse what a user says of a capture where it is no text.
-
-    Raises
-    ------
-    UsageError
-        As `check_text`.
-    """
+    """Refuse what a user says of a capture where it is no text."""
     check_text(place, [label or "", *(metadata or {}), *(metadata or {}).values()])
 
 
@@ -46,12 +34,6 @@ def printable(text: str) -> str:
     r"""Return a text that UTF-8 can spell: of a byte of a file's name that is no UTF-8, ``\xff``.
 
     `lanindex.formats.archives.native` finds the file again.
-
-    Examples
-    --------
-    >>> from lanindex.library.texts import printable
-    >>> print(printable("walk.bvh"), printable("w\udcfflk.bvh"))
-    walk.bvh w\xfflk.bvh
     """
     escaped = _BYTES.sub(lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", text)
     return escaped.encode("utf-8", "backslashreplace").decode()

@@ -43,24 +43,7 @@ _FORGET_PROFILES = (
 def put_capture(
     connection: Connection, values: Mapping[str, Any], score: Score, encoding: Encoding
 ) -> tuple[int, bool]:
-    """Write a capture and its score, in place of those of the same location.
-
-    Parameters
-    ----------
-    connection : Connection
-        In a transaction.
-    values : Mapping
-        Columns of ``capture``, as far as neither encoding nor checksums.
-    score : Score
-        Checked.
-    encoding : Encoding
-        How it was written down.
-
-    Returns
-    -------
-    int, bool
-        The number of the capture, the old one where there was one; whether it is new.
-    """
+    """Write a capture and its score, in place of those of the same location."""
     made = rows.rows_of(score)
     named = (encoding.profile, encoding.digest) if encoding.digest else None
     name, digest = named or (None, None)
@@ -136,13 +119,7 @@ def remove_capture(connection: Connection, number: int) -> None:
 
 
 def touch(connection: Connection) -> None:
-    """Raise the change stamp; the segments stay true if they were.
-
-    Raises
-    ------
-    LibraryError
-        If there is none that can be raised.
-    """
+    """Raise the change stamp; the segments stay true if they were."""
     if len(ask(connection, _TOUCH).fetchall()) != 1:
         state.read_state(connection)  # says what there is
         raise LibraryError("the library's stamp cannot be raised", wanted="a number from 0")

@@ -25,27 +25,7 @@ def suggest(
     how: How,
     budget: Budget | None = None,
 ) -> tuple[Advice, list[LanindexError]]:
-    """Return what to do about a query that finds nothing.
-
-    Parameters
-    ----------
-    library : Store
-        Where it was looked for.
-    query : Query
-        Which finds nothing.
-    numbers : sequence of int, optional
-        The captures that were looked at; by default all.
-    how : How
-        How exactly it was looked for; what is offered is looked for likewise.
-    budget : Budget, optional
-        How long it may take, about.
-
-    Returns
-    -------
-    tuple
-        The advice, and an error for each capture that is too rich for a pattern that was tried;
-        its hits are not counted.
-    """
+    """Return what to do about a query that finds nothing."""
     budget = budget or Budget(SECONDS)
     query = replace(query, stages=())  # a pipe finds nothing by itself
     refused: dict[str, LanindexError] = {}

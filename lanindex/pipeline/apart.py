@@ -18,17 +18,7 @@ from lanindex.search.match import Watch
 def searcher(
     captures: Sequence[Capture], tracks: Sequence[Mapping[str, Track]], how: How
 ) -> Callable[[Query, Watch | None, list[LanindexError] | None], Hits]:
-    """Return what searches some captures for a query, with `watch` and `refused` of `How.find`.
-
-    Parameters
-    ----------
-    captures : sequence of Capture
-        Numbered from 1 on.
-    tracks : sequence of Mapping of str to Track
-        Of each capture.
-    how : How
-        How a search is made.
-    """
+    """Return what searches some captures for a query, with `watch` and `refused` of `How.find`."""
     roster = roster_of(captures)
     columns: dict[str, Columns] = {}
 
@@ -49,32 +39,7 @@ def searcher(
 def matched(
     score: Score, pattern: str, words: str | PathLike[str] | None = None
 ) -> list[list[Symbol]]:
-    """Return the symbols of each hit of a pattern in a score.
-
-    Parameters
-    ----------
-    score : Score
-        Searched through.
-    pattern : str
-        In the pattern language.
-    words : path-like, optional
-        A file of one's own words.
-
-    Raises
-    ------
-    PatternError
-        Where the pattern is not understood.
-    UsageError
-        Where it has a pipe.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.pipeline.apart import matched
-    >>> score = lanindex.read_lnd("corpus/jumping_jacks.lnd")
-    >>> [str(hit[0]) for hit in matched(score, "r_arm high")][:2]
-    ['r_arm right high [32, 40)', 'r_arm right high [48, 56)']
-    """
+    """Return the symbols of each hit of a pattern in a score."""
     from lanindex.pipeline.words import named, said
 
     text = said(pattern, words)

@@ -36,25 +36,10 @@ def gathered(group: Whole) -> tuple[Whole, int, Whole]:
 
 
 def by_chance(values: Floats, sides: Whole) -> tuple[Floats, Floats, Floats, float]:
-    """Compare two groups with what chance makes of them.
+    """Compare two groups, sides (U,) 0 or 1, in values (U, M) of U observations, NaN unknown.
 
-    Parameters
-    ----------
-    values : ndarray
-        (U, M) of each observation; NaN where it tells nothing.
-    sides : ndarray
-        (U,) 0 or 1.
-
-    Returns
-    -------
-    means : ndarray
-        (2, M) of the groups.
-    spread : ndarray
-        (M,) what a difference of means varies by.
-    p : ndarray
-        (M,) the share of draws in which anything differs by as much, in its own spread.
-    wide : float
-        Below how many spreads everything stays in `SURE` of the draws.
+    Returns the means (2, M), the spread (M,) of their difference, p (M,) over all columns,
+    and the number of spreads within which everything stays in `SURE` of the draws.
     """
     told = np.isfinite(values)
     filled = np.where(told, values, 0.0)

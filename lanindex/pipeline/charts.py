@@ -43,22 +43,7 @@ _SPOTS = np.array([
 
 
 def charted(found: Movement, form: str) -> bytes:
-    """Return statistics as a picture.
-
-    Parameters
-    ----------
-    found : Movement
-        Of `MOST` groups at most.
-    form : str
-        Of `FORMS`.
-
-    Raises
-    ------
-    ExportError
-        What draws it is not installed.
-    UsageError
-        There are too many groups, none, or there is no such form.
-    """
+    """Return statistics as a picture."""
     if form not in FORMS:
         raise UsageError(f'"{form}"', place="--plot", wanted=f"an ending: {', '.join(FORMS)}")
     if not 0 < len(found.groups) <= MOST:

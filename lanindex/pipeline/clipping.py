@@ -24,29 +24,7 @@ _Clip = Callable[[Span], Iterator[tuple[str, bytes]]]
 
 
 class Clipper:
-    """One source, checked against what was ingested, and its score.
-
-    Parameters
-    ----------
-    library : Store
-        Where it is.
-    source : Capture
-        What is cut.
-    form : str
-        Of `FORMATS`.
-    origin : bool
-        Whether clips begin above the floor's origin.
-
-    Attributes
-    ----------
-    suffix : str
-        The ending of clips.
-
-    Raises
-    ------
-    ExportError
-        The source has changed, is gone, or has no motion.
-    """
+    """One source, checked against what was ingested, and its score."""
 
     def __init__(self, library: Store, source: Capture, form: str, origin: bool) -> None:
         self.capture = source
@@ -105,13 +83,7 @@ def _anew(motion: Motion, target: str, origin: bool) -> _Clip:
 
 
 def unchanged(source: Capture, encoding: Encoding) -> formats.File:
-    """Return a capture's file, which is as it was when it was ingested.
-
-    Raises
-    ------
-    ExportError
-        It is not, or it is gone.
-    """
+    """Return a capture's file, which is as it was when it was ingested."""
     location = source.location
     try:
         file = formats.opened(location)

@@ -10,20 +10,7 @@ from lanindex.search.language.query import Query
 
 
 def check_columns(library: Store, query: Query) -> None:
-    """Refuse a column that no capture has: it would meet no condition, without a word.
-
-    Parameters
-    ----------
-    library : Store
-        Whose captures are searched.
-    query : Query
-        Any.
-
-    Raises
-    ------
-    UsageError
-        There are captures, but none with such a column.
-    """
+    """Refuse a column that no capture has: it would meet no condition, without a word."""
     references = references_in((*query.where, *query.stages))
     named = {it.field for it in references if it.name == CLIP} - set(CLIP_FIELDS)
     said = library.called("metadata").values() if named else ()

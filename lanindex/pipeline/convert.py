@@ -41,19 +41,7 @@ def nearest(form: str) -> str:
 
 
 def target_of(path: str, told: str | None = None) -> str:
-    """Return the format that a file is to be written in, by its ending.
-
-    Raises
-    ------
-    UsageError
-        Nothing is written in it.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.convert import target_of
-    >>> target_of("walk.bvh"), target_of("walk", "c3d")
-    ('bvh', 'c3d')
-    """
+    """Return the format that a file is to be written in, by its ending."""
     notation = notation_of(path)
     ending = notation.name if notation else PurePath(path).suffix.lower().removeprefix(".")
     form = told or (BIDS if path.lower().endswith("_motion.tsv") else ending)
@@ -68,13 +56,7 @@ def target_of(path: str, told: str | None = None) -> str:
 def motion_of(
     file: Path, told: Reading, *, origin: bool = False, body_only: bool = False
 ) -> Motion:
-    """Read a capture, as it is or from the floor's origin on.
-
-    Raises
-    ------
-    UsageError
-        It is a score.
-    """
+    """Read a capture, as it is or from the floor's origin on."""
     if notation_of(str(file)):
         wanted = f"one of {', '.join(WRITTEN)}"
         remedy = f"Let it be carried out: lanindex animate {file}"
@@ -86,13 +68,7 @@ def motion_of(
 def score_of(
     file: Path, told: Reading, profile: str, *, tempo: str | None = None, origin: bool = False
 ) -> Score:
-    """Read a score, or write a capture down; its warnings are those of both.
-
-    Raises
-    ------
-    UsageError
-        A score has its own beats.
-    """
+    """Read a score, or write a capture down; its warnings are those of both."""
     if notation_of(str(file)):
         if tempo is not None:
             raise UsageError("beats for a score", place="--tempo", wanted="a capture")
@@ -107,24 +83,7 @@ def score_of(
 def files_of(
     motion: Motion, form: str, target: Path
 ) -> tuple[list[tuple[Path, bytes]], tuple[str, ...]]:
-    """Return the files that a motion is written in, and what there is to say of them.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-    form : str
-        Of `TARGETS`, or `BIDS`.
-    target : Path
-        The file, or the first of several.
-
-    Raises
-    ------
-    ExportError
-        The format cannot hold it.
-    UsageError
-        A file of the format is not called so.
-    """
+    """Return the files that a motion is written in, and what there is to say of them."""
     if form == BIDS:
         from lanindex.formats import bids
 
@@ -134,20 +93,7 @@ def files_of(
 
 
 def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
-    """Return a motion as a file, and what there is to say of it.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any.
-    form : str
-        Of `TARGETS`.
-
-    Raises
-    ------
-    ExportError
-        The format cannot hold it.
-    """
+    """Return a motion as a file, and what there is to say of it."""
     said: tuple[str, ...] = ()
     if form in ANIMATED:
         from lanindex.formats.whole import whole
@@ -166,26 +112,7 @@ def notated(
     force: bool = False,
     media: Path | None = None,
 ) -> bytes:
-    """Return a score as a file, or a file with a score more.
-
-    Parameters
-    ----------
-    score : Score
-        Any.
-    form : str
-        Of ``notation.WRITTEN``.
-    into : Path, optional
-        An ELAN file that the score's tiers are added to.
-    force : bool
-        Whether tiers that it has already are replaced.
-    media : Path, optional
-        A recording that an ELAN file is to name.
-
-    Raises
-    ------
-    UsageError
-        The notation is not added to files, or names no recordings.
-    """
+    """Return a score as a file, or a file with a score more."""
     if form != "eaf":
         if into or media:
             place = "--into" if into else "--media"

@@ -29,29 +29,7 @@ def discover(
     *,
     apart: bool = True,
 ) -> Iterator[str]:
-    """Yield the captures to ingest: those named, and all that folders and archives hold, sorted.
-
-    Parameters
-    ----------
-    paths : iterable of path-like
-        Files, archives and folders.
-    others : list of str, optional
-        To which is added what is passed over in folders and archives: files, and links to other
-        folders. What is hidden is left aside.
-    apart : bool
-        Whether the people in a file are told apart, for which it is read; an ingest does it anyway.
-
-    Yields
-    ------
-    str
-        A path, once; of a file with several people, told apart, one for each: ``trial.c3d#Ada``.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.discover import discover
-    >>> list(discover(["corpus"]))[:3]
-    ['corpus/compass.bvh', 'corpus/compass.lnd', 'corpus/conductor_four.bvh']
-    """
+    """Yield the captures to ingest: those named, and all that folders and archives hold, sorted."""
     seen: set[str] = set()
     for named in paths:
         path = os.fspath(named)
@@ -105,18 +83,7 @@ def _hidden(name: str) -> bool:
 
 
 def left_out(others: Iterable[str]) -> str:
-    """Say what was passed over: captures of formats that are not read yet, by ending, and the rest.
-
-    Parameters
-    ----------
-    others : iterable of str
-        As from `discover`; each file counts once.
-
-    Returns
-    -------
-    str
-        ``24 .c3d, 7 .amc (formats that are not read yet); 3 other files``; empty if there are none.
-    """
+    """Say how many files were passed over: by ending for formats that are not read yet."""
     paths = set(map(os.path.abspath, others))
     kinds = Counter("/" if os.path.isdir(path) else unread(path) for path in paths)
     rest, linked = kinds.pop("", 0), kinds.pop("/", 0)

@@ -27,23 +27,7 @@ BEST = 100
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A clip that others shall be like.
-
-    Attributes
-    ----------
-    named : str
-        As the user named it.
-    capture : Capture or None
-        Of the library, if it comes from there.
-    path : str
-        Of its file.
-    tracks : Mapping of str to Track
-        By part.
-    rate : float
-        Frames a second.
-    span : Span
-        Frames of its source.
-    """
+    """A clip that others shall be like."""
 
     named: str
     capture: Capture | None
@@ -53,13 +37,7 @@ class Example:
     span: Span
 
     def clip(self) -> Clips:
-        """Return it laid out, the limbs in which it moves or stands.
-
-        Raises
-        ------
-        UsageError
-            Where nothing moves in it.
-        """
+        """Return it laid out, the limbs in which it moves or stands."""
         nobody = Capture(0, "", "", "", "", Fraction(self.rate), self.span.stop)
         limbs = {
             part: columns_of(part, [nobody], [track])
@@ -76,23 +54,7 @@ class Example:
 
 
 def example(library: Store, named: int | str | os.PathLike[str]) -> Example:
-    """Return the clip that a person names.
-
-    Parameters
-    ----------
-    library : Store
-        The one that is searched.
-    named : int, str or path-like
-        A capture of the library by path or number, a capture file or score elsewhere, either with
-        ``:from-to`` (frames, half-open) behind it, or a line of ``search --json``.
-
-    Raises
-    ------
-    UsageError
-        Where there is no such thing, or nothing in the range.
-    CaptureError, NotationError
-        Where the file cannot be read.
-    """
+    """Return the clip that a person names."""
     text = str(named) if isinstance(named, int) else os.fspath(named)
     try:
         one = stored(library, text)
@@ -134,22 +96,7 @@ def _read(library: Store, path: str, named: str, span: Span | None) -> Example:
 
 @dataclass(frozen=True, slots=True)
 class Alike:
-    """What is like an example.
-
-    Attributes
-    ----------
-    example : Example
-        What was asked.
-    hits : Hits
-        The likest first; the fit is the likeness, the symbols are those that correspond in the
-        part that has most in common.
-    captures, aligned : int
-        How many there were to choose from, and how many were looked at closely.
-    sure : bool
-        Whether none that was not looked at could be among them.
-    told : tuple of str
-        Why a file could not be used to rank them, a sentence each.
-    """
+    """What is like an example."""
 
     example: Example
     hits: Hits
@@ -166,21 +113,7 @@ def alike(
     limit: int = BEST,
     patience: Patience | None = None,
 ) -> Alike:
-    """Return the captures of a library that are most like a clip; its own is left out.
-
-    Parameters
-    ----------
-    library : Store
-        To look through.
-    one : Example
-        The clip.
-    chosen : iterable of int or None
-        Numbers of captures; None: all.
-    limit : int
-        How many are wanted.
-    patience : Patience, optional
-        How long it may take, and who is told how far it is.
-    """
+    """Return the captures of a library that are most like a clip; its own is left out."""
     query, watch = one.clip(), patience or Patience(silent, None)
     roster, source = source_of(library, chosen, query.parts, one.capture)
     found = nearest(query, len(one.span) / one.rate, source, limit, watch=watch)
@@ -191,19 +124,7 @@ def alike(
 def source_of(
     library: Store, chosen: Iterable[int] | None, parts: Iterable[str], but: Capture | None = None
 ) -> tuple[Roster, Source]:
-    """Return captures, and their movements ready to be laid out.
-
-    Parameters
-    ----------
-    library : Store
-        Where they are.
-    chosen : iterable of int or None
-        Their numbers; None: all.
-    parts : iterable of str
-        Which parts, in order.
-    but : Capture, optional
-        One that is left out.
-    """
+    """Return captures, and their movements ready to be laid out."""
     names = list(parts)
     roster, columns = library.columns(names, chosen, more=["swings"])
     places = np.flatnonzero(roster.number != (but.id if but is not None else 0))

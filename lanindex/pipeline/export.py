@@ -33,34 +33,7 @@ _FORMULAS = ("=", "+", "-", "@", "\t", "\n")
 
 
 def pad_frames(text: str, rate: Fraction, place: str = "--pad") -> int:
-    """Return how many frames a time covers.
-
-    Parameters
-    ----------
-    text : str
-        ``0``, ``0.5s``, ``200ms`` or ``10f``.
-    rate : Fraction
-        Frames a second.
-    place : str
-        Which option says so.
-
-    Returns
-    -------
-    int
-        Frames, rounded up.
-
-    Raises
-    ------
-    UsageError
-        Where it is no time.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.pipeline.export import pad_frames
-    >>> pad_frames("0.5s", Fraction(30)), pad_frames("10f", Fraction(30))
-    (15, 10)
-    """
+    """Return how many frames a time covers."""
     match = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|ms|f)|0", text.strip())
     if match is None:
         raise UsageError(
@@ -73,15 +46,7 @@ def pad_frames(text: str, rate: Fraction, place: str = "--pad") -> int:
 
 
 def padded(span: Span, frames: int, total: int) -> Span:
-    """Return a span with `frames` more on both sides, clamped to a file of `total` frames.
-
-    Examples
-    --------
-    >>> from lanindex.model import Span
-    >>> from lanindex.pipeline.export import padded
-    >>> padded(Span(5, 40), 10, total=45)
-    Span(start=0, stop=45)
-    """
+    """Return a span with `frames` more on both sides, clamped to a file of `total` frames."""
     return Span(max(0, span.start - frames), min(total, span.stop + frames))
 
 
@@ -96,41 +61,7 @@ def export(
     preview: str | None = None,
     force: bool = False,
 ) -> list[dict[str, Any]]:
-    """Write clips, an LND excerpt beside each, and a manifest; all or nothing.
-
-    Parameters
-    ----------
-    library : Store
-        Where the hits come from.
-    wanted : iterable of Request
-        What to cut.
-    folder : Path
-        Where to; it is made if need be.
-    pad : str
-        Time before and after each hit, clamped to the source.
-    format : str
-        ``native``: as the source, byte for byte where its format allows that; another of
-        `lanindex.pipeline.clipping.FORMATS`: written anew; ``lnd``: the scores alone.
-    origin : bool
-        Whether clips begin above the floor's origin and face forward; they are written anew then.
-    preview : str, optional
-        ``webp``, ``gif`` or ``mp4``: a film of each clip is written beside it.
-    force : bool
-        Whether files that are there may be replaced.
-
-    Returns
-    -------
-    list of dict
-        The manifest, a clip each; where it is empty nothing is written.
-
-    Raises
-    ------
-    ExportError
-        Where a hit comes from another library, a source has changed or is gone, a range lies
-        outside it, or a file is there already.
-    UsageError
-        Where `format` or `pad` is not understood.
-    """
+    """Write clips, an LND excerpt beside each, and a manifest; all or nothing."""
     manifest: list[dict[str, Any]] = []
     how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin, "preview": preview}
     files = clips(library, wanted, manifest=manifest, **how)
@@ -152,27 +83,7 @@ def clips(
     preview: str | None = None,
     manifest: list[dict[str, Any]] | None = None,
 ) -> Iterator[formats.File]:
-    """Yield clips as bytes with a name, for a folder, an archive or a network.
-
-    Parameters
-    ----------
-    library, wanted, pad, format, origin, preview
-        As for `export`.
-    manifest : list, optional
-        To which a record is added for each clip, as soon as it is cut.
-
-    Yields
-    ------
-    File
-        Each clip, its score (LND), its film if one is asked for, and in the end, where there was
-        any clip, the manifest as CSV and as JSON lines. A cell of the CSV that a spreadsheet would
-        take for a formula has an apostrophe before it. No name stands twice, or has a folder.
-
-    Raises
-    ------
-    ExportError, UsageError
-        As `export`.
-    """
+    """Yield clips as bytes with a name, for a folder, an archive or a network."""
     if format not in FORMATS:
         raise UsageError(f'"{shown(format)}"', place="--format", wanted=", ".join(FORMATS))
     films = _films(preview)

@@ -20,25 +20,7 @@ _DEVICES = re.compile(r"(con|prn|aux|nul|(com|lpt)[0-9¹²³])\s*(\..*)?", re.IG
 
 
 def safe_stem(path: str) -> str:
-    """Return a file's name without folders and ending, with nothing that a shell might trip on.
-
-    Parameters
-    ----------
-    path : str
-        Whatever a capture is called.
-
-    Returns
-    -------
-    str
-        At most 200 bytes of UTF-8, composed, never empty: letters with their marks, digits, blanks
-        and ``_.#+=@-``; it begins as no hidden file, option, formula or device does.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.files import safe_stem
-    >>> safe_stem("captures/a walk: 1.bvh")
-    'a walk_ 1'
-    """
+    """Return a file's name without folders and ending, with nothing that a shell might trip on."""
     name = re.split(r"/|\\(?!x[89a-f][0-9a-f])", path)[-1]
     stem = name.rsplit(".", 1)[0] if "." in name[1:] else name
     kept = "".join(map(_kept, unicodedata.normalize("NFC", stem))).strip(". ").lstrip("-=+@. ")
@@ -58,27 +40,7 @@ def write_all(
     sources: Iterable[str | os.PathLike[str]] = (),
     suspects: Callable[[Sequence[Path]], Iterable[str]] = lambda replaced: (),
 ) -> None:
-    """Write several files, all or none.
-
-    Parameters
-    ----------
-    files : iterable of (Path, bytes or Callable)
-        What to write where, or what writes it into an open file; folders are made. Taken one by
-        one, so they may be many; an error on the way leaves no trace.
-    force : bool
-        Whether regular files that are there already may be replaced.
-    sources : iterable of path-like
-        What is read, or will be: never replaced.
-    suspects : Callable
-        Where sources are too many to list: told once which files are about to be replaced, it
-        tells the sources that could be among them.
-
-    Raises
-    ------
-    ExportError
-        Where a file exists, is a source or no regular file, or one cannot be written; then none
-        of them is changed.
-    """
+    """Write several files, all or none."""
     drafts: list[tuple[str, Path]] = []
     kept = {_identity(source) for source in sources}
     try:
@@ -102,13 +64,7 @@ def write_all(
 def refuse(
     path: Path, *, force: bool = False, sources: Iterable[str | os.PathLike[str]] = ()
 ) -> None:
-    """Refuse, before the work, what `write_all` would refuse after it.
-
-    Raises
-    ------
-    ExportError
-        The file exists, is a source or no regular file.
-    """
+    """Refuse, before the work, what `write_all` would refuse after it."""
     _check(path, force, {_identity(source) for source in sources})
 
 

@@ -24,19 +24,7 @@ NEAR = 250
 
 @dataclass(frozen=True, slots=True)
 class How:
-    """How a search is made.
-
-    Attributes
-    ----------
-    tolerance : Fraction
-        Seconds within which edges agree.
-    overlaps : str
-        ``none`` or ``all``.
-    near : int
-        How far out the border of a cell lies, in thousandths of a margin.
-    allowance : Allowance or None
-        How much a match may differ; None: not at all.
-    """
+    """How a search is made."""
 
     tolerance: Fraction = Fraction(1, 10)
     overlaps: str = "none"
@@ -51,24 +39,7 @@ class How:
         near: bool = False,
         fuzzy: str | float | None = None,
     ) -> Self:
-        """Return what a user says of it.
-
-        Parameters
-        ----------
-        tolerance : float
-            Seconds within which edges agree.
-        overlaps : str
-            ``none``, or ``all``.
-        near : bool
-            Whether a symbol also matches by the cell across its nearest border, if it is near.
-        fuzzy : str or float, optional
-            How many edits a match may cost, 1.5, or how many for each step but the first two, 15%.
-
-        Raises
-        ------
-        UsageError
-            Where a word or a number makes no sense, or two do not go together.
-        """
+        """Return what a user says of it."""
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
         if overlaps not in ("none", "all"):
@@ -93,32 +64,7 @@ class How:
         memory: int | None = None,
         refused: list[LanindexError] | None = None,
     ) -> Sequence[Hit]:
-        """Find a query in columns.
-
-        Parameters
-        ----------
-        query : Query
-            What to find.
-        roster : Roster
-            The captures.
-        columns : Mapping of str to Columns
-            Of all ``query.parts``.
-        recordings : callable
-            Gives captures with some of their tracks, by their places in the roster.
-        watch : callable, optional
-            Is told now and then how many captures are done, of how many; it may raise.
-        best : int, optional
-            Only so many, those that fit best, the clearest first.
-        memory : int, optional
-            Bytes that an exact search may take; a quarter of what is free.
-        refused : list of LanindexError, optional
-            Takes an error for each capture that is too rich; None: the first one is raised.
-
-        Raises
-        ------
-        UsageError
-            Where the pattern says what has no edits, and some are allowed.
-        """
+        """Find a query in columns."""
         query = replace(query, near=self.near)
         if self.allowance is None:
             finder = Finder(query, roster, columns, recordings, self.tolerance, memory)

@@ -36,37 +36,7 @@ def ingest(
     force: bool = False,
     dry_run: bool = False,
 ) -> Iterator[Outcome]:
-    """Read files into a library.
-
-    Parameters
-    ----------
-    library : Store or None
-        None, with `dry_run`: there is none yet.
-    paths : iterable of str
-        Files, as from `lanindex.pipeline.discover`, also with their people still in one.
-    profile : Profile
-        How to write captures down.
-    reading : Reading, optional
-        How to read them.
-    labels : Mapping, optional
-        As from `lanindex.pipeline.labels.read_labels`; what they do not tell stays.
-    jobs : int
-        Processes.
-    force : bool
-        Read unchanged files again, too.
-    dry_run : bool
-        Store nothing, only say what would be.
-
-    Yields
-    ------
-    Outcome
-        One a file, or a person in it, in their order, as soon as it is stored.
-
-    Raises
-    ------
-    LibraryError
-        Where the library cannot be written; what was stored before stays.
-    """
+    """Read files into a library."""
     held = library.known() if library else {}
     moved, told = Moved(held), reading or Reading()
     first = {(sha, how.beside, parted(place)[1]): place for place, (sha, how) in held.items()}

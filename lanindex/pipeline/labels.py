@@ -35,37 +35,7 @@ def key_of(path: str | os.PathLike[str]) -> str:
 
 
 def read_labels(path: str | os.PathLike[str]) -> Labels:
-    """Read labels and other columns.
-
-    Parameters
-    ----------
-    path : path-like
-        A table as spreadsheets save it: cells between commas, semicolons or tabs, as its first
-        line shows; UTF-8, or UTF-16 that begins with a byte order mark. Columns ``file``
-        (absolute, or relative to the table's folder; to the working directory where the folder has
-        no such file), ``label``, and any other.
-
-    Returns
-    -------
-    dict of str to (str or None, dict of str to str)
-        By `key_of` the path: label, None where there is none; the other columns that are not
-        empty.
-
-    Raises
-    ------
-    UsageError
-        Where a column is missing or has no name of its own, a row names no file, or a file stands
-        twice with different words.
-    NotationError
-        Where it cannot be read or is no text.
-
-    Examples
-    --------
-    >>> import os
-    >>> from lanindex.pipeline.labels import read_labels
-    >>> read_labels("corpus/labels.csv")[os.path.abspath("corpus/marching.bvh")]
-    ('marching', {'kind': 'step', 'rhythm': '4/4'})
-    """
+    """Read labels and other columns."""
     place = Path(path)
     (first, names), *rows = _rows(place) or [(1, [])]
     head = [name.lower() for name in names]
@@ -94,42 +64,14 @@ def _meant(folder: Path, named: str) -> str:
 def check_fit(
     labels: Labels, files: Iterable[str | os.PathLike[str]], table: str | os.PathLike[str]
 ) -> None:
-    """Refuse a table that speaks of none of the files.
-
-    Parameters
-    ----------
-    labels : Labels
-        As from `read_labels`.
-    files : iterable of path-like
-        What is going to be read, the people in a file not told apart.
-    table : path-like
-        Where the labels come from.
-
-    Raises
-    ------
-    UsageError
-        Where no row names one of the files, or somebody in one.
-    """
+    """Refuse a table that speaks of none of the files."""
     held = {key_of(on_disk(os.fspath(file))) for file in files}
     if labels and not any(key_of(on_disk(key)) in held for key in labels):
         raise UsageError(unfitting(labels, held), place=os.fspath(table))
 
 
 def unfitting(labels: Labels, files: Iterable[str | os.PathLike[str]]) -> str:
-    """Say how many rows of a table fit none of the files, and what they may have meant.
-
-    Parameters
-    ----------
-    labels : Labels
-        As from `read_labels`.
-    files : iterable of path-like
-        What there is.
-
-    Returns
-    -------
-    str
-        Empty where each row fits a file. Where none does, the file that comes nearest is told.
-    """
+    """Say how many rows of a table fit none of the files, and what they may have meant."""
     keys = {key_of(file) for file in files}
     unknown = [key for key in labels if key not in keys]
     if len(unknown) < len(labels) or not labels:

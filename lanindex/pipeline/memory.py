@@ -23,20 +23,7 @@ def needed(size: int) -> int:
 
 
 def affordable(sizes: Iterable[int], jobs: int) -> int:
-    """Return how many processes have room for the largest files at once: one at least.
-
-    Parameters
-    ----------
-    sizes : iterable of int
-        Bytes of each file that waits.
-    jobs : int
-        Processes that are wanted.
-
-    Returns
-    -------
-    int
-        Up to `jobs`.
-    """
+    """Return how many processes have room for the largest files at once: one at least."""
     free = available()
     if jobs == 1 or free is None:
         return jobs

@@ -29,21 +29,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Recurring:
-    """A sequence that recurs.
-
-    Attributes
-    ----------
-    pattern : str
-        As one types it into a search, which finds just these hits.
-    part : str
-        Whose it is.
-    steps : int
-        How many symbols it has.
-    captures, hits : int
-        In how many captures it occurs, and how often.
-    places : sequence of Place
-        Where; each is made when it is looked at.
-    """
+    """A sequence that recurs."""
 
     pattern: str
     part: str
@@ -82,17 +68,7 @@ class _Places(Sequence[Place]):
 
 @dataclass(frozen=True, slots=True)
 class Motifs:
-    """What recurs in a library.
-
-    Attributes
-    ----------
-    found : list of Recurring
-        First what accounts for most symbols, then what accounts for most of the others.
-    captures, of : int
-        How many were looked through, and of how many.
-    told : list of str
-        What was not looked at, a sentence each.
-    """
+    """What recurs in a library."""
 
     found: list[Recurring]
     captures: int
@@ -110,28 +86,7 @@ def recurring(
     sample: int | None = None,
     patience: Patience | None = None,
 ) -> Motifs:
-    """Return the sequences that recur in the captures of a library.
-
-    Parameters
-    ----------
-    library : Store
-        To look through.
-    chosen : iterable of int or None
-        Numbers of captures; None: all.
-    parts : iterable of str or None
-        Which parts; None: all.
-    least, shortest : int
-        How often a sequence occurs, and how many symbols it has, at least.
-    sample : int or None
-        How many captures are looked through at the most; None: all.
-    patience : Patience, optional
-        How long it may take, and who is told how far it is.
-
-    Raises
-    ------
-    UsageError
-        Where a number makes no sense, or there is no such part.
-    """
+    """Return the sequences that recur in the captures of a library."""
     watch, names = patience or Patience(silent, None), list(parts or library.parts(checked=False))
     library.check_parts(names)
     if least < 2:

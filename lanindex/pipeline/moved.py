@@ -15,18 +15,7 @@ from lanindex.pipeline.prepare import Held, Task, companions, encoding_of
 
 
 class Moved:
-    """Tells files that have moved from new ones.
-
-    Parameters
-    ----------
-    held : Mapping
-        Of the library, as `Store.known` returns it: sha256 and encoding by absolute path.
-
-    Attributes
-    ----------
-    found : dict of str to str
-        By its new absolute path, where the library has a capture that has moved.
-    """
+    """Tells files that have moved from new ones."""
 
     def __init__(self, held: Mapping[str, tuple[str, Encoding]]) -> None:
         self.found: dict[str, str] = {}

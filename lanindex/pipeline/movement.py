@@ -42,23 +42,7 @@ BINS = 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moves:
-    """What a part does in a group of captures.
-
-    Attributes
-    ----------
-    group, part : str
-        Whose.
-    captures : int
-        In how many it is known.
-    seconds, lasts : float
-        How long it is known, and how long the captures of the group last.
-    cells : ndarray
-        (27,) int64: how often it arrives in each of `CELLS`.
-    transitions : ndarray
-        (27, 27) int64: how often it comes from one and arrives in another.
-    over_time : ndarray
-        (BINS,) float64: movements a second in each stretch of the captures.
-    """
+    """What a part does in a group of captures."""
 
     group: str
     part: str
@@ -103,21 +87,7 @@ class Moves:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """In what two groups differ.
-
-    Attributes
-    ----------
-    part, what : str
-        One of `CELLS`, of which the values are a capture's share, or ``rate``, movements a second.
-    values : tuple of float
-        The mean over the captures of either group.
-    captures, movements : tuple of int
-        How many captures are behind these, and movements in all of them.
-    least, most : float
-        The interval of the difference: second less first.
-    p : float
-        How often so much is found by chance in any of all that was looked at.
-    """
+    """In what two groups differ."""
 
     part: str
     what: str
@@ -153,19 +123,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """How the movement of some groups of captures is spread.
-
-    Attributes
-    ----------
-    by : str
-        What tells the groups apart; empty: there is one.
-    groups : Mapping of str to int
-        Captures of each group.
-    moves : tuple of Moves
-        By group, then by part.
-    differences : tuple of Difference
-        Where there are two groups: what matters most first.
-    """
+    """How the movement of some groups of captures is spread."""
 
     by: str
     groups: Mapping[str, int]
@@ -190,26 +148,7 @@ def movement(
     compared: tuple[str, str] | None = None,
     parts: Iterable[str] = (),
 ) -> Movement:
-    """Count how movement is spread.
-
-    Parameters
-    ----------
-    library : Store
-        Where.
-    numbers : sequence of int or None
-        Of which captures; None: all.
-    by : str
-        What groups them: ``label``, ``format`` or a column of the user's; empty: nothing.
-    compared : tuple of str, optional
-        Two of the groups: only these are counted.
-    parts : iterable of str
-        Of `PARTED`; else `USUAL`.
-
-    Raises
-    ------
-    UsageError
-        There is no such column, group or part.
-    """
+    """Count how movement is spread."""
     wanted = list(dict.fromkeys(parts)) or list(USUAL)
     if unknown := [part for part in wanted if part not in PARTED]:
         raise UsageError(f'no part "{shown(unknown[0])}"', wanted=f"one of {' '.join(PARTED)}")

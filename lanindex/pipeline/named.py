@@ -27,23 +27,7 @@ _OPTIONS = {"rate": "fps"}
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """A score, all of it or a stretch.
-
-    Attributes
-    ----------
-    named, path : str
-        As the user named it, and the path of its file.
-    capture : Capture or None
-        Of the library, if it comes from there.
-    score : Score
-        Of the whole capture.
-    format : str
-        Of its file.
-    span : Span
-        Frames of its source.
-    matched : tuple of Symbol
-        Of a hit: what was found in it.
-    """
+    """A score, all of it or a stretch."""
 
     named: str
     path: str
@@ -84,37 +68,7 @@ def named(
     profile: str | None = None,
     tempo: str | None = None,
 ) -> Named:
-    """Return what a person names, be it in a library or a file.
-
-    Parameters
-    ----------
-    text : str
-        A capture of the library by path or number, a capture's or score's file, either with
-        ``:from-to`` (frames, half-open) behind it, or a line of ``search --json``.
-    library : callable
-        Opens the library; it need not be there for a file.
-    told : Reading, optional
-        What the file's reader is told: given any of it, a file is meant.
-    profile, tempo : str, optional
-        By which the file is written down, likewise.
-
-    Raises
-    ------
-    UsageError
-        Where what goes with files stands beside something else, or nothing lies in the range.
-    LibraryError
-        Where there is neither such a capture nor such a file, or the library cannot be used.
-    CaptureError, NotationError
-        Where the file cannot be read.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.pipeline.named import named
-    >>> found = named("corpus/semaphore.lnd:0-90", lambda: lanindex.open_library("dance.db"))
-    >>> found.path, len(found.span), found.counted
-    ('corpus/semaphore.lnd', 90, True)
-    """
+    """Return what a person names, be it in a library or a file."""
     given = {"profile": profile, "tempo": tempo, **(told.told() if told else {})}
     options = [f"--{_OPTIONS.get(name, name)}" for name, value in given.items() if value]
     path, span = ranged(text)
@@ -138,26 +92,7 @@ def named(
 
 
 def stored(library: Store, text: str) -> Named:
-    """Return what a person names of a library.
-
-    Raises
-    ------
-    AbsentError
-        Where there is no such capture.
-    LibraryError
-        Where there are several, or it is not what was stored.
-    UsageError
-        Where a line is no hit, or nothing lies in the range.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.pipeline.named import stored
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     found = stored(library, "semaphore.bvh:30-90")
-    >>> found.path, found.span, found.seconds
-    ('corpus/semaphore.bvh', Span(start=30, stop=90), (1.0, 3.0))
-    """
+    """Return what a person names of a library."""
     if text.lstrip().startswith("{"):
         (request,) = from_lines(library, [text])
         named = f"{request.capture.path}:{request.hit.start}-{request.hit.stop}"
@@ -175,26 +110,13 @@ def stored(library: Store, text: str) -> Named:
 
 
 def ranged(text: str) -> tuple[str, Span | None]:
-    """Return a name without the range behind it, and the range.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.named import ranged
-    >>> ranged("walk.bvh:30-90"), ranged("walk.bvh")
-    (('walk.bvh', Span(start=30, stop=90)), ('walk.bvh', None))
-    """
+    """Return a name without the range behind it, and the range."""
     match = _RANGE.fullmatch(text)
     return (match[1], Span(int(match[2]), int(match[3]))) if match else (text, None)
 
 
 def within(span: Span | None, score: Score, named: str) -> Span:
-    """Return a span that lies in a score: all of it, if none is asked for.
-
-    Raises
-    ------
-    UsageError
-        If it does not.
-    """
+    """Return a span that lies in a score: all of it, if none is asked for."""
     if span is None:
         return Span(0, score.frames)
     if not span.start < span.stop <= score.frames:

@@ -18,19 +18,7 @@ def silent(noun: str, done: int, total: int) -> None:
 
 
 class Patience:
-    """What a job tells now and then how far it is; raises once that has taken too long.
-
-    Parameters
-    ----------
-    tell : callable
-        Who waits.
-    seconds : float or None
-        How long it may take; None: as long as it likes.
-    job : str
-        What takes so long: ``search``.
-    remedy : str
-        What to do where it does.
-    """
+    """What a job tells now and then how far it is; raises once that has taken too long."""
 
     def __init__(
         self, tell: Tell, seconds: float | None, job: str = "search", remedy: str = ""
@@ -39,13 +27,7 @@ class Patience:
         self._begun = monotonic()
 
     def __call__(self, noun: str, done: int, total: int) -> None:
-        """Take note of how many of something are done, and of how many there are.
-
-        Raises
-        ------
-        LanindexError
-            Where the time is up, with how far the job was.
-        """
+        """Take note of how many of something are done, and of how many there are."""
         self._tell(noun, done, total)
         if self._seconds is not None and monotonic() - self._begun > self._seconds:
             raise LanindexError(

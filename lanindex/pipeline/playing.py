@@ -21,30 +21,7 @@ from lanindex.pipeline.requests import Request, matched
 
 
 def stored_motion(library: Store, capture: Capture, rate: Fraction) -> Motion:
-    """Return the motion of a capture of a library, read anew from its file.
-
-    Parameters
-    ----------
-    library : Store
-        Where it is.
-    capture : Capture
-        Any; that of a score is carried out.
-    rate : Fraction
-        Then, frames a second.
-
-    Raises
-    ------
-    ExportError
-        The file has changed since it was ingested, or is gone.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.pipeline.playing import stored_motion
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     stored_motion(library, library.capture("compass.bvh"), 25).positions.shape
-    (840, 20, 3)
-    """
+    """Return the motion of a capture of a library, read anew from its file."""
     if capture.format in NOTATIONS:
         return perform(library.score(capture.id), rate=rate)
     encoding = library.encoding(capture.id)
@@ -53,22 +30,7 @@ def stored_motion(library: Store, capture: Capture, rate: Fraction) -> Motion:
 
 
 class Previews:
-    """Films of the clips of one capture.
-
-    Parameters
-    ----------
-    library : Store
-        Where it is.
-    capture : Capture
-        Whose clips.
-    form : str
-        Of ``film.reel.FORMS``.
-
-    Raises
-    ------
-    ExportError
-        Its file has changed, is gone, or has no body.
-    """
+    """Films of the clips of one capture."""
 
     def __init__(self, library: Store, capture: Capture, form: str) -> None:
         self.capture, self.form, self.rate = capture, form, RATES.get(form, RATE)
@@ -93,29 +55,7 @@ class Previews:
 
 
 def motion_of(found: Named, library: Callable[[], Store], told: Reading, rate: Fraction) -> Motion:
-    """Return the motion of what a person names.
-
-    Parameters
-    ----------
-    found : Named
-        In a library or a file.
-    library : callable
-        Opens the library.
-    told : Reading
-        What the file's reader is told.
-    rate : Fraction
-        Frames a second of a score that is carried out.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.model import Reading
-    >>> from lanindex.pipeline.named import named
-    >>> from lanindex.pipeline.playing import motion_of
-    >>> opened = lambda: lanindex.open_library("dance.db")
-    >>> len(motion_of(named("corpus/semaphore.lnd", opened), opened, Reading(), 25))
-    1350
-    """
+    """Return the motion of what a person names."""
     if found.format in NOTATIONS:
         return perform(found.score, rate=rate)
     if found.capture is None:

@@ -26,27 +26,7 @@ Outcomes = tuple[Outcome, ...]
 
 
 def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
-    """Prepare tasks, in their order, in one process or several.
-
-    Parameters
-    ----------
-    tasks : iterable of Task
-        What to read.
-    jobs : int
-        Processes; fewer where the memory has no room for so many of the largest files.
-
-    Yields
-    ------
-    Outcome
-        One a task, or one for each of several people in its file.
-
-    Raises
-    ------
-    UsageError
-        Where `jobs` is less than one.
-    CaptureError
-        Where a process could not start, or died.
-    """
+    """Prepare tasks, in their order, in one process or several."""
     if jobs < 1:
         raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
     waiting = list(tasks)

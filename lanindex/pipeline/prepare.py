@@ -31,23 +31,7 @@ Held = Mapping[str, tuple[str, Encoding]]
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One file to ingest.
-
-    Attributes
-    ----------
-    path : str
-        As given, or as found in a folder.
-    profile : Profile
-        How to write it down.
-    reading : Reading
-        How to read it.
-    held : Mapping
-        sha256 and encoding of what the library holds from there, by person.
-    only_look : bool
-        Whether only to see if it has changed.
-    total : int
-        Bytes that one process is going to read, this file's among them, as far as is known.
-    """
+    """One file to ingest."""
 
     path: str
     profile: Profile
@@ -59,35 +43,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a file.
-
-    Attributes
-    ----------
-    path : str
-        As in the task; of one of several people with the name.
-    status : str
-        ``added``, ``unchanged`` or ``failed``.
-    frames, symbols : int
-        How many there are.
-    warnings : tuple of str
-        What was doubtful.
-    error : str or None
-        What went wrong.
-    seconds : float
-        How long the capture lasts.
-    division : int
-        Ticks in a unit of its score: more than the profile's where symbols found no room.
-    held : bool
-        Whether the library held it before.
-    labelled : bool
-        Whether it was unchanged and the user's words of it were not.
-    moved : str
-        Where it was before, if that is elsewhere; else empty.
-    beside : tuple of str
-        The other files that are read with it.
-    tempo : str
-        How its time is counted, where that was asked for.
-    """
+    """What became of a file."""
 
     path: str
     status: str
@@ -109,19 +65,7 @@ class Outcome:
 
 
 def prepare(task: Task) -> tuple[Outcome, ...]:
-    """Read a file and write down who is in it, unstored; never raises a `LanindexError`.
-
-    Parameters
-    ----------
-    task : Task
-        Which file, and how.
-
-    Returns
-    -------
-    tuple of Outcome
-        One a person; with the score, if it is new or changed. None where it was only looked at,
-        and is new or changed.
-    """
+    """Read a file and write down who is in it, unstored; never raises a `LanindexError`."""
     compiled.expect(task.total)
     try:
         file = formats.opened(task.path)

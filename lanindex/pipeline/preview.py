@@ -26,20 +26,7 @@ Watch = Callable[[str, int, int], None]
 
 
 def form_of(path: Path) -> str:
-    """Return as what hits are shown in a file, by its ending.
-
-    Raises
-    ------
-    UsageError
-        As nothing.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from lanindex.pipeline.preview import form_of
-    >>> form_of(Path("contact.PNG"))
-    'png'
-    """
+    """Return as what hits are shown in a file, by its ending."""
     form = path.suffix.lower().removeprefix(".")
     if form not in FORMS:
         raise UsageError(f'"{path}"', place="--preview", wanted="an ending of png, svg or html")
@@ -49,37 +36,7 @@ def form_of(path: Path) -> str:
 def preview(
     library: Store, hits: Hits, path: Path, watch: Watch = lambda *told: None
 ) -> Iterator[tuple[Path, bytes, list[str]]]:
-    """Yield the files that show hits, and of each what cannot be seen.
-
-    Parameters
-    ----------
-    library : Store
-        Where they are.
-    hits : Hits
-        At least one.
-    path : Path
-        Of the file; a sheet that is full goes on in another one, ``contact-2.png``.
-    watch : callable
-        Is told how far it is.
-
-    Raises
-    ------
-    ExportError
-        What makes it is not installed.
-    UsageError
-        As `form_of`.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> import lanindex
-    >>> from lanindex.pipeline.preview import preview
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     hits = library.search("torso forward high -> hold 1s+")
-    ...     for file, content, troubles in preview(library, hits, Path("bows.svg")):
-    ...         print(file, content[:4], troubles)
-    bows.svg b'<svg' []
-    """
+    """Yield the files that show hits, and of each what cannot be seen."""
     form = form_of(path)
     each = len(hits) if form == "html" else sheet.HITS
     for first in range(0, len(hits), each):

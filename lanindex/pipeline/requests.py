@@ -19,21 +19,7 @@ from lanindex.records import of_symbol
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A clip that is wanted.
-
-    Attributes
-    ----------
-    capture : Capture
-        From where.
-    hit : Span
-        Frames of the source.
-    pattern : str
-        What found it, or the empty string.
-    fit : float or None
-        How clearly.
-    symbols : tuple of dict
-        Those that matched, as in a search's JSON.
-    """
+    """A clip that is wanted."""
 
     capture: Capture
     hit: Span
@@ -50,41 +36,13 @@ def from_hits(hits: Iterable[Hit], pattern: str) -> Iterator[Request]:
 
 
 def from_range(library: Store, named: int | str, begin: int | None, end: int | None) -> Request:
-    """Return what to cut for a capture and a range.
-
-    Parameters
-    ----------
-    library : Store
-        Where the capture is.
-    named : int or str
-        Its number or path.
-    begin, end : int or None
-        Frames of the source, half-open; None: the first, or the last.
-    """
+    """Return what to cut for a capture and a range."""
     capture = library.capture(named)
     return Request(capture, Span(begin or 0, capture.frames if end is None else end))
 
 
 def from_lines(library: Store, lines: Iterable[str | bytes]) -> list[Request]:
-    """Return what to cut for the JSON lines of a search.
-
-    Parameters
-    ----------
-    library : Store
-        The one that was searched.
-    lines : iterable of str or bytes
-        As ``lanindex search --json`` prints them; a summary, which tells the pattern, may stand
-        among them. Whatever else a line says is passed over.
-
-    Returns
-    -------
-    list of Request
-
-    Raises
-    ------
-    UsageError
-        With the number of the line that is no hit, or of no capture of the library.
-    """
+    """Return what to cut for the JSON lines of a search."""
     found: list[tuple[Capture, dict[str, Any]]] = []
     pattern = ""
     for number, line in enumerate(lines, 1):

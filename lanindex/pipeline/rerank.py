@@ -35,28 +35,7 @@ RATE = 30
 
 
 def reranked(library: Store, found: Alike, patience: Patience | None = None) -> Alike:
-    """Return what is like an example, the best hundred by how far their joints lie from its own.
-
-    Parameters
-    ----------
-    library : Store
-        Where the hits are from.
-    found : Alike
-        The likest first.
-    patience : Patience, optional
-        How long it may take, and who is told how far it is.
-
-    Returns
-    -------
-    Alike
-        Those whose file is at hand by dynamic time warping of joint positions; behind them, as
-        they came, those whose file is not, and the rest. What could not be used is `told`.
-
-    Raises
-    ------
-    UsageError
-        Where the example itself has no joints, or its file is not at hand.
-    """
+    """Return what is like an example, the best hundred by how far their joints lie from its own."""
     one, hits = found.example, found.hits
     known = library.known()
     digest = one.capture.sha256 if one.capture else ""
@@ -103,18 +82,9 @@ def _joints(
 
 
 def normalised(joints: NDArray[np.float32], rate: float) -> Floats:
-    """Return a clip as every body would do it anywhere, facing any way.
+    """Return joints (T, 20, 3), mm, as any body would move anywhere: (U, 20, 3) in leg lengths.
 
-    Parameters
-    ----------
-    joints, rate : ndarray, float
-        (T, 20, 3), those of the body model, mm, y up, NaN where unknown; frames a second.
-
-    Returns
-    -------
-    ndarray
-        (U, 20, 3), at `RATE` at the most: seen from the middle of the hips, turned so that these
-        lie along z, in lengths of the leg.
+    At most `RATE` frames a second, seen from between the hips, which are turned to lie along z.
     """
     step = max(1.0, rate / RATE)
     kept = joints[np.floor(np.arange(0, len(joints), step)).astype(np.int64)].astype(np.float64)

@@ -9,27 +9,10 @@ from lanindex.errors import UsageError
 
 
 def sampled(count: int, most: int | None) -> NDArray[np.int64]:
-    """Return the places of the captures that are looked at.
+    """Return the places of the captures that are looked at: (S,) int64, in order.
 
     They are drawn at random, since captures that follow each other may be alike, and the same ones
     each time.
-
-    Parameters
-    ----------
-    count : int
-        How many captures there are.
-    most : int or None
-        How many are looked at; None: all.
-
-    Returns
-    -------
-    ndarray
-        (S,) int64, in order.
-
-    Raises
-    ------
-    UsageError
-        Where none would be looked at.
     """
     if most is not None and most < 1:
         raise UsageError(f"a sample of {most}", wanted="1 or more")

@@ -36,39 +36,7 @@ def search(
     best: int | None = None,
     memory: int | None = None,
 ) -> tuple[Sequence[Hit], list[LanindexError]]:
-    """Find a pattern in a library.
-
-    Parameters
-    ----------
-    library : Store
-        Where. Hits that are looked at once it is closed are fetched from its file.
-    query : Query
-        What to find.
-    numbers : sequence of int or None
-        Only in these captures; None: in all.
-    how : How
-        How exactly.
-    watch : callable, optional
-        Is told now and then how many captures are done, of how many; it may raise.
-    best : int, optional
-        Only so many, those that fit best, the clearest first.
-    memory : int, optional
-        Bytes that an exact search may take; a quarter of what is free.
-
-    Returns
-    -------
-    tuple
-        The hits, and an error for each capture that is too rich to be answered.
-
-    Raises
-    ------
-    LibraryError
-        Where the library cannot be read.
-    OutOfMemoryError
-        Where the search needs more memory than there is.
-    UsageError
-        Where the pattern says what has no edits, and some are allowed.
-    """
+    """Find a pattern in a library."""
     measures = measures_in(query)
     roster, columns = library.columns(query.parts, numbers, more=extras_in(query))
     if len(roster) and (absent := _absent(columns)):

@@ -23,15 +23,7 @@ SAMPLE = 2000
 
 @dataclass(frozen=True, slots=True)
 class Similar:
-    """Captures that are like each other.
-
-    Attributes
-    ----------
-    captures : tuple of Capture
-        The one that is most like all others first, then the likest to it.
-    likeness : float
-        The mean over all pairs, 0 to 1; of one capture alone 1.
-    """
+    """Captures that are like each other."""
 
     captures: tuple[Capture, ...]
     likeness: float
@@ -39,19 +31,7 @@ class Similar:
 
 @dataclass(frozen=True, slots=True)
 class Groups:
-    """A library in groups.
-
-    Attributes
-    ----------
-    groups : list of Similar
-        The largest first; a capture that is like no other is a group by itself.
-    captures, of : int
-        How many were compared, and of how many.
-    pairs : int
-        How many pairs of them were aligned.
-    every : bool
-        Whether those were all pairs.
-    """
+    """A library in groups."""
 
     groups: list[Similar]
     captures: int
@@ -69,28 +49,7 @@ def similar(
     sample: int | None = None,
     patience: Patience | None = None,
 ) -> Groups:
-    """Return the captures of a library in groups.
-
-    Parameters
-    ----------
-    library : Store
-        The one.
-    chosen : iterable of int or None
-        Numbers of captures; None: all.
-    least : float
-        The mean likeness of a group's captures, pair by pair, at least.
-    wanted : int, optional
-        How many groups there shall be, instead; fewer where there are fewer captures.
-    sample : int or None
-        How many captures are compared at the most; None: all.
-    patience : Patience, optional
-        How long it may take, and who is told how far it is.
-
-    Raises
-    ------
-    UsageError
-        Where a number makes no sense.
-    """
+    """Return the captures of a library in groups."""
     if not 0 < least <= 1:
         raise UsageError(f"{least}", place="--alike", wanted="more than 0, 1 at the most")
     if wanted is not None and wanted < 1:

@@ -20,23 +20,6 @@ def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
 
     Where the words have a meaning in the language as well, they are left to it, but for words of
     one's own.
-
-    Parameters
-    ----------
-    text : str
-        The query.
-    words : path-like, optional
-        A file of one's own words.
-
-    Returns
-    -------
-    Entry or None
-        None where the query is something else.
-
-    Raises
-    ------
-    UsageError
-        Where that file is no dictionary.
     """
     name, known = spelled(text), load(words)
     if _is_part(text) and known.get(name) == load().get(name):
@@ -49,13 +32,7 @@ def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
 
 
 def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
-    """Yield what there is to say of single words of a query that has several and is no pattern.
-
-    Parameters
-    ----------
-    text, words
-        As for `meant`.
-    """
+    """Yield what there is to say of single words of a query that has several and is no pattern."""
     several = words_of(text)
     if len(several) < 2 or _is_pattern(text):
         return
@@ -86,43 +63,20 @@ def _is_pattern(text: str) -> bool:
 
 
 def said(text: str, words: str | PathLike[str] | None = None) -> str:
-    """Return a query, or the pattern that it names.
-
-    Parameters
-    ----------
-    text, words
-        As for `meant`.
-    """
+    """Return a query, or the pattern that it names."""
     entry = meant(text, words)
     return entry.pattern if entry else text
 
 
 def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
-    """Return the patterns that a query may name with ``@``; nothing where it names none.
-
-    Parameters
-    ----------
-    text, words
-        As for `meant`.
-    """
+    """Return the patterns that a query may name with ``@``; nothing where it names none."""
     if "@" not in text:
         return {}
     return {name: inside(entry.pattern) for name, entry in load(words).items()}
 
 
 def unknown(text: str) -> str:
-    """Return the one word of a query that means nothing, neither alone nor in a pattern.
-
-    Parameters
-    ----------
-    text : str
-        A query that is no word of the dictionary: ``jump``.
-
-    Returns
-    -------
-    str
-        Empty where it has several words, or may be understood.
-    """
+    """Return the one word of a query that means nothing, neither alone nor in a pattern."""
     from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 
     name = spelled(text)
@@ -137,14 +91,6 @@ def glob_of(name: str) -> str:
 
 
 def said_by(labels: Iterable[str], glob: str) -> str:
-    """Return the glob of labels, or the one label where that is all that fits it.
-
-    Parameters
-    ----------
-    labels : iterable of str
-        Those that fit.
-    glob : str
-        As from `glob_of`.
-    """
+    """Return the glob of labels, or the one label where that is all that fits it."""
     different = set(labels)
     return different.pop() if len(different) == 1 else glob

@@ -17,16 +17,7 @@ UNTOLD = "not told"
 
 
 def licence_of(capture: Capture) -> str:
-    """Return on what terms a capture may be used, as the user told.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.pipeline.dataset.card import licence_of
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     licence_of(library.capture("compass.bvh"))
-    'not told'
-    """
+    """Return on what terms a capture may be used, as the user told."""
     return next((capture.metadata[name] for name in LICENCES if capture.metadata.get(name)), UNTOLD)
 
 

@@ -28,25 +28,7 @@ FILES = tuple[tuple[str, bytes], ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clip:
-    """One clip, as the layouts get it.
-
-    Attributes
-    ----------
-    name, split : str
-        What it is called, and where it belongs.
-    places : ndarray
-        (T, 20, 3) metres, y up, of ``alphabet.JOINTS``; NaN where unknown.
-    rate : Fraction
-        Frames a second.
-    score : Score
-        Of all of its capture.
-    span : Span
-        The frames of that which it shows.
-    texts : sequence of str
-        What it is, in words.
-    kind : str
-        What it was found as; else its label.
-    """
+    """One clip, as the layouts get it."""
 
     name: str
     split: str
@@ -261,13 +243,7 @@ LAYOUTS = {"npz": Arrays, "humanml3d": HumanML3D}
 
 
 def layout_of(name: str) -> Layout:
-    """Return a layout, with nothing written yet.
-
-    Raises
-    ------
-    UsageError
-        There is none of that name.
-    """
+    """Return a layout, with nothing written yet."""
     if name not in LAYOUTS:
         raise UsageError(f'"{name}"', place="--layout", wanted=" or ".join(LAYOUTS))
     made: Layout = LAYOUTS[name]()

@@ -22,28 +22,7 @@ PERFORMERS = ("performer", "subject", "actor", "dancer", "participant", "signer"
 
 
 def performers(captures: Sequence[Capture], column: str | None = None) -> str:
-    """Return the column that tells who moves; empty where none does.
-
-    Parameters
-    ----------
-    captures : sequence of Capture
-        Whose.
-    column : str, optional
-        What the user says.
-
-    Raises
-    ------
-    UsageError
-        None of the captures has that one.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.pipeline.dataset.splits import performers
-    >>> with lanindex.open_library("dance.db") as library:
-    ...     performers(library.captures(), "rhythm"), performers(library.captures())
-    ('rhythm', '')
-    """
+    """Return the column that tells who moves; empty where none does."""
     told = {name for one in captures for name, value in one.metadata.items() if value}
     if column is None:
         return next((name for name in PERFORMERS if name in told), "")
@@ -54,15 +33,7 @@ def performers(captures: Sequence[Capture], column: str | None = None) -> str:
 
 
 def units(captures: Iterable[Capture], column: str) -> dict[int, str]:
-    """Return by number of capture what must stay in one split with it, as a name.
-
-    Parameters
-    ----------
-    captures : iterable of Capture
-        All.
-    column : str
-        As from `performers`.
-    """
+    """Return by number of capture what must stay in one split with it, as a name."""
     above: dict[str, str] = {}
 
     def top(key: str) -> str:
@@ -84,19 +55,7 @@ def units(captures: Iterable[Capture], column: str) -> dict[int, str]:
 
 
 def read_shares(text: str) -> tuple[Fraction, ...]:
-    """Return the shares of training, validation and testing: ``80/10/10``.
-
-    Raises
-    ------
-    UsageError
-        Where they are no three numbers that come to 100.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.dataset.splits import read_shares
-    >>> [float(share) for share in read_shares("80/10/10")]
-    [0.8, 0.1, 0.1]
-    """
+    """Return the shares of training, validation and testing: ``80/10/10``."""
     try:
         shares = tuple(Fraction(one) / 100 for one in text.split("/"))
     except (ValueError, ZeroDivisionError):
@@ -108,30 +67,7 @@ def read_shares(text: str) -> tuple[Fraction, ...]:
 
 
 def split(weights: Mapping[str, int], shares: Sequence[Fraction], seed: int = 0) -> dict[str, str]:
-    """Return the split of each unit.
-
-    Parameters
-    ----------
-    weights : Mapping of str to int
-        By unit, how many clips it has.
-    shares : sequence of Fraction
-        Of each of `SPLITS`, 1 in all.
-    seed : int
-        Another one gives another choice, the same one the same.
-
-    Returns
-    -------
-    dict of str to str
-        By unit; in the order of a digest of seed and name each goes where most is lacking, the
-        last ones to splits that would else be empty.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.dataset.splits import read_shares, split
-    >>> found = split(dict.fromkeys("abcde", 10), read_shares("80/10/10"))
-    >>> sorted(found.values())
-    ['test', 'train', 'train', 'train', 'val']
-    """
+    """Return the split of each unit."""
     total = sum(weights.values())
     lacking = {name: share * total for name, share in zip(SPLITS, shares, strict=True) if share}
     order = sorted(weights, key=lambda unit: sha256(f"{seed} {unit}".encode()).digest())

@@ -45,14 +45,7 @@ _TAG = {word: tag for tag, words in _TAGS.items() for word in words.split()}
 
 
 def of_pattern(pattern: str, names: Mapping[str, Any] | None = None) -> str:
-    """Return what a pattern asks for as a sentence; empty where it is not understood here.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.dataset.texts import of_pattern
-    >>> of_pattern("r_arm rising -> hold 1s+")
-    'The right arm moves to a higher level than before, then stays where it is, for at least 1 s.'
-    """
+    """Return what a pattern asks for as a sentence; empty where it is not understood here."""
     try:
         return sentence(parse(pattern, names=names) if names else parse(pattern))
     except LanindexError:
@@ -60,22 +53,7 @@ def of_pattern(pattern: str, names: Mapping[str, Any] | None = None) -> str:
 
 
 def of_symbols(symbols: Sequence[Mapping[str, Any]]) -> str:
-    """Return what some symbols say as a sentence; empty where they are none, or too many.
-
-    Parameters
-    ----------
-    symbols : sequence of Mapping
-        As in a search's JSON.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.dataset.texts import of_symbols
-    >>> right = {"part": "r_arm", "level": "mid", "end_frame": 12}
-    >>> first = {"direction": "right", "start_frame": 3}
-    >>> then = {"direction": "forward", "start_frame": 9}
-    >>> of_symbols([{**right, **first}, {**right, **then}])
-    'The right arm moves to the right, at middle height, then moves forward, at middle height.'
-    """
+    """Return what some symbols say as a sentence; empty where they are none, or too many."""
     if not 0 < len(symbols) <= MANY:
         return ""
     order = list(dict.fromkeys(one["part"] for one in symbols))
@@ -91,14 +69,7 @@ def of_symbols(symbols: Sequence[Mapping[str, Any]]) -> str:
 
 
 def of_what_is_done(said: str) -> str:
-    """Return what is said of a pattern as it is said of what was found.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.dataset.texts import of_what_is_done
-    >>> of_what_is_done("The torso moves low (or begins there), then high.")
-    'The torso moves low, then high.'
-    """
+    """Return what is said of a pattern as it is said of what was found."""
     for found, instead in _DONE.items():
         said = re.sub(found, instead, said)
     return said
@@ -123,12 +94,6 @@ def tagged(text: str) -> str:
     """Return a text's words with their parts of speech, as HumanML3D has them.
 
     Those are known of words that LanIndex itself uses; others are ``X``.
-
-    Examples
-    --------
-    >>> from lanindex.pipeline.dataset.texts import tagged
-    >>> tagged("The right arm waves twice.")
-    'the/DET right/ADJ arm/NOUN waves/VERB twice/ADV'
     """
     words = re.findall(r"[^\W\d_]+", text.lower())
     return " ".join(f"{word}/{_TAG.get(word, 'X')}" for word in words)

@@ -45,21 +45,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What is to be in a data set under one label.
-
-    Attributes
-    ----------
-    label : str
-        Empty: each clip has its capture's.
-    pattern, sentence : str
-        What found it, and that in English; empty: whole captures.
-    tally : sequence of (int, int)
-        Numbers of captures, and how many clips each has.
-    requests : iterable of Request
-        The clips, those of a capture together, by its number.
-    positives : collection of str, or None
-        Where it is known: numbers of the captures whose label is expected.
-    """
+    """What is to be in a data set under one label."""
 
     label: str
     pattern: str
@@ -93,27 +79,7 @@ def of_captures(captures: Iterable[Capture], label: str = "") -> Found:
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """How a data set is made.
-
-    Attributes
-    ----------
-    layout : str
-        Of ``layouts.LAYOUTS``.
-    rate : Fraction or None
-        Frames a second; None: those of the captures, or of the layout.
-    pad : str
-        Time around each hit.
-    shares : str
-        Of training, validation and testing, in per cent.
-    split_by : str or None
-        The column that tells what must stay in one split.
-    seed : int
-        Of the splits.
-    force : bool
-        Whether a folder that holds things may be written to.
-    how : Mapping of str to str
-        What else a card shall say of how clips were found.
-    """
+    """How a data set is made."""
 
     layout: str = "npz"
     rate: Fraction | None = None
@@ -127,41 +93,14 @@ class Wishes:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """A data set that was written.
-
-    Attributes
-    ----------
-    clips : bytes
-        Its index: a line of JSON each.
-    card : Mapping
-        What it is.
-    """
+    """A data set that was written."""
 
     clips: bytes
     card: Mapping[str, Any]
 
 
 def write(library: Store, found: Sequence[Found], folder: Path, wishes: Wishes) -> Made:
-    """Write a data set, all or nothing; where there is no clip, nothing.
-
-    Parameters
-    ----------
-    library : Store
-        Where the clips are from.
-    found : sequence of Found
-        What is to be in it.
-    folder : Path
-        Where to. What an earlier data set had there and this one lacks goes, if `force` is set.
-    wishes : Wishes
-        How.
-
-    Raises
-    ------
-    ExportError
-        Where the folder holds things, or a source has changed or is gone.
-    UsageError
-        Where a wish is not understood.
-    """
+    """Write a data set, all or nothing; where there is no clip, nothing."""
     job = _Job(library, found, wishes)
     before = _before(folder, wishes.force)
     write_all(
