@@ -8,6 +8,7 @@ the remedy::
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
@@ -23,6 +24,14 @@ def quoted(value: object, most: int = 60) -> str:
         return shown(repr(value), most)
     except (ValueError, RecursionError):  # a number of too many digits, lists in lists in lists
         return "something too large to show"
+
+
+def guess(word: str, known: Iterable[str]) -> str:
+    """Return the known word that is most like one, for "Did you mean"; empty where none is."""
+    from rapidfuzz import process
+
+    near = process.extractOne(word, list(known), score_cutoff=60)
+    return near[0] if near else ""
 
 
 class LanindexError(Exception):

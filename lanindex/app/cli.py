@@ -15,7 +15,7 @@ import typer
 from typer.core import TyperGroup
 
 from lanindex.app.output import end_progress, escaped, how_far, say_error
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import LanindexError, UsageError, guess
 
 VERBS = {
     "demo": "See it all happen on the choreographies that come with it",
@@ -67,7 +67,9 @@ class Verbs(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the verb that was typed; refuse what is none with the nearest one."""
         if args and args[0] not in VERBS and not ctx.resilient_parsing:
-            raise UsageError(f'"{args[0]}" is no verb', remedy=_guess(args[0]))
+            near = guess(args[0].lower(), VERBS)
+            remedy = f"Did you mean {near}?" if near else "All are shown by: lanindex --help"
+            raise UsageError(f'"{args[0]}" is no verb', remedy=remedy)
         return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
@@ -137,13 +139,6 @@ def _reported(error: BaseException, verb: str | None, far: str) -> int:
             kept = "; what was finished is kept" if verb == "ingest" else ""
             say_error(f"interrupted{far}{kept}")
             return 130
-
-
-def _guess(word: str) -> str:
-    from rapidfuzz import process
-
-    near = process.extractOne(word.lower(), list(VERBS), score_cutoff=60)
-    return f"Did you mean {near[0]}?" if near else "All are shown by: lanindex --help"
 
 
 def _refuse_empty(words: Sequence[str]) -> None:

@@ -24,7 +24,7 @@ from lanindex.alphabet import (
     amounts_of,
     kind_of,
 )
-from lanindex.errors import NotationError, shown
+from lanindex.errors import NotationError, guess, shown
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.bends import worked_out
 from lanindex.model.symbol import blank
@@ -251,10 +251,8 @@ class Page:
     def _code(self, word: str, what: str, codes: dict[str, int]) -> int:
         if word in codes:
             return codes[word]
-        from rapidfuzz import process
-
-        guess = process.extractOne(word, tuple(codes), score_cutoff=60)
-        remedy = f'Did you mean "{guess[0]}"?' if guess else ""
+        near = guess(word, codes)
+        remedy = f'Did you mean "{near}"?' if near else ""
         raise self.fault(f'the {what} "{shown(word)}"', " ".join(codes), remedy)
 
     def score(self) -> Score:

@@ -37,15 +37,7 @@ MIDDLES[CELLS] = _POINTS.reshape(-1, 3)
 def points_of(
     cells: NDArray[Any], runners: NDArray[Any], margins: NDArray[np.floating[Any]]
 ) -> NDArray[Any]:
-    """Return where symbols point: (N, 3), of the type of their margins.
-
-    Parameters
-    ----------
-    cells, runners : ndarray
-        (N,) whole numbers, without flags: the cells, and those across the nearest borders.
-    margins : ndarray
-        (N,) floats: 0 at the border, 1 in the middle.
-    """
+    """Return where symbols point: (N, 3), from (N,) cells and margins."""
     middles = MIDDLES.astype(margins.dtype)
     points: NDArray[Any] = middles[cells]
     share = (1 - margins) / 2 * (KNOWN[cells] & KNOWN[runners])

@@ -96,13 +96,7 @@ def piped(stages: Sequence[Stage], found: Hits | Counts) -> Hits | Counts:
 
 
 def hits_in(found: Hits | Counts) -> Hits:
-    """Return the hits of a search whose pattern shall not count them.
-
-    Raises
-    ------
-    UsageError
-        Where it does: counts have no clips.
-    """
+    """Return the hits; refuse counts, which have no clips."""
     if isinstance(found, Counts):
         raise UsageError("hits that are only counted", wanted='a pattern without "| count"')
     return found

@@ -8,7 +8,7 @@ import typer
 
 from lanindex.app import options
 from lanindex.app.output import Output
-from lanindex.errors import UsageError
+from lanindex.errors import UsageError, guess
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,10 +53,8 @@ def _named(known: Mapping[str, Entry], word: str) -> Entry:
     if entry is None:
         if why := absent(spelled(word)):
             raise UsageError(f'no word "{word}" in the dictionary of movement: {why}')
-        from rapidfuzz import process
-
-        near = process.extractOne(spelled(word), list(known), score_cutoff=60)
-        remedy = f"Did you mean {near[0]}?" if near else "All are shown by: lanindex words"
+        near = guess(spelled(word), known)
+        remedy = f"Did you mean {near}?" if near else "All are shown by: lanindex words"
         raise UsageError(f'no word "{word}" in the dictionary of movement', remedy=remedy)
     return entry
 

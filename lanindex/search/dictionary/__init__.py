@@ -79,31 +79,7 @@ def spelled(text: str) -> str:
 
 
 def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
-    """Return all words, by each of their names.
-
-    Parameters
-    ----------
-    extra : path-like, optional
-        A file of one's own words; where a name is in both, its entry counts.
-
-    Returns
-    -------
-    dict of str to Entry
-        In order; under its name, and every other name of it that is not the name of another.
-
-    Raises
-    ------
-    UsageError
-        Where the file cannot be read, an entry is none, a name is a word of the language, or a
-        pattern is not understood.
-
-    Examples
-    --------
-    >>> from lanindex.search.dictionary import load
-    >>> words = load()
-    >>> words["running"] is words["run"], words["bow"].sentence[:23]
-    (True, 'The trunk leans forward')
-    """
+    """Return all words by each of their names; those of the file `extra` come before ours."""
     shipped = _entries(_shipped("dictionary.toml"), "dictionary.toml")
     entries = [*shipped, *(_read(Path(extra)) if extra is not None else ())]
     words = {entry.name: entry for entry in entries}
@@ -112,14 +88,7 @@ def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
 
 
 def absent(name: str) -> str:
-    """Return why no word is so `spelled`, and what to ask instead; empty where none is known.
-
-    Examples
-    --------
-    >>> from lanindex.search.dictionary import absent
-    >>> absent("sitting")
-    'there was no labelled capture to measure it on; try: other support seat/other 1s+'
-    """
+    """Return why no word is so `spelled`, and what to ask instead; empty where none is known."""
     for word, entry in _shipped("absent.toml").items():
         if name == word or name in entry["names"]:
             return "; try: ".join(filter(None, (entry["why"], entry["instead"])))
@@ -132,14 +101,7 @@ def entries(words: Mapping[str, Entry]) -> list[Entry]:
 
 
 def inside(pattern: str) -> str:
-    """Return a pattern as it may stand inside another: ``either side`` is written out.
-
-    Examples
-    --------
-    >>> from lanindex.search.dictionary import inside
-    >>> inside("r_leg forward either side")
-    'r_leg forward or mirror (r_leg forward)'
-    """
+    """Return a pattern as it may stand inside another: ``either side`` is written out."""
     one = pattern.removesuffix(_EITHER)
     return pattern if one == pattern else f"{one}or mirror ({one.rstrip()})"
 
@@ -170,14 +132,7 @@ def words_of(text: str) -> list[str]:
 
 
 def called(text: str, words: Mapping[str, Entry]) -> Entry | None:
-    """Return the entry that has the words of a text for a name, in any order and with any ending.
-
-    Examples
-    --------
-    >>> from lanindex.search.dictionary import called, load
-    >>> called("someone waves with the right hand", load()).name
-    'wave_right'
-    """
+    """Return the entry of which the words are a name, in any order and with any ending."""
     spoken = _stems(words_of(text))
     found = (entry for name, entry in words.items() if _stems(name.split("_")) == spoken)
     return next(found, None) if spoken else None

@@ -61,17 +61,7 @@ class Grouped(NamedTuple):
 def grouped(
     clips: Clips, *, least: float, wanted: int | None = None, watch: Watch = unwatched
 ) -> Grouped:
-    """Return clips in groups.
-
-    Parameters
-    ----------
-    clips, least : Clips, float
-        All, and the mean likeness down to which groups are joined.
-    wanted : int, optional
-        The number of groups, instead; fewer where there are fewer clips.
-    watch : callable, optional
-        Is called with the progress; it may raise.
-    """
+    """Join groups down to a mean likeness of `least`, or until no more than `wanted` are left."""
     found, known = signatures(clips), _Known(clips, watch)
     groups = [[clip] for clip in range(len(clips))]
     floor, every, settled = least, False, False

@@ -112,17 +112,7 @@ def motifs(
     most: int = MOST,
     watch: Watch = unwatched,
 ) -> Motifs:
-    """Return the motifs of a part.
-
-    Parameters
-    ----------
-    part, line : str, Line
-        Its name and its symbols.
-    least, shortest, longest, most : int
-        How often a motif occurs at least, how many steps it has, and how many are extended at most.
-    watch : callable, optional
-        Is called with the progress; it may raise.
-    """
+    """Return what recurs at least `least` times in a part; `most` occurrences are extended."""
     follows = _following(line)
     shown = np.flatnonzero(~line.passing & (line.cells >= 0))
     there = _Occurrences(line.cells[shown], shown, shown)

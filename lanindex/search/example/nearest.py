@@ -76,19 +76,7 @@ def nearest(
     most: int = MOST,
     watch: Watch = unwatched,
 ) -> Found:
-    """Return the clips that are most like one.
-
-    Parameters
-    ----------
-    query, seconds : Clips, float
-        The one, with the same parts as the source, and how long it lasts.
-    source : Source
-        To choose from.
-    limit, most : int
-        How many are wanted, and how many are aligned at most.
-    watch : callable, optional
-        Is called with the progress; it may raise.
-    """
+    """Return the `limit` clips of a source that are most like a query of so many seconds."""
     # of a long example fewer clips at a time, so that `watch` is called as often
     counts = np.sum([np.diff(it.bounds)[source.places] for it in source.columns.values()], axis=0)
     work = counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from lanindex.alphabet import MEASURES
-from lanindex.errors import PatternError
+from lanindex.errors import PatternError, guess
 from lanindex.model.measures import GRADES
 from lanindex.search.language.lexer import COUNT, Cursor, Token
 from lanindex.search.language.suggestions import unknown_word
@@ -301,10 +301,7 @@ def _reference_at(cursor: Cursor) -> Reference:
         known = " ".join(FIELDS) if name != CLIP else "clip.label, clip.path or another column"
         raise cursor.error(f"A field follows: {known}", token, dot)
     if name != CLIP and field.text not in FIELDS:
-        from rapidfuzz import process
-
-        guess = process.extractOne(field.text, list(FIELDS), score_cutoff=60)
-        near = _FIELD_ALIASES.get(field.text) or (guess[0] if guess else "")
+        near = _FIELD_ALIASES.get(field.text) or guess(field.text, FIELDS)
         meant = f"Did you mean {name}.{near}?" if near else f"It has: {' '.join(FIELDS)}"
         raise cursor.error(f'"{name}" has no "{field.text}". {meant}')
     return Reference(name, cursor.advance().text)

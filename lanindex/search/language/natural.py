@@ -50,14 +50,7 @@ def _want(clear: bool) -> None:
 
 
 def reading(text: str) -> str | None:
-    """Return the pattern that plain words mean, None where one of them is not clear.
-
-    Examples
-    --------
-    >>> from lanindex.search.language.natural import reading
-    >>> reading("raise the right hand"), reading("walk")
-    ('r_arm high', None)
-    """
+    """Return the pattern that plain words mean; None where a word is not clear."""
     if len(text) > _LONGEST:
         return None
     try:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from lanindex.errors import PatternError, shown
+from lanindex.errors import PatternError, guess, shown
 from lanindex.search.language.clauses import conditions_at, stages_at
 from lanindex.search.language.lexer import COUNT, Cursor, Token, tokens
 from lanindex.search.language.natural import offer_reading
@@ -73,34 +73,9 @@ def parse(
     names: Mapping[str, str] | None = None,
     strict: bool = False,
 ) -> Query:
-    """Read a pattern.
+    """Read a pattern that may name `parts`, those of the alphabet, and the patterns in `names`.
 
-    Parameters
-    ----------
-    text : str
-        The pattern; errors of one from `score.pattern_in` name its file.
-    parts : collection of str, optional
-        The parts that the library has; a pattern may name those of the alphabet, too.
-    names : Mapping of str to str, optional
-        Patterns that may be used by name besides those of the text, ``@raise``; in small letters.
-    strict : bool
-        Whether the timing of pasted LND counts.
-
-    Returns
-    -------
-    Query
-        The pattern as a tree; ``str()`` of it is a pattern again.
-
-    Raises
-    ------
-    PatternError
-        The pattern cannot be understood.
-
-    Examples
-    --------
-    >>> from lanindex.search.language import parse
-    >>> sorted(parse("r_arm right mid -> high with head").parts)
-    ['head', 'r_arm']
+    With `strict` the timing of pasted LND counts. ``str()`` of the result is a pattern again.
     """
     vocabulary = Vocabulary(parts)
 
@@ -444,11 +419,9 @@ class _Parser(Cursor):
             found = "A pattern in a file stands alone: search @raise.lq"
             raise self.error(found, at, self.ahead(1))
         else:
-            from rapidfuzz import process
-
-            guess = process.extractOne(name, [*self.lets, *self.names], score_cutoff=60)
+            near = guess(name, [*self.lets, *self.names])
             remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
-            remedy = f'Did you mean "@{guess[0]}"?' if guess else remedy
+            remedy = f'Did you mean "@{near}"?' if near else remedy
             raise self.error(f'There is no pattern "@{name}". {remedy}', at, token)
         self.words_named += len(read)
         if self.words_named > _MOST_WORDS:

@@ -53,21 +53,7 @@ class Saved(str):
 
 
 def pattern_in(text: str, folder: Path | None = None) -> str:
-    """Return a pattern: the text itself, or a `Saved` one where that names a file.
-
-    Parameters
-    ----------
-    text : str
-        A pattern, or ``@`` and the path of a file that ends in ``.lq`` or as a score, or has a
-        slash. Scores in other notations are read as LND.
-    folder : Path, optional
-        What the path starts from; by default the working folder.
-
-    Raises
-    ------
-    NotationError
-        The file cannot be read, or is not text.
-    """
+    """Return the text itself, or the pattern in the file or score that it names: ``@raise.lq``."""
     named = _FILE.fullmatch(text.strip())
     if named is None:
         return text

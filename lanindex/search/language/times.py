@@ -73,14 +73,7 @@ _RANGE = re.compile(rf"([<>]=?)?{_NUMBER}(\+|\.\.)?(?:{_NUMBER})?")
 
 
 def degrees(text: str) -> tuple[int, int | None]:
-    """Return the fewest and the most whole degrees of an angle or a bend, None: no limit.
-
-    Examples
-    --------
-    >>> from lanindex.search.language.times import degrees
-    >>> degrees("90deg"), degrees(">180deg"), degrees("45deg..90deg"), degrees("3+")
-    ((68, 112), (181, None), (45, 90), (3, None))
-    """
+    """Return the fewest and the most whole degrees of an angle or a bend, None: no limit."""
     match = _RANGE.fullmatch(text)
     assert match, text
     compare, number, form, last = match.groups()
