@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from command import screen, start_on_terminal
 from conftest import REPOSITORY
-from terminal import screen, written
 
 README = REPOSITORY / "README.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -35,7 +35,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def typed(command: str, place: Path) -> str:
     """Return what a terminal shows, output and notes together."""
-    return screen(written(command, place, PATH=f"{place / 'bin'}:{os.environ['PATH']}"))
+    return screen(start_on_terminal(command, place, PATH=f"{place / 'bin'}:{os.environ['PATH']}"))
 
 
 def settled(text: str) -> str:

@@ -1,18 +1,15 @@
 """``search --like`` as a user types it."""
 
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
+import command
 import pytest
+from command import screen, shown
 from dances import BOW, dance
-from terminal import screen, written
 
 from lanindex.pipeline import open_library
-
-MAIN = "from lanindex.app.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
@@ -28,15 +25,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def run(place: Path):
-
-    def call(*words: str, text: str = "") -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
-        env = {**os.environ, "NO_COLOR": "1", "LANINDEX_DB": "own.db"}
-        return subprocess.run(
-            command, cwd=place, input=text, capture_output=True, text=True, env=env, check=False
-        )
-
-    return call
+    return partial(command.run, cwd=place, env={"LANINDEX_DB": "own.db"})
 
 
 def test_it_tells_what_is_like_a_capture(run, place: Path) -> None:
@@ -56,9 +45,8 @@ def test_it_tells_what_is_like_a_capture(run, place: Path) -> None:
 
 
 def test_it_tells_it_in_columns_on_a_terminal(run, place: Path) -> None:
-    command = f'{sys.executable} -c "{MAIN}" search --like raise.bvh --db own.db'
-    shown = screen(written(command, place)).splitlines()
-    assert shown[0].split() == [
+    lines = screen(shown("search", "--like", "raise.bvh", "--db", "own.db", cwd=place)).splitlines()
+    assert lines[0].split() == [
         "like",
         "capture",
         "label",
@@ -68,8 +56,8 @@ def test_it_tells_it_in_columns_on_a_terminal(run, place: Path) -> None:
         "in",
         "common",
     ]
-    assert "again.bvh" in shown[1]
-    assert shown[-1] == "the 2 most like of 2 captures, the likest first"
+    assert "again.bvh" in lines[1]
+    assert lines[-1] == "the 2 most like of 2 captures, the likest first"
 
 
 def test_it_ranks_by_joints_and_says_what_it_could_not_use(run, place: Path) -> None:

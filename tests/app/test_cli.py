@@ -8,9 +8,12 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
+import command
 import pytest
+from command import Done
 from dances import BOW, RAISE, dance
 from sample import sql
 
@@ -19,7 +22,6 @@ from lanindex.app.cli import VERBS
 from lanindex.encode.profile import BUILT_IN
 
 MAIN = "from lanindex.app.cli import main; main()"
-Done = subprocess.CompletedProcess[str]
 
 
 @pytest.fixture
@@ -33,26 +35,7 @@ def place(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str, text: str | None = None, env: dict[str, str] | None = None) -> Done:
-        return subprocess.run(
-            [
-                sys.executable,
-                "-W",
-                "error",
-                "-c",
-                "from lanindex.app.cli import main; main()",
-                *words,
-            ],
-            cwd=place,
-            input=text,
-            capture_output=True,
-            text=True,
-            check=False,
-            env={**os.environ, "NO_COLOR": "1", **(env or {})},
-            timeout=120,
-        )
-
-    return call
+    return partial(command.run, cwd=place)
 
 
 @pytest.fixture

@@ -1,16 +1,13 @@
 """``export --dataset`` as a user types it."""
 
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
+import command
 import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
-
-MAIN = "from lanindex.app.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
@@ -31,15 +28,9 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def run(place: Path):
-    def call(*words: str, given: str | None = None) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
-        env = {**os.environ, "NO_COLOR": "1"}
-        return subprocess.run(
-            command, cwd=place, input=given, capture_output=True, text=True, env=env, check=False
-        )
-
-    assert call("ingest", ".", "--labels", "labels.csv").returncode == 0
-    return call
+    run = partial(command.run, cwd=place)
+    assert run("ingest", ".", "--labels", "labels.csv").returncode == 0
+    return run
 
 
 def test_patterns_become_a_data_set(run, place: Path) -> None:
@@ -71,7 +62,7 @@ def test_a_pattern_a_pipe_a_range_and_whole_captures(run, place: Path) -> None:
     pattern = run("export", "r_arm forward mid -> hold", "--dataset", "one", "--json")
     assert sentence in json.loads(pattern.stdout.splitlines()[0])["texts"]
     lines = run("search", "r_arm right mid", "--json").stdout
-    piped = run("export", "-", "--dataset", "piped", given=lines)
+    piped = run("export", "-", "--dataset", "piped", text=lines)
     assert piped.returncode == 0, piped.stderr
     assert "8 clips" in piped.stderr
     ranged = run(
@@ -115,7 +106,7 @@ def test_nothing_found_is_said(run, place: Path) -> None:
     ],
 )
 def test_what_does_not_go_together_is_refused(run, place: Path, words: str, said: str) -> None:
-    done = run("export", *words.split(), given="")
+    done = run("export", *words.split(), text="")
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr

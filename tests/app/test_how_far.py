@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from command import screen, start_on_terminal
 from dances import dance
-from terminal import screen, written
 
 from lanindex.pipeline import open_library
 
@@ -45,10 +45,10 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 def test_it_is_shown_on_a_terminal_while_it_lasts(place: Path, words, shown: str) -> None:
-    seen = written([sys.executable, "-c", MAIN, *words], place)
+    seen = start_on_terminal([sys.executable, "-c", MAIN, *words], place)
     assert shown in seen
     assert shown not in screen(seen)
-    quiet = written([sys.executable, "-c", MAIN, *words, "-q"], place)
+    quiet = start_on_terminal([sys.executable, "-c", MAIN, *words, "-q"], place)
     assert shown not in quiet
     piped = subprocess.run(
         [sys.executable, "-c", MAIN, *words], cwd=place, capture_output=True, text=True
@@ -60,7 +60,7 @@ def test_it_is_shown_on_a_terminal_while_it_lasts(place: Path, words, shown: str
 def test_columns_that_are_made_anew_show_it(place: Path) -> None:
     with open_library(place / "lanindex.db") as library, library._writing() as connection:
         connection.exec_driver_sql("UPDATE state SET columns = -1")
-    seen = written([sys.executable, "-c", MAIN, "search", "r_arm high"], place)
+    seen = start_on_terminal([sys.executable, "-c", MAIN, "search", "r_arm high"], place)
     assert "0/2 captures" in seen
     assert "2/2 captures" in seen
     told = screen(seen).splitlines()

@@ -2,16 +2,13 @@
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 
+import command
 import pytest
 from dances import BOW, RAISE, dance
 from made_gltf import Made, body, waving
 from made_mvnx import mvnx, subject
-
-Done = subprocess.CompletedProcess[str]
-COMMAND = [sys.executable, "-W", "error", "-c", "from lanindex.app.cli import main; main()"]
 
 
 @pytest.fixture
@@ -23,12 +20,10 @@ def place(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str, text: bytes = b"", code: int = 0) -> Done:
-        done = subprocess.run(
-            [*COMMAND, *words], cwd=place, input=text, capture_output=True, check=False, timeout=120
-        )
+    def call(*words: str, text: bytes = b"", code: int = 0) -> command.Done:
+        done = command.run(*words, cwd=place, text=text)
         assert done.returncode == code, done.stderr
-        return Done(done.args, code, done.stdout.decode(), done.stderr.decode())
+        return done
 
     return call
 
@@ -117,7 +112,7 @@ class TestExport:
 
     def test_closed_standard_input_holds_no_hits(self, run, place: Path) -> None:
         run("ingest", "in")
-        words = [*COMMAND, "export", "-", "-o", "out"]
+        words = [*command.COMMAND, "export", "-", "-o", "out"]
         done = subprocess.run(
             ["sh", "-c", 'exec "$@" <&-', "sh", *words],
             cwd=place,

@@ -1,15 +1,11 @@
 """Pipes, patterns in files and pasted scores, as they are typed."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
+import command
 import pytest
 from dances import BOW, RAISE, dance
-
-COMMAND = [sys.executable, "-W", "error", "-m", "lanindex"]
 
 
 @pytest.fixture(scope="module")
@@ -25,11 +21,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def called(place: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    env = {**os.environ, "NO_COLOR": "1"}
-    return subprocess.run(
-        [*COMMAND, *words], cwd=place, capture_output=True, text=True, env=env, check=False
-    )
+def called(place: Path, *words: str) -> command.Done:
+    return command.run(*words, cwd=place)
 
 
 def test_counts_are_a_table(place: Path) -> None:

@@ -1,16 +1,13 @@
 """``play`` as a user types it."""
 
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
+import command
 import pytest
 from dances import RAISE, dance
 from films import seen
-
-MAIN = "from lanindex.app.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
@@ -19,24 +16,13 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "raise.lnd").write_text(RAISE)
     dance(folder / "raise.bvh")
     (folder / "empty.lnd").write_text("#unit1\n")
-    assert caller(folder)("ingest", "raise.bvh").returncode == 0
+    assert command.run("ingest", "raise.bvh", cwd=folder).returncode == 0
     return folder
-
-
-def caller(place: Path):
-    def call(*words: str, given: str | None = None) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
-        env = {**os.environ, "NO_COLOR": "1"}
-        return subprocess.run(
-            command, cwd=place, input=given, capture_output=True, text=True, env=env, check=False
-        )
-
-    return call
 
 
 @pytest.fixture
 def run(place: Path):
-    return caller(place)
+    return partial(command.run, cwd=place)
 
 
 def test_a_score_is_carried_out(run, place: Path) -> None:
@@ -62,7 +48,7 @@ def test_a_capture_of_the_library_is_played_as_its_file_is(run, place: Path) -> 
 def test_a_hit_is_played(run, place: Path) -> None:
     line = run("search", "r_arm mid", "--limit", "1", "--json").stdout.splitlines()[0]
     hit = json.loads(line)
-    done = run("play", "-", "-o", "hit.gif", given=line)
+    done = run("play", "-", "-o", "hit.gif", text=line)
     assert done.returncode == 0, done.stderr
     played = seen((place / "hit.gif").read_bytes(), "gif")
     assert played.seconds == pytest.approx(hit["end"] - hit["start"], abs=0.05)

@@ -1,15 +1,12 @@
 """``search --preview`` as a user types it."""
 
 import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
+import command
 import pytest
 from dances import BOW, RAISE, dance
-
-MAIN = "from lanindex.app.cli import main; main()"
-COMMAND = [sys.executable, "-W", "error", "-c", MAIN]
 
 
 @pytest.fixture(scope="module")
@@ -19,24 +16,15 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "raise.lnd").write_text(RAISE)
     dance(folder / "bow.bvh", BOW)
     dance(folder / "lost.bvh")
-    subprocess.run(
-        [*COMMAND, "ingest", "raise.bvh", "raise.lnd", "bow.bvh", "lost.bvh", "-q"],
-        cwd=folder,
-        check=True,
-    )
+    words = ("ingest", "raise.bvh", "raise.lnd", "bow.bvh", "lost.bvh", "-q")
+    assert command.run(*words, cwd=folder).returncode == 0
     (folder / "lost.bvh").unlink()
     return folder
 
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str) -> subprocess.CompletedProcess[str]:
-        env = {**os.environ, "NO_COLOR": "1"}
-        return subprocess.run(
-            [*COMMAND, *words], cwd=place, capture_output=True, text=True, env=env, check=False
-        )
-
-    return call
+    return partial(command.run, cwd=place)
 
 
 def test_hits_are_shown_in_a_file(run, place: Path) -> None:

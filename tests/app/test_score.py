@@ -1,12 +1,13 @@
 """``score`` as a user types it."""
 
 import json
-import os
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
+import command
 import pytest
 from dances import RAISE, dance
 
@@ -27,14 +28,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str, given: str | None = None) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
-        env = {**os.environ, "NO_COLOR": "1"}
-        return subprocess.run(
-            command, cwd=place, input=given, capture_output=True, text=True, env=env, check=False
-        )
-
-    return call
+    return partial(command.run, cwd=place)
 
 
 def parts_in(text: str) -> set[str]:
@@ -81,14 +75,14 @@ def test_a_hit_is_drawn_with_its_symbols_marked(run) -> None:
     assert run("ingest", "raise.bvh").returncode == 0
     line = run("search", "r_arm high", "--json", "--limit", "1").stdout
     assert line.count("\n") == 1
-    drawn = run("score", "-", "-o", "-", given=line)
+    drawn = run("score", "-", "-o", "-", text=line)
     assert drawn.returncode == 0, drawn.stderr
     assert drawn.stdout.count('fill-opacity=".3"') == 1
     begin, end = (json.loads(line)[key] for key in ("start_frame", "end_frame"))
     stretch = run("score", f"raise.bvh:{begin}-{end}", "-o", "-")
     assert parts_in(stretch.stdout) == parts_in(drawn.stdout)
     assert f"<title>raise.bvh:{begin}-{end}</title>" in stretch.stdout
-    several = run("score", "-", "-o", "-", given=2 * line)
+    several = run("score", "-", "-o", "-", text=2 * line)
     assert "standard input: 2 lines, wanted one hit" in several.stderr
 
 

@@ -1,14 +1,10 @@
 """A search that finds nothing says why, and what would be found."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
+import command
 import pytest
 from dances import BOW, dance
-
-COMMAND = [sys.executable, "-W", "error", "-m", "lanindex"]
 
 
 @pytest.fixture(scope="module")
@@ -20,11 +16,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def called(place: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    env = {**os.environ, "NO_COLOR": "1"}
-    return subprocess.run(
-        [*COMMAND, *words], cwd=place, capture_output=True, text=True, env=env, check=False
-    )
+def called(place: Path, *words: str) -> command.Done:
+    return command.run(*words, cwd=place)
 
 
 def test_the_nearest_pattern_is_offered(place: Path) -> None:

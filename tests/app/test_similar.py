@@ -1,18 +1,15 @@
 """``similar`` and ``motifs`` as a user types them."""
 
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
+import command
 import pytest
+from command import screen, shown
 from dances import BOW, RAISE, dance
-from terminal import screen, written
 
 from lanindex.pipeline import open_library
-
-MAIN = "from lanindex.app.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
@@ -29,14 +26,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str, main: str = MAIN) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-W", "error", "-c", main, *words]
-        env = {**os.environ, "NO_COLOR": "1", "LANINDEX_DB": "own.db"}
-        return subprocess.run(
-            command, cwd=place, capture_output=True, text=True, env=env, check=False
-        )
-
-    return call
+    return partial(command.run, cwd=place, env={"LANINDEX_DB": "own.db"})
 
 
 def test_groups_are_told(run, place: Path) -> None:
@@ -48,10 +38,9 @@ def test_groups_are_told(run, place: Path) -> None:
     assert done.stderr == "1 group of 3 captures; 1 capture like no other\n"
     piped = [line.split("\t") for line in run("similar").stdout.splitlines()]
     assert [line[0] for line in piped] == ["captures", "2", "1"]
-    command = f'{sys.executable} -c "{MAIN}" similar --db own.db'
-    shown = screen(written(command, place)).splitlines()
-    assert shown[0].split()[:2] == ["captures", "alike"]
-    assert len(shown) == 3  # a capture by itself is counted only
+    lines = screen(shown("similar", "--db", "own.db", cwd=place)).splitlines()
+    assert lines[0].split()[:2] == ["captures", "alike"]
+    assert len(lines) == 3  # a capture by itself is counted only
 
 
 def test_motifs_are_told(run, place: Path) -> None:
@@ -67,21 +56,20 @@ def test_motifs_are_told(run, place: Path) -> None:
         assert motif["hits"] == len(hits)
     piped = run(*words).stdout.splitlines()
     assert [line.split("\t")[2] for line in piped] == [motif["pattern"] for motif in motifs]
-    command = f'{sys.executable} -c "{MAIN}" {" ".join(words)} --limit 1 --db own.db'
-    shown = screen(written(command, place)).splitlines()
-    assert shown[0] == motifs[0]["pattern"]
-    assert shown[1].strip().startswith(f"{motifs[0]['hits']} hits in ")
-    assert "are shown, --limit shows more" in shown[2]
+    lines = screen(shown(*words, "--limit", "1", "--db", "own.db", cwd=place)).splitlines()
+    assert lines[0] == motifs[0]["pattern"]
+    assert lines[1].strip().startswith(f"{motifs[0]['hits']} hits in ")
+    assert "are shown, --limit shows more" in lines[2]
 
 
-def test_a_sample_says_so(run) -> None:
-    small = "import lanindex.pipeline.{0} as verb; verb.SAMPLE = 2; " + MAIN
+def test_a_sample_says_so(run, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = {
         "similar": ["similar"],
         "motifs": ["motifs", "--min-count", "2", "--length", "2", "--part", "r_arm"],
     }
     for verb, words in asked.items():
-        done = run(*words, "--json", main=small.format(verb))
+        monkeypatch.setattr(f"lanindex.pipeline.{verb}.SAMPLE", 2)
+        done = run(*words, "--json")
         assert done.stderr.startswith("2 of 3 captures, taken at random, were "), done.stderr
         assert "--all " in done.stderr
         assert "in 2 captures" in done.stderr or "of 2 captures" in done.stderr
@@ -90,7 +78,7 @@ def test_a_sample_says_so(run) -> None:
         assert {(line["sampled"], line["of"]) for line in lines} == (
             {(2, 3)} if verb == "similar" else set()
         )
-        every = run(*words, "--all", "--json", main=small.format(verb))
+        every = run(*words, "--all", "--json")
         assert "taken at random" not in every.stderr
         lines = [json.loads(line) for line in every.stdout.splitlines()]
         assert {(line["sampled"], line["of"]) for line in lines} == {(3, 3)}

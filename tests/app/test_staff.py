@@ -1,16 +1,12 @@
 """``show --staff`` and ``search --context`` as a user types them."""
 
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
+import command
 import pytest
+from command import shown
 from dances import BOW, dance
-from terminal import written
-
-MAIN = "from lanindex.app.cli import main; main()"
-COMMAND = [sys.executable, "-W", "error", "-c", MAIN]
 
 
 @pytest.fixture(scope="module")
@@ -20,19 +16,13 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "bow.lnd").write_text(BOW)
     (folder / "empty.lnd").write_text("#unit1\n")
     files = sorted(path.name for path in folder.iterdir())
-    subprocess.run([*COMMAND, "ingest", *files, "-q"], cwd=folder, check=True)
+    assert command.run("ingest", *files, "-q", cwd=folder).returncode == 0
     return folder
 
 
 @pytest.fixture
 def run(place: Path):
-    def call(*words: str, **env: str) -> subprocess.CompletedProcess[str]:
-        env = {**os.environ, "NO_COLOR": "1", **env}
-        return subprocess.run(
-            [*COMMAND, *words], cwd=place, capture_output=True, text=True, env=env, check=False
-        )
-
-    return call
+    return partial(command.run, cwd=place)
 
 
 def test_a_capture_is_shown_as_a_staff(run) -> None:
@@ -72,18 +62,19 @@ def test_hits_stand_in_their_surroundings(run) -> None:
 
 
 def test_a_staff_fits_the_terminal(place: Path) -> None:
-    wide = written([*COMMAND, "show", "raise.bvh", "--staff"], place, columns=200)
+    wide = shown("show", "raise.bvh", "--staff", cwd=place, columns=200)
     assert "no room for" not in wide
-    narrow = written([*COMMAND, "show", "raise.bvh", "--staff", "-q"], place, columns=30)
+    narrow = shown("show", "raise.bvh", "--staff", "-q", cwd=place, columns=30)
     assert "no room for" in narrow
     assert max(map(len, narrow.splitlines())) <= 30
-    found = written([*COMMAND, "search", "r_arm high", "--context", "0"], place, columns=60)
+    found = shown("search", "r_arm high", "--context", "0", cwd=place, columns=60)
     assert "»□▲" in found
     assert found.startswith("raise.bvh\n")
 
 
-def test_where_there_is_no_unicode_there_are_letters(run) -> None:
-    done = run("show", "bow.lnd", "--staff", PYTHONIOENCODING="ascii")
+def test_where_there_is_no_unicode_there_are_letters(place: Path) -> None:
+    ascii = {"PYTHONIOENCODING": "ascii"}
+    done = command.start("show", "bow.lnd", "--staff", cwd=place, env=ascii)
     assert done.stdout.isascii()
     assert "\\u" not in done.stdout + done.stderr
     assert "       oL\n" in done.stdout

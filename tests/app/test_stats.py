@@ -1,15 +1,12 @@
 """``stats`` as a user types it."""
 
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
+import command
 import pytest
 from dances import BOW, RAISE, dance
-
-MAIN = "from lanindex.app.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
@@ -26,15 +23,9 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def run(place: Path):
-    def call(*words: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-W", "error", "-c", MAIN, *words]
-        env = {**os.environ, "NO_COLOR": "1", "DISPLAY": ""}
-        return subprocess.run(
-            command, cwd=place, capture_output=True, text=True, env=env, check=False
-        )
-
-    assert call("ingest", ".", "--labels", "labels.csv").returncode == 0
-    return call
+    run = partial(command.run, cwd=place, env={"DISPLAY": ""})
+    assert run("ingest", ".", "--labels", "labels.csv").returncode == 0
+    return run
 
 
 def test_movement_is_told_and_drawn(run, place: Path) -> None:

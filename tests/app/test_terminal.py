@@ -1,15 +1,13 @@
 """What people see: nothing of a file can steer their terminal, and lines fit it."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
+import command
 import pytest
+from command import screen, shown, start, start_on_terminal
 from dances import BOW, dance
-from terminal import screen, written
 
 from lanindex.app import columns, output
 from lanindex.app.output import ESCAPED, Output, escaped, say_error
@@ -17,7 +15,6 @@ from lanindex.errors import PatternError, UsageError
 
 EVIL = "esc\x1b[31m\x07\x7f\x9b1m\u202e\u2066\u200f\u061c\u2028.bvh"
 STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
-COMMAND = [sys.executable, "-W", "error", "-m", "lanindex"]
 
 
 @pytest.fixture(scope="module")
@@ -32,16 +29,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def called(place: Path, *words: str, **env: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *words],
-        cwd=place,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        errors="surrogateescape",
-        env={**os.environ, **env},
-    )
+def called(place: Path, *words: str) -> command.Done:
+    return command.run(*words, cwd=place)
 
 
 @pytest.mark.parametrize(
@@ -69,16 +58,16 @@ def test_nothing_of_a_file_steers_a_terminal(place: Path, words: list[str], said
     done = called(place, *words)
     assert said in done.stdout + done.stderr
     assert STEERING.findall(done.stdout + done.stderr) == []
-    seen = re.sub(r"\x1b\[(\d*[AK]|\?25[lh])|\r", "", written([*COMMAND, *words], place))
+    seen = re.sub(r"\x1b\[(\d*[AK]|\?25[lh])|\r", "", shown(*words, cwd=place))
     assert STEERING.findall(seen) == []
 
 
 def test_colours_of_our_own_stay(place: Path) -> None:
     seen = called(place, "search", "r_arm place low", "--color", "always").stdout
     assert "\x1b" not in seen  # rows of a pipe are records
-    shown = written([*COMMAND, "search", "r_arm place low"], place, NO_COLOR="")
-    assert shown.startswith("\x1b[35ma/esc\\x1b[31m\\x07\\x7f\\x9b1m")
-    assert "\x1b[2m\\x1b]0;title\\x07\x1b[0m" in shown
+    seen = shown("search", "r_arm place low", cwd=place, NO_COLOR="")
+    assert seen.startswith("\x1b[35ma/esc\\x1b[31m\\x07\\x7f\\x9b1m")
+    assert "\x1b[2m\\x1b]0;title\\x07\x1b[0m" in seen
 
 
 def test_json_stays_json(place: Path) -> None:
@@ -91,7 +80,7 @@ def test_json_stays_json(place: Path) -> None:
 
 
 def test_json_is_read_back_where_the_output_knows_no_unicode(place: Path) -> None:
-    done = called(place, "list", "--json", PYTHONIOENCODING="latin-1")
+    done = start("list", "--json", cwd=place, env={"PYTHONIOENCODING": "latin-1"})
     paths = [json.loads(line)["capture"] for line in done.stdout.splitlines()]
     assert "a/" + "歩く" * 20 + ".bvh" in paths
 
@@ -145,21 +134,21 @@ class TestWidth:
         ],
     )
     def test_lines_fit(self, place: Path, words: list[str], wide: int) -> None:
-        head, *lines = screen(written([*COMMAND, *words], place, wide)).splitlines()
+        head, *lines = screen(shown(*words, cwd=place, columns=wide)).splitlines()
         assert lines
         for line in lines:
             assert columns.width(line) <= wide, (head, line)
 
     def test_hits_hang_below_their_symbols(self, place: Path) -> None:
         pattern = "r_arm any -> any"
-        lines = screen(written([*COMMAND, "search", pattern], place, 64)).splitlines()
+        lines = screen(shown("search", pattern, cwd=place, columns=64)).splitlines()
         begin = next(line.index("r_arm") for line in lines if " fit " in line)
         hanging = [line for line in lines if line.startswith(" " * begin)]
         assert hanging
         assert max(columns.width(line) for line in lines if " fit " in line) <= 64
 
     def test_long_paths_are_cut_in_the_middle(self, place: Path) -> None:
-        seen = screen(written([*COMMAND, "list"], place, 80))
+        seen = screen(shown("list", cwd=place, columns=80))
         assert re.search(r"a/longlong\w*…\w*/bow\.bvh", seen)
         assert re.search(r"a/(歩く)+歩?…く?(歩く)+\.bvh", seen)
 
@@ -175,7 +164,7 @@ class TestWidth:
 
 class TestProgress:
     def test_it_is_shown_and_gone_in_the_end(self, place: Path) -> None:
-        text = written([*COMMAND, "ingest", "a", "--force"], place)
+        text = start_on_terminal([*command.COMMAND, "ingest", "a", "--force"], place)
         assert re.search(r"[1-4]/4 files", text)
         assert "?25h" in text[text.rindex("?25l") :]  # the cursor is there again
         lines = screen(text).splitlines()
@@ -185,13 +174,13 @@ class TestProgress:
 
     @pytest.mark.parametrize("words", [["-q"], ["--json"]])
     def test_records_stand_on_lines_of_their_own(self, place: Path, words: list[str]) -> None:
-        seen = screen(written([*COMMAND, "ingest", "a", "--force", *words], place))
+        seen = screen(shown("ingest", "a", "--force", *words, cwd=place))
         assert "/4" not in seen
         assert seen.count('"status"') == (4 if words == ["--json"] else 0)
 
     def test_no_bar_where_nobody_can_see_it(self, place: Path) -> None:
         assert "\x1b" not in called(place, "ingest", "a", "--force").stderr
-        assert "/4" not in written([*COMMAND, "ingest", "a", "--force"], place, TERM="dumb")
+        assert "/4" not in shown("ingest", "a", "--force", cwd=place, TERM="dumb")
 
     def test_a_job_that_breaks_off_leaves_no_bar(self, monkeypatch: pytest.MonkeyPatch) -> None:
         class Bar:
