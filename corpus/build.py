@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.draw import draw
-from lanindex.draw.render import rendered
+from lanindex.draw.svg import rendered
 from lanindex.formats import bvh
 from lanindex.notation import lnd
 from lanindex.perform import perform

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from lanindex.alphabet import KINDS, TRACKS, kind_of
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
-from lanindex.model.steps import STEP
+from lanindex.model.derived import STEP
 
 SECONDS = 0.1
 """How far apart symbols may begin or end that are at the same time."""

@@ -8,7 +8,7 @@ from fractions import Fraction
 from lanindex.alphabet import BENDS, DEGREES_BENT, DIRECTION_CODES, LEVEL_CODES
 from lanindex.encode.timing import quantise
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.bends import bending, stretching, with_bends
+from lanindex.model.derived import bending, stretching, with_bends
 from lanindex.model.symbol import blank
 
 RATE = 60

@@ -8,7 +8,7 @@ import numpy as np
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
-from lanindex.perform.reach import FOLDED, direction
+from lanindex.perform.limbs import FOLDED, direction
 
 FRAMES = 60
 """Frames a second."""

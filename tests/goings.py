@@ -19,7 +19,7 @@ from lanindex.alphabet import (
 from lanindex.encode.timing import quantise
 from lanindex.model import Meter, Score, Span, Symbol, Track
 from lanindex.model.symbol import blank
-from lanindex.perform.going import WEIGHT
+from lanindex.perform.travel import WEIGHT
 
 RATE = 60
 LEADS = {"r": "l", "l": "r"}

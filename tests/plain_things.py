@@ -5,7 +5,7 @@ from fractions import Fraction
 from itertools import product
 
 from lanindex.alphabet import CARRIERS, DIRECTIONS, FEET, LEVELS, TOUCHED
-from lanindex.model.measures import LIMITS
+from lanindex.model.columns import LIMITS
 from lanindex.search.language.query import meaning
 from lanindex.search.language.times import Clock
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, kind_of
 from lanindex.model import Capture, Meter, Score, Span, Track
-from lanindex.model.bends import with_bends
+from lanindex.model.derived import with_bends
 from lanindex.model.symbol import blank
 from lanindex.search.hits import Hits
 from lanindex.search.stages import Counted, Counts

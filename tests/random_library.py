@@ -6,7 +6,7 @@ from random import Random
 
 from lanindex.alphabet import DIRECTION_CODES, KINDS, Kind, is_limb, kind_of
 from lanindex.model import Capture, Meter, Span, Track
-from lanindex.model.bends import with_bends
+from lanindex.model.derived import with_bends
 from lanindex.model.symbol import blank
 
 PARTS = ("r_arm", "l_arm", "head")

@@ -6,8 +6,8 @@ import random
 
 from lanindex.alphabet import CARRIERS, DIRECTIONS
 from lanindex.model import Score
-from lanindex.perform.going import WEIGHT
 from lanindex.perform.resting import OTHER
+from lanindex.perform.travel import WEIGHT
 from tests.goings import RATE, Draft, score_of
 
 TRACKS = (OTHER, *WEIGHT)

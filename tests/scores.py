@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from lanindex.alphabet import DIRECTION_CODES, KINDS, PARTS, is_limb, kind_of
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
-from lanindex.model.bends import with_bends
-from lanindex.model.steps import with_steps
+from lanindex.model.derived import with_bends, with_steps
 from lanindex.model.symbol import blank
 
 METERS = st.builds(

@@ -6,7 +6,7 @@ from made_motion import motion_of, swung
 
 import lanindex
 from lanindex.film.figure import figure
-from lanindex.film.shot import Shots
+from lanindex.film.hits import Shots
 from lanindex.model import Capture, Hit, Score, Span
 
 BODY = swung(1, 240, Fraction(60), 0.0)

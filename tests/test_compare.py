@@ -13,7 +13,7 @@ import lanindex
 from lanindex.compare import DEGREES, Comparison, compare
 from lanindex.errors import UsageError
 from lanindex.model import Score, Span
-from lanindex.model.steps import STEP
+from lanindex.model.derived import STEP
 from lanindex.model.symbol import SYMBOL
 
 

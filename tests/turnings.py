@@ -7,7 +7,7 @@ import random
 from lanindex import read_lnd
 from lanindex.alphabet import DIRECTIONS, kind_of
 from lanindex.model import Score
-from lanindex.perform.turning import TURNED
+from lanindex.perform.limbs import TURNED
 
 DEGREES = {"torso_twist": (40, 75), "head_turn": (40, 80), "torso_incline": (20, 50),
            "head_incline": (20, 40)}  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from lanindex import records
 from lanindex.app.columns import room, wrapped
 from lanindex.app.output import Output
-from lanindex.model.hit import in_words
+from lanindex.model.capture import in_words
 
 if TYPE_CHECKING:
     from lanindex.model import Hit, Symbol

@@ -27,7 +27,7 @@ LARGE = 100_000_000
 _SHOWN = {
     ("lanindex.model.score", "Score"): "of_score",
     ("lanindex.model.motion", "Motion"): "of_motion",
-    ("lanindex.model.hit", "Hit"): "of_hit",
+    ("lanindex.model.capture", "Hit"): "of_hit",
     ("lanindex.search.hits", "Hits"): "of_hits",
 }
 
@@ -147,7 +147,7 @@ def _poses(body: Figure, start: int, stop: int, parts: Iterable[str]) -> str:
     """Return poses of a stretch side by side, bones of parts coloured; what is unknown is left."""
     import numpy as np
 
-    from lanindex.film.view import view
+    from lanindex.film.figure import view
 
     tracks = list(parts)
     frames = np.unique(np.linspace(start, max(stop - 1, start), POSES).round().astype(int))

@@ -18,8 +18,7 @@ Tracks = dict[str, "Track"]
 
 def staff_of(out: Output, capture: Capture, tracks: Tracks) -> Staff:
     """Return a capture's staff, in characters that standard output has."""
-    from lanindex.draw.characters import ASCII, UNICODE
-    from lanindex.draw.text import Staff
+    from lanindex.draw.text import ASCII, UNICODE, Staff
     from lanindex.model import Score
 
     score = Score(capture.rate, capture.frames, capture.meter, tracks)

@@ -1,7 +1,7 @@
 """A score as a picture: a staff of Labanotation, time upwards.
 
 Nothing here knows a file or a table: `draw` makes a `Picture` of a `Score`, `lanindex.draw.svg`
-writes it, `lanindex.draw.render` makes an image of that.
+writes it, `lanindex.draw.svg` makes an image of that.
 """
 
 from __future__ import annotations

@@ -1,16 +1,185 @@
-"""Where time lies on paper: staves that stand side by side, each upwards."""
+"""Where things stand on the paper: columns of tracks, counts of time, staves."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import floor
 
-from lanindex.draw.clock import Clock
-from lanindex.draw.columns import Columns
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import kind_of
 from lanindex.draw.picture import C
+from lanindex.model import Score
+from lanindex.model.derived import STEP
+
+PITCH = round(1.2 * C)
+"""From one column to the next."""
+
+NARROW = round(0.8 * C)
+"""The same, where signs are narrow."""
+
+_INSIDE = (
+    ("r_support", "l_support"),
+    ("r_leg", "l_leg"),
+    ("r_thigh", "l_thigh"),
+    ("r_shank", "l_shank"),
+    ("r_foot", "l_foot"),
+    ("r_leg_bend", "l_leg_bend"),
+)
+_OUTSIDE = (
+    ("torso", "torso_twist"),
+    ("r_arm", "l_arm"),
+    ("r_upper_arm", "l_upper_arm"),
+    ("r_forearm", "l_forearm"),
+    ("r_arm_bend", "l_arm_bend"),
+    ("r_hand", "l_hand"),
+    ("r_palm", "l_palm"),
+    ("head", "torso_incline"),
+    ("head_turn", "other_support"),
+    ("head_incline", ""),
+    ("body_turn", ""),
+    ("body_travel", ""),
+)
+"""Tracks to the right and to the left of the centre, from it outwards."""
+
+_ALWAYS = 2
+"""StaffColumns inside the staff's lines, each side, whatever the score has."""
+
+BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
+"""Tracks that have no column: they are drawn across those of others."""
+
+STANCES = frozenset({"r_stance", "l_stance"})
+"""Tracks that are drawn as holds."""
+
+_FINER = {"leg": ("thigh", "shank", "foot"), "arm": ("upper_arm", "forearm")}
+"""Limbs in one, and what is drawn instead where a score has no such track."""
+
+_TOUCHED = {
+    "hand": ("hand", "palm", "forearm", "arm", "upper_arm"),
+    "head": ("head",),
+    "trunk": ("torso",),
+    "arm": ("arm", "upper_arm", "forearm"),
+    "thigh": ("thigh", "leg", "support"),
+    "knee": ("leg", "shank", "support"),
+    "shank": ("shank", "leg", "support"),
+    "foot": ("foot", "support", "leg"),
+}
+"""What can be touched, and the columns that stand for it, the best first."""
+
+
+@dataclass(frozen=True, slots=True)
+class StaffColumns:
+    """The columns of a staff."""
+
+    # By track, the middle of its column, counted from the centre line, units
+    places: dict[str, int]
+    inner: int  # From the centre to the staff's outer lines
+    left: int  # From the centre to the end of the columns on either side
+    right: int
+
+    def touched(self, part: str, thing: str) -> tuple[int, int]:
+        """Return from where to where a bow goes: from a hand to what it touches."""
+        sides = ("l_", "r_") if part == "hands_touch" else (part[:2],)
+        own = [self._place(side, "hand") for side in sides]
+        other = own[-1] if part == "hands_touch" else self._other(part[:2], thing)
+        start, stop = sorted((own[0], other))
+        return (start, stop) if stop - start >= PITCH else (start - PITCH // 2, stop + PITCH // 2)
+
+    def _other(self, side: str, thing: str) -> int:
+        across = {"r_": "l_", "l_": "r_"}[side] if thing == "arm" else side
+        return self._place(across, thing)
+
+    def _place(self, side: str, thing: str) -> int:
+        for group in _TOUCHED[thing]:
+            for part in (side + group, group):
+                if part in self.places:
+                    return self.places[part]
+        return self.right if side == "r_" else -self.left
+
+
+def usual_tracks(tracks: Collection[str]) -> list[str]:
+    """Return which tracks are drawn where nobody asks for some: the finer ones are not."""
+    hidden = {
+        side + bone
+        for limb, bones in _FINER.items()
+        for side in ("r_", "l_")
+        for bone in bones
+        if side + limb in tracks
+    }
+    return [part for part in tracks if part != STEP and part not in hidden]
+
+
+def has_column(part: str) -> bool:
+    """Return whether there is a place for a track on a staff."""
+    return part in BESIDE or part in STANCES or any(part in pair for pair in (*_INSIDE, *_OUTSIDE))
+
+
+def staff_columns(parts: Iterable[str]) -> StaffColumns:
+    """Return where the columns of some tracks stand."""
+    wanted, places = set(parts), dict[str, int]()
+    at = inner = ends_left = ends_right = 0
+    inside = [pair for rank, pair in enumerate(_INSIDE) if rank < _ALWAYS or wanted & {*pair}]
+    outside = [pair for pair in _OUTSIDE if wanted & {*pair}]
+    for number, (right, left) in enumerate([*inside, *outside]):
+        wide = NARROW if kind_of(right) == "bend" else PITCH
+        places |= {right: at + wide // 2, left: -at - wide // 2}
+        at += wide
+        inner = at if number + 1 == len(inside) else inner
+        ends_left = at if left in wanted else ends_left
+        ends_right = at if right in wanted else ends_right
+    own = {part: x for part, x in places.items() if part in wanted}
+    return StaffColumns(own, inner, max(inner, ends_left), max(inner, ends_right))
+
+
+FIVE = 5
+"""Seconds in what stands for a bar where seconds are counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class TimeAxis:
+    """How time becomes a count."""
+
+    score: Score  # Whose
+    seconds: bool  # Whether seconds are counted, and not beats
+
+    @property
+    def bar(self) -> int:
+        """Counts in a bar."""
+        return FIVE if self.seconds else self.score.meter.beats
+
+    def symbols(self, rows: NDArray[np.void]) -> tuple[list[float], list[float]]:
+        """Return at which count some rows begin and end."""
+        if self.seconds:
+            rate = float(self.score.rate)
+            return (rows["start"] / rate).tolist(), (rows["stop"] / rate).tolist()
+        beats = self.score.meter.beats / self.score.meter.division
+        return (rows["tick"] * beats).tolist(), ((rows["tick"] + rows["ticks"]) * beats).tolist()
+
+    def at(self, seconds: float) -> float:
+        """Return the count at a time; where beats are uneven, from the symbols around it."""
+        if self.seconds:
+            return seconds
+        score, meter = self.score, self.score.meter
+        rows = [track.symbols for track in score.tracks.values()]
+        frames = np.concatenate([[0], *(it[name] for it in rows for name in ("start", "stop"))])
+        ticks = np.concatenate(
+            [[0], *(part for it in rows for part in (it["tick"], it["tick"] + it["ticks"]))]
+        )
+        frames, first = np.unique(frames, return_index=True)
+        ticks, frame = np.maximum.accumulate(ticks[first]), seconds * float(score.rate)
+        rate = float(meter.tick_rate / score.rate)
+        past = max(frame - float(frames[-1]), 0.0) * rate
+        return float((np.interp(frame, frames, ticks) + past) * meter.beats / meter.division)
+
+    def number(self, count: float) -> str:
+        """Return what stands beside a bar that begins at a count: its number, or the second."""
+        bar = floor(count / self.bar + 1e-9)
+        return str(bar * FIVE) if self.seconds else str(bar + 1)
+
 
 BEAT = round(3.5 * C)
 """Height of a beat, or of a second, where nothing else is asked for."""
@@ -45,14 +214,14 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class PageLayout:
     """Staves on paper."""
 
     start: float  # Counts that the staves begin and end with
     stop: float
     # Heights above the beginning at which the staves begin, and the last one ends
     edges: tuple[int, ...]
-    columns: Columns  # Of each staff
+    columns: StaffColumns  # Of each staff
     tallest: int  # Height of the tallest staff
     score: int = 0  # Which of how many scores that share the paper, staff beside staff
     scores: int = 1
@@ -105,9 +274,14 @@ class Layout:
                 yield Piece(self.centre(staff), y, start - low, stop - low)
 
 
-def laid_out(
-    clock: Clock, start: float, stop: float, bars: int | None, own: Columns, beat: int = BEAT
-) -> Layout:
+def page_layout(
+    clock: TimeAxis,
+    start: float,
+    stop: float,
+    bars: int | None,
+    own: StaffColumns,
+    beat: int = BEAT,
+) -> PageLayout:
     """Return staves of so many bars each, or one long strip; `beat` is the height of a count."""
     edges = [0]
     if bars:
@@ -118,7 +292,7 @@ def laid_out(
             at += step
     edges.append(max(round((stop - start) * beat), beat))
     tallest = max(high - low for low, high in pairwise(edges))
-    return Layout(start, start + max(stop - start, 1.0), tuple(edges), own, tallest, beat=beat)
+    return PageLayout(start, start + max(stop - start, 1.0), tuple(edges), own, tallest, beat=beat)
 
 
 def apart(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:

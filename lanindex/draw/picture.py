@@ -16,7 +16,7 @@ Points = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class Polyline:
     """Some lines from point to point."""
 
     x: int  # Where their points are counted from
@@ -49,7 +49,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class MarkGroup:
     """Marks that belong together, and what they say."""
 
     marks: tuple[Mark, ...]  # What is drawn
@@ -58,7 +58,7 @@ class Group:
     data: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-Mark = Path | Circle | Text | Group
+Mark = Polyline | Circle | Text | MarkGroup
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,16 +75,16 @@ class Picture:
     staves: tuple[int, ...] = ()
     left: int = 0  # Where it begins, of a page of a larger one
 
-    def groups(self) -> list[Group]:
+    def groups(self) -> list[MarkGroup]:
         """Return the marks of symbols, in order."""
-        return [mark for mark in self.marks if isinstance(mark, Group) and mark.data]
+        return [mark for mark in self.marks if isinstance(mark, MarkGroup) and mark.data]
 
 
-def line(x: int, y: int, to_x: int, to_y: int, style: str = "") -> Path:
+def line(x: int, y: int, to_x: int, to_y: int, style: str = "") -> Polyline:
     """Return a straight line."""
-    return Path(x, y, (((0, 0), (to_x - x, to_y - y)),), style=style)
+    return Polyline(x, y, (((0, 0), (to_x - x, to_y - y)),), style=style)
 
 
-def box(x: int, y: int, width: int, height: int, style: str = "") -> Path:
+def box(x: int, y: int, width: int, height: int, style: str = "") -> Polyline:
     """Return a rectangle, from its upper left corner."""
-    return Path(x, y, (((0, 0), (width, 0), (width, height), (0, height)),), True, style)
+    return Polyline(x, y, (((0, 0), (width, 0), (width, height), (0, height)),), True, style)

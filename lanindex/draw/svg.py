@@ -1,14 +1,23 @@
-"""A picture as SVG: plain marks that every program knows, in whole numbers."""
+"""A picture as SVG, as pages of it, and as PNG or PDF."""
 
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from html import escape
+from io import BytesIO
+from pathlib import Path
+from typing import Any
 
-from lanindex.draw.picture import PIXEL, Circle, Group, Mark, Path, Picture, Points, Text
+from lanindex.draw.layout import MARGIN
+from lanindex.draw.picture import PIXEL, Circle, Mark, MarkGroup, Picture, Points, Polyline, Text
+from lanindex.errors import ExportError
 
-INK = "currentColor"
+_INK = "currentColor"
 """The colour of ink: that of the text around, so that dark pages work."""
 
 _BONE = ' stroke-width="28" stroke-linecap="round" fill="none"'
@@ -37,7 +46,7 @@ _ROOT = (
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
+def write(picture: Picture, *, scale: float = 1.0, ink: str = _INK) -> str:
     """Return a picture as SVG."""
     width, height = (f"{it / PIXEL * scale:g}" for it in (picture.width, picture.height))
     head = (
@@ -49,7 +58,7 @@ def write(picture: Picture, *, scale: float = 1.0, ink: str = INK) -> str:
     return f"{head}{_body(picture)}</svg>\n"
 
 
-def placed(picture: Picture, x: float, y: float, *, scale: float = 1.0, ink: str = INK) -> str:
+def placed(picture: Picture, x: float, y: float, *, scale: float = 1.0, ink: str = _INK) -> str:
     """Return a picture as a group of a larger one in SVG, its upper left corner at a point."""
     left = x - picture.left * scale / PIXEL
     where = f'transform="translate({left:g} {y:g}) scale({scale / PIXEL:g})"'
@@ -71,7 +80,7 @@ def text_of(text: str) -> str:
 
 def _put(mark: Mark, parts: list[str]) -> None:
     match mark:
-        case Path():
+        case Polyline():
             (x, y), drawn = mark.lines[0][0], _drawn(mark.lines, mark.closed)
             hollow = "" if mark.style or max(map(len, mark.lines)) < 3 else ' fill="none"'
             parts.append(
@@ -86,7 +95,7 @@ def _put(mark: Mark, parts: list[str]) -> None:
                 f'<text x="{mark.x}" y="{mark.y}" font-size="{mark.size}" stroke="none"'
                 f"{STYLES[mark.style]}{turned}>{text_of(mark.text)}</text>"
             )
-        case Group():
+        case MarkGroup():
             data = "".join(f' data-{name}="{text_of(it)}"' for name, it in mark.data.items())
             title = f"<title>{text_of(mark.title)}</title>" if mark.title else ""
             parts.append(f"<g{data}>{title}")
@@ -122,3 +131,116 @@ def _step(right: int, down: int) -> str:
 
 def _point(x: int, y: int) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
+
+
+RATIO = 2**0.5
+"""How much wider than tall such a sheet is (ISO 216)."""
+
+
+def pages(picture: Picture) -> list[Picture]:
+    """Return a picture cut between staves, each page as high as it."""
+    staves = picture.staves
+    if len(staves) < 2:
+        return [picture]
+    room = picture.height * RATIO - MARGIN
+    each = max(int(room // (staves[1] - staves[0])), 1)
+    firsts = staves[::each]
+    marks: list[list[Mark]] = [[] for _ in firsts]
+    for mark in picture.marks:
+        for page, own in _parted(mark, firsts):
+            marks[page].append(own)
+    ends = [*firsts[1:], picture.width]
+    return [
+        replace(
+            picture,
+            left=first - MARGIN,
+            width=end - first + MARGIN,
+            marks=tuple(own),
+            staves=staves[number * each : (number + 1) * each],
+        )
+        for number, (first, end, own) in enumerate(zip(firsts, ends, marks, strict=True))
+    ]
+
+
+def _parted(mark: Mark, firsts: tuple[int, ...]) -> Iterable[tuple[int, Mark]]:
+    """Yield what of a mark stands on which page: a symbol may stand on two."""
+    if not isinstance(mark, MarkGroup):
+        x = mark.x + (mark.lines[0][0][0] if isinstance(mark, Polyline) else 0)
+        yield max(bisect_right(firsts, x) - 1, 0), mark
+        return
+    held: dict[int, list[Mark]] = {}
+    for one in mark.marks:
+        for page, own in _parted(one, firsts):
+            held.setdefault(page, []).append(own)
+    for page, some in held.items():
+        yield page, replace(mark, marks=tuple(some))
+
+
+FORMS = ("svg", "png", "pdf")
+"""What a picture can be written as."""
+
+INK, PAPER = "#000", "#fff"
+"""Colours where no page gives them."""
+
+_FONT = "Bitstream Vera Sans"
+MOST = 100_000_000
+"""Pixels of an image, at most: it takes four bytes each, more than once."""
+
+
+def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
+    """Return a picture as a file."""
+    if form == "svg":
+        return write(picture, scale=scale).encode()
+    if form == "png":
+        pixels = picture.width * picture.height * (scale / PIXEL) ** 2
+        if pixels > MOST:
+            remedy = "Take --from and --to, or a smaller --scale; SVG has no such limit."
+            found = f"a picture of {pixels / 1e6:,.0f} million pixels"
+            raise ExportError(found, wanted=f"{MOST / 1e6:,.0f} at most", remedy=remedy)
+        return image(write(picture, scale=scale, ink=INK))
+    with _installed(form):
+        return _pdf(write(page, scale=scale, ink=INK) for page in pages(picture))
+
+
+def image(text: str) -> bytes:
+    """Return SVG as PNG."""
+    with _installed("png"):
+        return _png(text)
+
+
+@contextmanager
+def _installed(form: str) -> Iterator[None]:
+    """Say what is missing, and how to come by it."""
+    try:
+        yield
+    except ImportError as error:
+        remedy = "It comes with: pip install 'lanindex[pictures]'."
+        raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error
+
+
+def _png(text: str) -> bytes:
+    import reportlab
+    import resvg_py
+
+    font = Path(reportlab.__file__).parent / "fonts" / "Vera.ttf"
+    return bytes(
+        resvg_py.svg_to_bytes(
+            svg_string=text, background=PAPER, font_files=[str(font)], sans_serif_family=_FONT
+        )
+    )
+
+
+def _pdf(texts: Iterable[str]) -> bytes:
+    from reportlab.graphics import renderPDF
+    from reportlab.pdfgen.canvas import Canvas
+    from svglib.svglib import svg2rlg
+
+    content = BytesIO()
+    canvas = Canvas(content)
+    for text in texts:
+        drawing: Any = svg2rlg(BytesIO(text.encode()))
+        canvas.setPageSize((drawing.width, drawing.height))
+        renderPDF.draw(drawing, canvas, 0, 0)
+        canvas.showPage()
+    canvas.save()
+    return content.getvalue()

@@ -11,19 +11,105 @@ from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from math import inf
 from textwrap import wrap
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import KINDS, Kind, kind_of
-from lanindex.draw.characters import UNICODE, Signs, names_of
-from lanindex.draw.columns import STANCES, columns, usual
-from lanindex.draw.page import Key, keys_of
+from lanindex.alphabet import BENT, KINDS, Kind, kind_of
+from lanindex.draw.layout import STANCES, staff_columns, usual_tracks
+from lanindex.draw.staff import Key, keys_of, name_of
 from lanindex.errors import UsageError
 from lanindex.model import Score, Span, Symbol
+from lanindex.model.derived import STRETCHES, degree_of
+
+_SHORTER = {
+    **{"support": "supp", "forearm": "fore arm", "upper": "uppr", "thigh": "thgh"},
+    **{"shank": "shnk", "torso": "tors", "incline": "incl", "twist": "twst", "touch": "tch"},
+    **{"hands": "hnds", "travel": "way", "stance": "stnd", "other": "othr"},
+}
+"""Words of parts that are wider than a column."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signs:
+    """The characters of a staff."""
+
+    directions: tuple[str, ...]  # By a direction's code; what turns has others
+    turns: tuple[str, ...]
+    levels: tuple[str, ...]  # By a level's code, and last where there is none
+    bars: tuple[str, ...]
+    bends: tuple[str, str]  # To bend, to stretch
+    cell: int  # How many there are in a column, behind one for the mark
+    # Before what is marked; the staff's lines, upright, across, and where it begins and ends; rows
+    # that say nothing new; a foot that stands
+    mark: str
+    line: str
+    rule: str
+    double: str
+    fold: str
+    hold: str
+
+    @property
+    def legend(self) -> str:
+        """What the signs mean, in a line."""
+        (right, _, forward, *_, place), (low, mid, high, _) = self.directions, self.levels
+        return (
+            f"time runs down; {forward} forward, {right} right, {place} place, {high} high,"
+            f" {mid} mid, {low} low; a number: how far bent, or degrees; {self.mark} matched,"
+            f" {self.hold} stands, ? not known"
+        )
+
+    def of(self, kind: Kind, direction: int, level: int, amount: int) -> str:
+        """Return the sign of a symbol, from its codes; what is less than 0 stands for nothing."""
+        where = self.turns if kind.name in ("turn", "twist") else self.directions
+        said = where[direction] if direction >= 0 else ""
+        said += self.levels[level] if level >= 0 else ""
+        return (said + self._amount(kind, amount) if amount >= 0 else said)[: self.cell]
+
+    def _amount(self, kind: Kind, amount: int) -> str:
+        """Return an amount in as many characters as there is room for."""
+        if kind.name == "bend":
+            return f"{self.bends[amount >= STRETCHES]}{degree_of(amount)}"
+        if kind.name == "gesture":
+            return str(amount) if amount >= BENT else ""
+        if kind.amounts:
+            return kind.amount(amount)
+        return str(amount or "") if amount < 1000 else f"{amount // 360}x"
+
+
+UNICODE = Signs(
+    ("→", "↗", "↑", "↖", "←", "↙", "↓", "↘", "□"),
+    ("↻", "", "", "", "↺", "", "", "", "□"),
+    ("▼", "·", "▲", ""),
+    ("██", "▒▒", "░░", "▐▌"),
+    ("\u00d7", "И"),
+    4,
+    *("»", "│", "─", "═", "⋮", "○"),
+)
+ASCII = Signs(
+    ("r", "rf", "f", "lf", "l", "lb", "b", "rb", "o"),
+    ("r", "", "", "", "l", "", "", "", "o"),
+    ("L", "m", "H", ""),
+    ("##", "++", "::", "||"),
+    ("x", "N"),
+    5,
+    *(">", "|", "-", "=", ":", "()"),
+)
+"""What can be shown anywhere."""
+
+
+def names_of(parts: Iterable[str]) -> Iterator[list[str]]:
+    """Yield what stands above the columns of some tracks, word by word."""
+    words = []
+    for part in parts:
+        side = part[0].upper() if part[:2] in ("r_", "l_") else ""
+        own = " ".join(_SHORTER.get(word, word) for word in name_of(part).split())
+        words.append([side, *own.split()])
+    yield from (list(row) for row in zip_longest(*words, fillvalue=""))
+
 
 Line = tuple[tuple[str, str], ...]
 """Some text, piece by piece, each with its style: ``match``, ``dim``, ``place`` or none."""
@@ -158,7 +244,7 @@ class Staff:
     ) -> tuple[list[_Column], list[_Column]]:
         """Return the columns that are to be shown, and those of parts that keep still."""
         meant = {part for part, *_ in marked}
-        wanted = {*(parts or meant | ({*usual(self._rows)} - STANCES))}
+        wanted = {*(parts or meant | ({*usual_tracks(self._rows)} - STANCES))}
         drawn = [self._column(part, span, scale, marked) for part in self._rows if part in wanted]
         moving = [it for it in drawn if parts or it.keys or it.part in meant]
         return (moving, [it for it in drawn if it not in moving]) if moving else (drawn, [])
@@ -265,7 +351,7 @@ def _fitting(
 
     sorted_ = sorted(drawn, key=first)
     kept = {it.part for it in sorted_[:most]}
-    places = columns(kept).places
+    places = staff_columns(kept).places
 
     def across(column: _Column) -> float:
         side = -inf if column.part.startswith("l_") else inf
@@ -276,7 +362,7 @@ def _fitting(
 
 def _across(shown: Sequence[_Column], line: str) -> list[str]:
     """Return what stands before each column: a line of the staff, where one lies there."""
-    layout = columns([it.part for it in shown])
+    layout = staff_columns([it.part for it in shown])
     at = [layout.places.get(it.part, layout.right * (-1) ** (it.part[0] == "l")) for it in shown]
     zones = [bisect_right([-layout.inner, 0, layout.inner], x) for x in at]
     return ["", *(line * (zone != after) for zone, after in pairwise(zones))]

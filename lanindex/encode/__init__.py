@@ -82,7 +82,7 @@ def encode(
     from lanindex.encode.tempo import count
     from lanindex.encode.whole import whole
     from lanindex.model import Score, Track
-    from lanindex.model.bends import worked_out
+    from lanindex.model.derived import worked_out
     from lanindex.model.score import HEADING_RATE
 
     chosen = _profile(profile)

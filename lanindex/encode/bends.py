@@ -16,7 +16,7 @@ from lanindex.encode.curves import lulls, mean, swings
 from lanindex.encode.events import Event, table
 from lanindex.encode.onset import seen
 from lanindex.encode.profile import Profile
-from lanindex.model.bends import DEGREE, bending, stretching
+from lanindex.model.derived import DEGREE, bending, stretching
 
 SWING = 20.0
 """Degrees of angle: less is no bend, and no farther from the middle of a degree is still that."""

@@ -22,7 +22,7 @@ from lanindex.encode.onset import FAINT, PLAIN, WIDTH
 from lanindex.encode.profile import Profile
 from lanindex.encode.swings import MOVED, STEADY, Angles
 from lanindex.encode.ways import BRIEF, PAUSE, STRIDE, TURNS
-from lanindex.model.bends import DEGREE, STRETCHES
+from lanindex.model.derived import DEGREE, STRETCHES
 
 Floats = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from lanindex.encode.profile import Profile
 from lanindex.encode.timing import quantise
 from lanindex.errors import UsageError
 from lanindex.model import Meter, Motion
-from lanindex.model.steps import SUPPORTS
+from lanindex.model.derived import SUPPORTS
 from lanindex.notation.beats import AUTO, FOUND, Beats, read
 
 Floats = NDArray[np.float64]

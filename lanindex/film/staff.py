@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from io import BytesIO
 from math import floor
@@ -12,18 +13,48 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lanindex.draw import draw
-from lanindex.draw.clock import Clock
-from lanindex.draw.columns import columns, known, usual
-from lanindex.draw.layout import BEAT, MARGIN, NAMES, NUMBERS, START
-from lanindex.draw.page import settled
+from lanindex.draw.layout import (
+    BEAT,
+    MARGIN,
+    NAMES,
+    NUMBERS,
+    START,
+    TimeAxis,
+    has_column,
+    staff_columns,
+    usual_tracks,
+)
 from lanindex.draw.picture import PIXEL
-from lanindex.draw.render import rendered
-from lanindex.film.paint import PAPER
-from lanindex.film.rows import Rows
-from lanindex.model import Score, Symbol
+from lanindex.draw.staff import settled
+from lanindex.draw.svg import rendered
+from lanindex.film.scene import PAPER
+from lanindex.model import Score, Symbol, Track
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+
+class Rows:
+    """What is drawn of each track, in order."""
+
+    def __init__(self, score: Score) -> None:
+        self.score, self._held = score, {}
+        for part, track in score.tracks.items():
+            rows = track.symbols[~track.symbols["passing"]]
+            ends = np.maximum.accumulate(rows["stop"])  # when it and all before it are over
+            self._held[part] = rows, np.ascontiguousarray(rows["start"]), ends
+
+    def around(self, start: float, stop: float, parts: Collection[str] | None = None) -> Score:
+        """Return the score with the rows of a stretch alone, seconds: one more on either side."""
+        tracks, rate = {}, float(self.score.rate)
+        for part, (rows, begins, ends) in self._held.items():
+            if parts is None or part in parts:
+                first = int(np.searchsorted(ends, start * rate, "right"))
+                last = int(np.searchsorted(begins, stop * rate, "left"))
+                some = rows[max(first - 1, 0) : max(last, first) + 1]
+                tracks[part] = Track(part, some, self.score.tracks[part].known)
+        return replace(self.score, tracks=tracks)
+
 
 USUAL, LARGEST = 1.0, 1.6
 """How large symbols are drawn where all of a film has no room on one page, and at most."""
@@ -49,9 +80,9 @@ class Staff:
     ) -> None:
         there = [part for part in score.tracks if len(score.tracks[part])]
         self.score, self.start, self.stop, self.seconds = score, start, stop, seconds
-        self.parts = list(parts or (part for part in usual(there) if known(part)))
+        self.parts = list(parts or (part for part in usual_tracks(there) if has_column(part)))
         self.rate = 1.0 if seconds else float(score.meter.speed / 60)  # counts a second
-        own = columns(self.parts)
+        own = staff_columns(self.parts)
         wide = 2 * MARGIN + NUMBERS + own.left + own.right
         all_of_it = _AROUND + BEAT * max((stop - start) * self.rate, 1.0)
         fits = min(max(PIXEL * size[1] / all_of_it, USUAL), LARGEST)
@@ -102,7 +133,7 @@ class Staff:
         with Image.open(BytesIO(rendered(picture, "png", scale))) as image:
             page = Image.new("RGB", (self.width, self.height), PAPER)
             page.paste(image.convert("RGB"), (0, self.height - image.height))
-        clock = Clock(score, self.seconds)
+        clock = TimeAxis(score, self.seconds)
         times = np.linspace(start, stop, _KNOTS).tolist()
         begin = clock.at(start)
         ups = [_BELOW + (clock.at(it) - begin) * BEAT for it in times]

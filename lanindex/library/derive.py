@@ -19,9 +19,9 @@ from lanindex.model.columns import (
     gaps_of,
     has_amount,
     joined,
+    measures_of,
     roster_of,
 )
-from lanindex.model.measures import measures_of
 from lanindex.model.symbol import FIELDS
 
 BATCH = 256

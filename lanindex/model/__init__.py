@@ -4,13 +4,10 @@ All are frozen, their arrays read-only. Identity in time is an integer frame of 
 seconds exist only on screens and in JSON. Intervals are half-open: [start, stop).
 """
 
-from lanindex.model.capture import Capture
-from lanindex.model.hit import Hit
-from lanindex.model.motion import Markers, Motion, Skeleton, Source
-from lanindex.model.reading import Reading
+from lanindex.model.capture import Capture, Hit
+from lanindex.model.motion import Markers, Motion, Reading, Skeleton, Source
 from lanindex.model.score import Meter, Score, Track
-from lanindex.model.span import Span
-from lanindex.model.symbol import SYMBOL, Symbol
+from lanindex.model.symbol import SYMBOL, Span, Symbol
 
 __all__ = [
     "SYMBOL",

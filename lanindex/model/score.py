@@ -5,17 +5,49 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS, kind_of
-from lanindex.errors import EncodeError, UsageError
-from lanindex.model.arrays import frozen
-from lanindex.model.span import Span
-from lanindex.model.symbol import FIELDS, SYMBOL, Symbol, joined, listed
-from lanindex.model.tabled import arrow_of, pandas_of
+from lanindex.errors import EncodeError, LanindexError, UsageError
+from lanindex.model.symbol import FIELDS, SYMBOL, Span, Symbol, frozen, joined, listed
+
+
+def pandas_of(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a ``pandas.DataFrame``."""
+    return _library("pandas").DataFrame(columns)
+
+
+def arrow_of(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a ``pyarrow.Table``."""
+    return _library("pyarrow").table(columns)
+
+
+def frame_of(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a data frame of pandas, or else of polars."""
+    for name in ("pandas", "polars"):
+        try:
+            return import_module(name).DataFrame(columns)
+        except ModuleNotFoundError as error:
+            if error.name != name:
+                raise
+    raise LanindexError(
+        "no library of data frames is installed",
+        wanted="pandas or polars",
+        remedy="Type: pip install pandas",
+    )
+
+
+def _library(name: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError as error:
+        remedy = "It comes with: pip install 'lanindex[tables]'."
+        raise LanindexError(f"{error.name} is not installed", remedy=remedy) from error
+
 
 _COLUMNS = (
     *("direction", "level", "start_frame", "end_frame", "amount", "start", "end", "passing"),

@@ -1,9 +1,9 @@
 """A symbol, and the one table of its fields.
 
-Each field is a line of `Symbol`: what it is called and what it holds as an object, as a column of
-an array, in the library and in JSON. `SYMBOL` (the dtype of a track's rows), the library's columns,
-its view in words, its checks and the records all come from these lines; a new field is a new line
-and a migration.
+Each field is a line of `Symbol`: its name and its form as an object, as a column of an array, in
+the library and in JSON. `SYMBOL` (the dtype of a track's rows), the library's columns, its view in
+words, its checks and the records all come from these lines; a new field is a new line and a
+migration.
 
 In the library small numbers share a column, each with bits of its own: `Field.column` and
 `Field.shift` say where.
@@ -22,7 +22,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, kind_of
-from lanindex.model.span import Span
+
+
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a view of an array that cannot be written to."""
+    array = array.view()
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Span:
+    """Frames of a source, half-open, counted from 0: the first, and the one after the last."""
+
+    start: int
+    stop: int
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return self.stop - self.start
 
 
 @dataclass(frozen=True, slots=True)

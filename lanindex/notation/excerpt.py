@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.bends import with_bends
+from lanindex.model.derived import STEP, with_bends, with_steps
 from lanindex.model.score import HEADING_RATE
-from lanindex.model.steps import STEP, with_steps
 from lanindex.model.symbol import joined
 from lanindex.notation.beats import Beats, ticks_at
 from lanindex.notation.page import UNIT

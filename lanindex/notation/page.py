@@ -26,7 +26,7 @@ from lanindex.alphabet import (
 )
 from lanindex.errors import NotationError, guess, shown
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.bends import worked_out
+from lanindex.model.derived import worked_out
 from lanindex.model.symbol import blank
 from lanindex.notation.exact import DECIMAL, fraction
 

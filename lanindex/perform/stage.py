@@ -12,14 +12,28 @@ from numpy.typing import NDArray
 from lanindex.alphabet import BENDS, DIRECTION_CODES, FACING, HIGH, LOW, MID, PARTS, PLACE
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Motion, Score, Source
-from lanindex.perform.figure import Body, Limb, standard
-from lanindex.perform.going import WEIGHT, Going, going
-from lanindex.perform.laying import laid
-from lanindex.perform.palms import hold, shown
-from lanindex.perform.reach import FOLDED, UP, Cell, Reach, bent, direction, great_circle, reaches
-from lanindex.perform.resting import OTHER
-from lanindex.perform.touching import TOUCHES, touch
-from lanindex.perform.turning import TURNED, angles, head_right, leaning, twisted
+from lanindex.perform.limbs import (
+    FOLDED,
+    TOUCHES,
+    TURNED,
+    UP,
+    Cell,
+    Reach,
+    angles,
+    bent,
+    direction,
+    great_circle,
+    head_right,
+    hold,
+    leaning,
+    reaches,
+    shown,
+    touch,
+    twisted,
+)
+from lanindex.perform.resting import OTHER, laid
+from lanindex.perform.standard_body import Body, Limb, standard
+from lanindex.perform.travel import WEIGHT, Going, going
 
 Floats = NDArray[np.float64]
 

@@ -139,7 +139,7 @@ def _films(form: str | None) -> Callable[[Store, Capture], Previews] | None:
     """Return what makes films of a capture's clips, if they are asked for."""
     if form is None:
         return None
-    from lanindex.film.reel import FORMS
+    from lanindex.film.film import FORMS
     from lanindex.pipeline.playing import Previews
 
     if form not in FORMS:

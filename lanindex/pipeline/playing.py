@@ -8,8 +8,7 @@ from pathlib import Path
 
 from lanindex import formats
 from lanindex.film.figure import figure
-from lanindex.film.film import Film
-from lanindex.film.reel import RATE, RATES
+from lanindex.film.film import RATE, RATES, Film
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Span
 from lanindex.notation import NOTATIONS

@@ -14,7 +14,7 @@ from lanindex import compiled, formats
 from lanindex.errors import LanindexError, OutOfMemoryError
 from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
-from lanindex.model.reading import Reading
+from lanindex.model.motion import Reading
 from lanindex.notation import notation_of, read
 from lanindex.notation.beats import AUTO, said
 

@@ -8,18 +8,17 @@ from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
-from lanindex.draw.render import image
+from lanindex.draw.svg import image
 from lanindex.errors import LanindexError, UsageError
-from lanindex.film import page, sheet
 from lanindex.film.figure import Figure, figure
-from lanindex.film.shot import RATE, Shot, Shots
+from lanindex.film.hits import PAGE_HITS, RATE, SHEET_HITS, Shot, Shots, page, sheet
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Score
-from lanindex.model.steps import STEP
+from lanindex.model.derived import STEP
 from lanindex.pipeline.playing import stored_motion
 from lanindex.search.hits import Hits
 
-FORMS = {"png": sheet.HITS, "svg": sheet.HITS, "html": page.HITS}
+FORMS = {"png": SHEET_HITS, "svg": SHEET_HITS, "html": PAGE_HITS}
 """What hits can be shown as, and how many of them where nobody says."""
 
 Watch = Callable[[str, int, int], None]
@@ -38,7 +37,7 @@ def preview(
 ) -> Iterator[tuple[Path, bytes, list[str]]]:
     """Yield the files that show hits, and of each what cannot be seen."""
     form = form_of(path)
-    each = len(hits) if form == "html" else sheet.HITS
+    each = len(hits) if form == "html" else SHEET_HITS
     for first in range(0, len(hits), each):
         some = list(hits[first : first + each])  # each is made when it is looked at
         shots = _shots(library, some, partial(_passed, watch, first, len(hits)))
@@ -46,9 +45,9 @@ def preview(
         number = first // each + 1
         own = path if number == 1 else path.with_stem(f"{path.stem}-{number}")
         if form == "html":
-            yield own, page.page(shots, hits.pattern).encode(), troubles
+            yield own, page(shots, hits.pattern).encode(), troubles
         else:
-            text = sheet.sheet(shots, hits.pattern)
+            text = sheet(shots, hits.pattern)
             yield own, text.encode() if form == "svg" else image(text), troubles
 
 

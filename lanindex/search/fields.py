@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS, LEVEL_CODES, LEVELS, MEASURES, kind_of
 from lanindex.model import Capture, Hit, Span, Symbol
-from lanindex.model.bends import degree_of
-from lanindex.model.measures import GRADES
+from lanindex.model.columns import GRADES
+from lanindex.model.derived import degree_of
 from lanindex.search.language.clauses import (
     CLIP,
     MATCH,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from lanindex import records
 from lanindex.model import Capture, Hit, Span
-from lanindex.model.hit import in_words, readable
-from lanindex.model.tabled import arrow_of, frame_of, pandas_of
+from lanindex.model.capture import in_words, readable
+from lanindex.model.score import arrow_of, frame_of, pandas_of
 
 IntArray = NDArray[np.int64]
 

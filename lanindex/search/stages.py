@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, overload
 
 from lanindex.errors import UsageError
-from lanindex.model.hit import readable
+from lanindex.model.capture import readable
 from lanindex.search.fields import Value, is_of_span, order, value_of, value_of_span
 from lanindex.search.hits import FEW, Hits
 from lanindex.search.language.clauses import Count, First, Reference, Sort, Stage

@@ -17,8 +17,7 @@ import numpy as np
 
 import lanindex
 from lanindex.film.figure import figure
-from lanindex.film.film import Film
-from lanindex.film.reel import FORMS, RATE, RATES
+from lanindex.film.film import FORMS, RATE, RATES, Film
 from lanindex.model import Motion, Score
 
 CORPUS = Path(__file__).parents[2] / "corpus"

@@ -18,8 +18,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from lanindex import encode
 from lanindex.alphabet import BENDS, FACING
 from lanindex.perform import perform
-from lanindex.perform.going import WEIGHT
-from lanindex.perform.turning import TURNED
+from lanindex.perform.limbs import TURNED
+from lanindex.perform.travel import WEIGHT
 from tests import bends, palmings, restings, turnings
 from tests.goings import RATE, Tally, compared, drawn
 

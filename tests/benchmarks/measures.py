@@ -23,7 +23,7 @@ from lanindex.encode import encode
 from lanindex.errors import LanindexError
 from lanindex.formats import read
 from lanindex.model import Motion, Score
-from lanindex.model.measures import LIMITS
+from lanindex.model.columns import LIMITS
 
 FEWEST, FEW = 20, 5
 SHARES = (5, 20, 50, 80, 95)

@@ -8,9 +8,8 @@ import pytest
 
 import lanindex
 from lanindex.draw import draw
-from lanindex.draw.pages import RATIO, pages
-from lanindex.draw.picture import Group, Picture
-from lanindex.draw.render import rendered
+from lanindex.draw.picture import MarkGroup, Picture
+from lanindex.draw.svg import RATIO, pages, rendered
 
 
 @pytest.fixture
@@ -22,7 +21,7 @@ def picture(repository: Path) -> Picture:
 def counted(*drawn: Picture) -> Counter:
     marks = [mark for picture in drawn for mark in picture.marks]
     return Counter(
-        one for mark in marks for one in (mark.marks if isinstance(mark, Group) else (mark,))
+        one for mark in marks for one in (mark.marks if isinstance(mark, MarkGroup) else (mark,))
     )
 
 

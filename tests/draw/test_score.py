@@ -15,15 +15,24 @@ from scores import scores
 
 import lanindex
 from lanindex.alphabet import TRACKS, kind_of
-from lanindex.draw import columns as places
 from lanindex.draw import draw, svg
-from lanindex.draw.layout import MARGIN, NUMBERS, apart
-from lanindex.draw.picture import Circle, Group, Path, Text
+from lanindex.draw.layout import (
+    BESIDE,
+    MARGIN,
+    NUMBERS,
+    PITCH,
+    STANCES,
+    apart,
+    has_column,
+    staff_columns,
+    usual_tracks,
+)
+from lanindex.draw.picture import Circle, MarkGroup, Polyline, Text
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 
 SVG = "{http://www.w3.org/2000/svg}"
-DRAWN = [part for part in TRACKS if part != "step" and part not in places.STANCES]
+DRAWN = [part for part in TRACKS if part != "step" and part not in STANCES]
 
 
 def short(value: Fraction) -> str:
@@ -60,7 +69,7 @@ def read_back(text: str) -> Counter:
 
 def usual(score: Score) -> list[str]:
     there = [part for part in score.tracks if len(score.tracks[part])]
-    return [part for part in places.usual(there) if part in DRAWN]
+    return [part for part in usual_tracks(there) if part in DRAWN]
 
 
 @given(scores([*DRAWN, "tail"]), st.booleans(), st.sampled_from([None, 1]))
@@ -73,21 +82,21 @@ def test_symbols_are_read_back(score: Score, seconds: bool, bars: int | None) ->
 
 def corners(mark):
     """Return the points of a mark."""
-    if isinstance(mark, Path):
+    if isinstance(mark, Polyline):
         return [(mark.x + x, mark.y + y) for line in mark.lines for x, y in line]
     if isinstance(mark, Circle):
         return [(mark.x - mark.radius, mark.y), (mark.x + mark.radius, mark.y)]
     return [(mark.x, mark.y)] if isinstance(mark, Text) else []
 
 
-COLUMNED = [part for part in DRAWN if part not in places.BESIDE]
+COLUMNED = [part for part in DRAWN if part not in BESIDE]
 
 
 @given(scores(COLUMNED), st.sampled_from([None, 1, 4]))
 def test_symbols_stay_in_their_columns_and_apart(score: Score, bars: int | None) -> None:
     if not usual(score):
         return
-    picture, own = draw(score, bars=bars), places.columns(usual(score))
+    picture, own = draw(score, bars=bars), staff_columns(usual(score))
     wide = NUMBERS + own.left + own.right + MARGIN
     taken = defaultdict(list)
     for group in picture.groups():
@@ -96,9 +105,9 @@ def test_symbols_stay_in_their_columns_and_apart(score: Score, bars: int | None)
         for mark in group.marks:
             for x, y in corners(mark):
                 assert 0 <= y <= picture.height
-                staff, across = divmod(x - middle + places.PITCH // 2, wide)
+                staff, across = divmod(x - middle + PITCH // 2, wide)
                 assert 0 <= x <= picture.width
-                assert across <= places.PITCH
+                assert across <= PITCH
                 pieces[staff].append(y)
         for staff, ys in pieces.items():
             taken[group.data["part"], staff].append((min(ys), max(ys)))
@@ -160,7 +169,7 @@ def test_a_part_without_a_column_is_said() -> None:
 
 
 def test_every_track_has_a_place() -> None:
-    assert [part for part in TRACKS if part != "step" and not places.known(part)] == []
+    assert [part for part in TRACKS if part != "step" and not has_column(part)] == []
 
 
 def test_what_is_in_force_begins_an_excerpt() -> None:
@@ -179,7 +188,7 @@ def test_kinds_have_signs() -> None:
 
 
 def bands(picture) -> int:
-    return sum(isinstance(mark, Path) and mark.style == "band" for mark in picture.marks)
+    return sum(isinstance(mark, Polyline) and mark.style == "band" for mark in picture.marks)
 
 
 def test_a_step_that_is_marked_is_its_foot() -> None:
@@ -221,7 +230,7 @@ def test_weight_is_held_where_supports_are_silent() -> None:
         "#unit1\nsupport r_support forward mid 0 1\nsupport l_support left mid 1 2\n"
         "stance r_stance mid 1 3\nstance l_stance mid 2 4\n"
     )
-    held = [it.title for it in draw(score).marks if isinstance(it, Group) and not it.data]
+    held = [it.title for it in draw(score).marks if isinstance(it, MarkGroup) and not it.data]
     assert held == ["stands on both feet", "stands on the left foot"]
 
 
@@ -237,7 +246,7 @@ def test_a_legend_says_what_is_drawn(jumps: bool) -> None:
     lines = ["#unit1", "direction r_arm right mid 0 1", "jump jump place hop 1 2"][: 2 + jumps]
     score = lanindex.read_lnd("\n".join(lines) + "\n")
     plain, told = draw(score), draw(score, legend=True)
-    said = [mark.title for mark in told.marks[len(plain.marks) :] if isinstance(mark, Group)]
+    said = [mark.title for mark in told.marks[len(plain.marks) :] if isinstance(mark, MarkGroup)]
     assert said[:2] == ["right", "right forward"]
     assert ("is in the air" in said) == jumps
     assert told.groups() == plain.groups()  # it holds no symbols

@@ -12,8 +12,7 @@ from scores import scores
 
 import lanindex
 from lanindex.alphabet import KINDS, TRACKS, kind_of
-from lanindex.draw.characters import ASCII, UNICODE, names_of
-from lanindex.draw.text import Staff
+from lanindex.draw.text import ASCII, UNICODE, Staff, names_of
 from lanindex.errors import UsageError
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank

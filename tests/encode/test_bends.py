@@ -11,7 +11,7 @@ from lanindex import encode, read, read_lnd, write_lnd
 from lanindex.alphabet import BENDS, JOINT_CODES
 from lanindex.encode.profile import load
 from lanindex.model import Motion, Score, Skeleton, Source, Span
-from lanindex.model.bends import with_bends
+from lanindex.model.derived import with_bends
 from lanindex.notation.excerpt import excerpt
 from lanindex.perform import perform
 from tests.bends import RATE, drawn, said

@@ -20,7 +20,7 @@ from lanindex.encode import (
     ways,
 )
 from lanindex.encode.profile import BUILT_IN
-from lanindex.model.measures import LIMITS
+from lanindex.model.columns import LIMITS
 from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()

@@ -6,7 +6,7 @@ import pytest
 from lanindex import encode, read_lnd, write_lnd
 from lanindex.alphabet import FACING
 from lanindex.perform import perform
-from lanindex.perform.turning import TURNED
+from lanindex.perform.limbs import TURNED
 from tests import palmings, turnings
 from tests.goings import RATE, Tally, compared, drawn
 

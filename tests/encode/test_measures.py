@@ -16,7 +16,7 @@ from lanindex.encode.limbs import Limbs
 from lanindex.encode.profile import load
 from lanindex.formats import read
 from lanindex.model import Motion, Span
-from lanindex.model.measures import GRADES, LIMITS, graded, stored
+from lanindex.model.columns import GRADES, LIMITS, graded, stored
 from lanindex.model.symbol import blank
 
 LENGTH = 500.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lanindex.encode.onset import begun, seen
-from lanindex.perform.reach import minimum_jerk
+from lanindex.perform.limbs import minimum_jerk
 
 RATE = 60
 

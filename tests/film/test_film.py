@@ -14,13 +14,10 @@ import lanindex
 from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw
 from lanindex.errors import ExportError, UsageError
-from lanindex.film.figure import Figure, figure
-from lanindex.film.film import SIZE, Film
-from lanindex.film.paint import INK, LEFT, LIT, PAPER
-from lanindex.film.reel import FORMS, RATES, form_of, reel
-from lanindex.film.scene import LEAST, scene
+from lanindex.film.figure import Figure, View, figure
+from lanindex.film.film import FORMS, RATES, SIZE, Film, form_of, reel
+from lanindex.film.scene import INK, LEAST, LEFT, LIT, PAPER, scene
 from lanindex.film.staff import Staff
-from lanindex.film.view import View
 from lanindex.model import Motion, Score
 
 SMALL = (320, 240)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from shots import SCORE, hit_of, shot_of
 
-from lanindex.film.page import page
-from lanindex.film.shot import FRAMES, Shot
+from lanindex.film.hits import FRAMES, Shot, page
 from lanindex.model import Span
 
 GONE = Shot("walk.bvh", "walk", "0.50-1.20 s", "r_arm high", trouble="is gone")

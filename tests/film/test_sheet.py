@@ -5,9 +5,8 @@ from xml.etree import ElementTree
 import pytest
 from shots import SCORE, hit_of, shot_of
 
-from lanindex.draw.render import image
-from lanindex.film.sheet import sheet
-from lanindex.film.shot import Shot
+from lanindex.draw.svg import image
+from lanindex.film.hits import Shot, sheet
 from lanindex.model import Span
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -11,8 +11,8 @@ from shots import BODY, SCORE, hit_of, shot_of
 import lanindex
 from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw, svg
-from lanindex.draw.picture import Circle, Path, Text
-from lanindex.film.shot import FRAMES, KINDS, LEAST, POSES, RATE, UNKNOWN, Shots
+from lanindex.draw.picture import Circle, Polyline, Text
+from lanindex.film.hits import FRAMES, KINDS, LEAST, POSES, RATE, UNKNOWN, Shots
 from lanindex.model import Capture, Hit, Span
 
 
@@ -59,7 +59,7 @@ def test_poses_stand_inside_their_frames_on_one_floor() -> None:
     shot = shot_of(hit_of(SCORE, Span(0, 240), "r_arm"))
     picture = shot.poses
     for mark in picture.marks:
-        if isinstance(mark, Path):
+        if isinstance(mark, Polyline):
             for x, y in (point for line in mark.lines for point in line):
                 assert 0 <= mark.x + x <= picture.width
                 assert 0 <= mark.y + y <= picture.height
@@ -103,7 +103,7 @@ def test_a_staff_says_what_the_whole_score_says() -> None:
     assert shot.staff.marks == tuple(
         it for it in whole.marks if not isinstance(it, Text) or not it.turned
     )
-    ends = [it.y for it in shot.staff.marks if isinstance(it, Path) and it.style == "staff"]
+    ends = [it.y for it in shot.staff.marks if isinstance(it, Polyline) and it.style == "staff"]
     assert shot.base in ends
     assert shot.base - 2 * shot.beat in ends  # two seconds later
 

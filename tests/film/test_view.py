@@ -10,8 +10,7 @@ from made_motion import motion_of
 import lanindex
 from lanindex.alphabet import JOINT_CODES
 from lanindex.errors import UsageError
-from lanindex.film.figure import Figure, figure
-from lanindex.film.view import SAMPLES, View, view
+from lanindex.film.figure import SAMPLES, Figure, View, figure, view
 
 FRAMES = 60
 

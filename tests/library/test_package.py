@@ -23,7 +23,7 @@ Store.open("once.db", create=True).close()
 for name in ("steps.db", "once.db"):
     Store.open(name).close()
     assert migrate.check(name) == []
-from lanindex.film.page import page  # its page is a file of its own
+from lanindex.film.hits import page  # its page is a file of its own
 
 assert page([], "walk").startswith("<!DOCTYPE html>")
 print(migrate.scripts())

@@ -14,7 +14,7 @@ from choreography import neighbours, spoken
 from lanindex import formats
 from lanindex.encode import encode
 from lanindex.notation import lnd
-from lanindex.perform.reach import FOLDED
+from lanindex.perform.limbs import FOLDED
 from lanindex.pipeline import Library, open_library
 
 CORPUS = Path(__file__).parents[2] / "corpus"

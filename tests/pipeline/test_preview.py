@@ -6,7 +6,6 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.errors import ExportError, UsageError
-from lanindex.film import sheet
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline import preview as previews
 from lanindex.pipeline.preview import preview
@@ -78,7 +77,7 @@ def test_each_capture_is_read_once(library: Library, monkeypatch: pytest.MonkeyP
 def test_a_sheet_that_is_full_goes_on_in_another(
     library: Library, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sheet, "HITS", 3)
+    monkeypatch.setattr(previews, "SHEET_HITS", 3)
     files = shown(library, "some/contact.svg")
     assert [str(file) for file, *_ in files] == ["some/contact.svg", "some/contact-2.svg"]
     assert [content.count(b'stroke="#ccc"') for _, content, _ in files] == [3, 1]

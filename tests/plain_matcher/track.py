@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 from lanindex.alphabet import is_limb
 from lanindex.model import Track
-from lanindex.model.columns import THOUSANDTHS
-from lanindex.model.measures import GRADES, graded, stored
+from lanindex.model.columns import GRADES, THOUSANDTHS, graded, stored
 from lanindex.search.language.words import WORD_KINDS
 from lanindex.search.plan import State
 

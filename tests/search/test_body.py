@@ -13,7 +13,7 @@ from lanindex.alphabet import DIRECTIONS
 from lanindex.errors import PatternError, UsageError
 from lanindex.library.store import Store
 from lanindex.model import Span
-from lanindex.model.steps import steps
+from lanindex.model.derived import steps
 from lanindex.pipeline import open_library
 from lanindex.pipeline.words import hints, meant
 from lanindex.search.dictionary import load

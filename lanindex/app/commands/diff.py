@@ -128,9 +128,8 @@ def _drawn(
     scale: float,
 ) -> bytes:
     """Return both staves, with bands over what differs."""
-    from lanindex.draw.both import both
-    from lanindex.draw.render import FORMS, rendered
-    from lanindex.draw.score import BARS
+    from lanindex.draw.score import BARS, both
+    from lanindex.draw.svg import FORMS, rendered
 
     form = target.suffix.lower().removeprefix(".")
     if form not in FORMS:

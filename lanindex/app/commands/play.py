@@ -89,8 +89,7 @@ def run(
     """
     out = Output(False, quiet, verbose, color)
     from lanindex.film.figure import figure
-    from lanindex.film.film import Film
-    from lanindex.film.reel import RATE, RATES, form_of
+    from lanindex.film.film import RATE, RATES, Film, form_of
     from lanindex.pipeline import open_library
     from lanindex.pipeline.files import refuse, safe_stem, write_all
     from lanindex.pipeline.named import named

@@ -78,8 +78,8 @@ def run(
     out = Output(False, quiet, verbose, color)
     if strip and bars is not None:
         raise UsageError("--strip and --bars", wanted="one of them")
-    from lanindex.draw.render import FORMS, rendered
     from lanindex.draw.score import BARS, draw
+    from lanindex.draw.svg import FORMS, rendered
     from lanindex.pipeline.files import safe_stem, write_all
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")

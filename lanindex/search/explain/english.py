@@ -8,7 +8,7 @@ from fractions import Fraction
 from itertools import islice
 
 from lanindex.alphabet import KINDS, kind_of
-from lanindex.model.measures import GRADES
+from lanindex.model.columns import GRADES
 from lanindex.search.explain.changes import query_of
 from lanindex.search.language.clauses import (
     CLIP,

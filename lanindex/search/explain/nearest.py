@@ -11,7 +11,7 @@ import numpy as np
 
 from lanindex.alphabet import PLACE
 from lanindex.model import Symbol
-from lanindex.model.measures import GRADES, graded, stored
+from lanindex.model.columns import GRADES, graded, stored
 from lanindex.search.language.query import Repeat, Skips, Step
 from lanindex.search.language.times import Clock, Length, Time
 from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, UNITS, WORD_KINDS

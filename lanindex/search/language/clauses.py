@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError, guess
-from lanindex.model.measures import GRADES
+from lanindex.model.columns import GRADES
 from lanindex.search.language.lexer import COUNT, Cursor, Token
 from lanindex.search.language.suggestions import unknown_word
 from lanindex.search.language.times import Time, decimal

@@ -15,7 +15,7 @@ from importlib import resources
 from itertools import pairwise
 
 from lanindex.errors import PatternError
-from lanindex.model.measures import GRADES
+from lanindex.model.columns import GRADES
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import VALUES, Vocabulary
 

@@ -23,8 +23,8 @@ from lanindex.alphabet import (
     is_limb,
     mirrored_part,
 )
-from lanindex.model.bends import bending, stretching
-from lanindex.model.measures import ABOVE, BELOW, GRADES, USUAL
+from lanindex.model.columns import ABOVE, BELOW, GRADES, USUAL
+from lanindex.model.derived import bending, stretching
 from lanindex.search.language.times import degrees
 
 ANY = "any"

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import MOST_AMOUNT, is_limb
-from lanindex.model.arrays import frozen
 from lanindex.model.columns import (
     CELL,
+    GRADES,
     PASSING,
     STARTING,
     THOUSANDTHS,
@@ -30,10 +30,11 @@ from lanindex.model.columns import (
     Roster,
     columns_of,
     extras_of,
+    graded,
     parted,
     ranges,
 )
-from lanindex.model.measures import GRADES, graded
+from lanindex.model.symbol import frozen
 from lanindex.search.language.times import Clock, Length
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 from lanindex.search.match.arrays import (

@@ -1,28 +1,29 @@
-"""A hit to look at: five poses, its staff, and the places of its joints to play.
-
-``Shots(score)`` holds what all hits of a capture share; ``shots.shot(hit, body)`` makes one.
-"""
+"""Hits to look at: what moves in them, a page in HTML that plays them, a sheet of pictures."""
 
 from __future__ import annotations
 
 import warnings
+from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import ceil, sqrt
+from pathlib import Path
+from string import Template
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, TRACKS
-from lanindex.draw import Picture, draw
+from lanindex.draw import Picture, draw, svg
 from lanindex.draw.layout import BEAT, MARGIN, NAMES, START
-from lanindex.draw.page import keys_of
-from lanindex.draw.picture import Circle, Mark, Path, Text, line
+from lanindex.draw.picture import PIXEL, Circle, Mark, Polyline, Text, line
+from lanindex.draw.staff import keys_of
+from lanindex.draw.svg import INK
 from lanindex.errors import UsageError
-from lanindex.film.figure import Figure
-from lanindex.film.rows import Rows
-from lanindex.film.view import View, view
+from lanindex.film.figure import Figure, View, view
+from lanindex.film.staff import Rows
 from lanindex.model import Hit, Score
-from lanindex.model.hit import in_words
+from lanindex.model.capture import in_words
 
 POSES = 5
 """Poses of a hit, from its first frame to its last."""
@@ -216,7 +217,7 @@ def _pose(
             if own == kind and known[inner] and known[outer]
         ]
         if bones:
-            marks.append(Path(x, HEIGHT - _FLOOR, tuple(bones), style=kind))
+            marks.append(Polyline(x, HEIGHT - _FLOOR, tuple(bones), style=kind))
     if known[_TOP]:
         style = dict(zip(body.bones[:, 1].tolist(), kinds, strict=True)).get(_TOP, "bone")
         across, up = points[_TOP]
@@ -240,3 +241,117 @@ def _played(
     )
     whole = np.where(np.isnan(moved), UNKNOWN, moved.round()).astype(np.int16)
     return whole, bones, numbers.get(_TOP, -1)
+
+
+PAGE_HITS = 1000
+"""Hits of a page, where nobody says how many."""
+
+
+def page(shots: Sequence[Shot], title: str) -> str:
+    """Return hits as a page."""
+    template = Template(Path(__file__).with_name("page.html").read_text("utf-8"))
+    count = f"{len(shots)} hit{'s' * (len(shots) != 1)}"
+    cards = "".join(map(_page_card, shots))
+    return template.substitute(title=svg.text_of(title), count=count, cards=cards)
+
+
+def _page_card(shot: Shot) -> str:
+    """Return a hit: a button that plays it, where there is something to play."""
+    find = svg.text_of(f"{shot.path} {shot.label}".lower())
+    said = svg.text_of(" \u00b7 ".join(filter(None, (shot.when, shot.label, shot.words))))
+    tag = "button" if shot.played else "div"
+    kind = ' type="button"' if shot.played else ""
+    trouble = f'<span class="trouble">{svg.text_of(shot.trouble)}</span>' if shot.trouble else ""
+    seen = "".join(
+        f'<span class="{name}">{svg.write(picture)}</span>'
+        for name, picture in (("poses", shot.poses), ("staff", shot.staff))
+        if picture
+    )
+    return (
+        f'<li data-find="{find}"><{tag} class="hit"{kind}{_data(shot)}>'
+        f'<span class="path">{svg.text_of(shot.path)}</span><span class="said">{said}</span>'
+        f'{trouble}<span class="seen">{seen}</span></{tag}></li>\n'
+    )
+
+
+def _data(shot: Shot) -> str:
+    """Return what the script reads of a hit, as attributes."""
+    if shot.played is None:
+        return ""
+    played = shot.played
+    data = {
+        "joints": b64encode(played.places.astype("<i2").tobytes()).decode(),
+        "count": played.places.shape[1],
+        "bones": " ".join(f"{inner},{outer},{kind}" for inner, outer, kind in played.bones),
+        "head": played.head,
+        "seconds": f"{played.seconds:g}",
+        "start": f"{played.start:g}",
+        "from": f"{played.hit[0]:g}",
+        "to": f"{played.hit[1]:g}",
+        "turn": f"{played.turn:g}",
+        "base": shot.base,
+        "beat": shot.beat,
+    }
+    return "".join(f' data-{name}="{it}"' for name, it in data.items())
+
+
+SHEET_HITS = 200
+"""Hits of a sheet, at most."""
+
+_SCALE = 0.8  # of a staff
+_STAVES = 124  # pixels of width for a staff
+_CARD = (POSES * WIDTH // PIXEL + _STAVES, HEIGHT // PIXEL + 40)
+_GAP, _SHEET_TOP = 18, 46
+_LETTERS = 80
+_COLUMNS = 5
+
+
+def sheet(shots: Sequence[Shot], title: str) -> str:
+    """Return hits as a picture, SVG."""
+    across = min(max(ceil(sqrt(len(shots) / 3)), 1), _COLUMNS)
+    down = max(ceil(len(shots) / across), 1)
+    width = across * (_CARD[0] + _GAP) + _GAP
+    height = _SHEET_TOP + down * (_CARD[1] + _GAP)
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
+        f' viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="11">\n',
+        _text(_GAP, 28, title, ' font-size="16"', across * _LETTERS * 2 // 3),
+    ]
+    for number, shot in enumerate(shots):
+        x = _GAP + number % across * (_CARD[0] + _GAP)
+        y = _SHEET_TOP + number // across * (_CARD[1] + _GAP)
+        parts += _sheet_card(shot, x, y)
+    return "".join([*parts, "</svg>\n"])
+
+
+def _sheet_card(shot: Shot, x: int, y: int) -> list[str]:
+    """Return a hit: whose it is and when, and below that what is seen of it."""
+    low = y + 32
+    parts = [
+        f'<path d="M{x} {y}h{_CARD[0]}v{_CARD[1]}h{-_CARD[0]}z" fill="none" stroke="#ccc"/>\n',
+        _text(x + 6, y + 14, shot.path, ' font-weight="bold"', _LETTERS - 12),
+        _text(
+            x + 6,
+            y + 28,
+            " \u00b7 ".join(filter(None, (shot.when, shot.label, shot.words))),
+            "",
+            _LETTERS,
+        ),
+    ]
+    if shot.poses:
+        parts.append(svg.placed(shot.poses, x, low, ink=INK))
+    else:
+        parts.append(_text(x + 6, low + 40, shot.trouble, ' fill="#b00020"', _LETTERS - 25))
+    if shot.staff:
+        room = (_STAVES, _CARD[1] - 36)
+        size = shot.staff.width / PIXEL, shot.staff.height / PIXEL
+        scale = min(_SCALE, *(most / own for most, own in zip(room, size, strict=True)))
+        right = x + _CARD[0] - round(size[0] * scale)
+        parts.append(svg.placed(shot.staff, right, low, scale=scale, ink=INK))
+    return parts
+
+
+def _text(x: int, y: int, text: str, style: str, most: int) -> str:
+    if len(text) > most:  # the middle gives way
+        text = f"{text[: most // 2]}\u2026{text[-(most - most // 2 - 1) :]}"
+    return f'<text x="{x}" y="{y}"{style}>{svg.text_of(text)}</text>\n'

@@ -1,15 +1,59 @@
-"""How far arms and legs are bent: the amounts of a bend, and the field of a gesture."""
+"""Tracks that follow from others: the steps of both feet, and how far bent limbs are."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import BENDS, SIXTHS
+from lanindex.alphabet import BENDS, FEET, SIXTHS
 from lanindex.model.score import Track
-from lanindex.model.steps import with_steps
+from lanindex.model.symbol import Span, joined
+
+SUPPORTS = ("r_support", "l_support")
+"""The tracks that steps are made of."""
+
+STEP = "step"
+"""What the track of both is called."""
+
+_NO_STEPS = [code for code, name in enumerate(FEET) if name in ("spring", "hop", "assemble")]
+
+
+def with_steps(tracks: dict[str, Track]) -> dict[str, Track]:
+    """Return tracks with that of the steps, where any foot has one."""
+    if not (feet := [tracks[part] for part in SUPPORTS if part in tracks]):
+        return tracks
+    return {**tracks, STEP: steps(feet, tracks.get("jump"))}
+
+
+def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
+    """Return the track of all steps, whichever foot takes them."""
+    known = _together([span for foot in feet for span in foot.known])
+    if len({foot.known for foot in feet}) == 1:
+        known = feet[0].known
+    rows = joined(foot.symbols for foot in feet)
+    rows = rows[rows["start"] < rows["stop"]]
+    if jump is not None:
+        landed = np.sort(
+            jump.symbols["stop"][(jump.symbols["amount"][:, None] == _NO_STEPS).any(axis=1)]
+        )
+        before, until = (np.searchsorted(landed, rows[end], "right") for end in ("start", "stop"))
+        rows = rows[before == until]
+    return Track(STEP, rows[np.lexsort((rows["stop"], rows["start"]))], known)
+
+
+def _together(spans: list[Span]) -> tuple[Span, ...]:
+    """Return stretches that touch or share frames as one."""
+    found: list[Span] = []
+    for span in sorted(spans, key=lambda it: it.start):
+        if found and span.start <= found[-1].stop:
+            found[-1] = Span(found[-1].start, max(found[-1].stop, span.stop))
+        else:
+            found.append(span)
+    return tuple(found)
+
 
 Amount = TypeVar("Amount", int, NDArray[Any])
 
@@ -33,7 +77,7 @@ def stretching(degree: int) -> int:
 def degree_of(amount: Amount) -> Amount:
     """Return the degree that is arrived at.
 
-    >>> from lanindex.model.bends import bending, degree_of, stretching
+    >>> from lanindex.model.derived import bending, degree_of, stretching
     >>> degree_of(bending(3)), degree_of(stretching(1))
     (3, 1)
     """

@@ -1,0 +1,402 @@
+"""How limbs, palms, chest and head of the standard body go where a score tells them to.
+
+Source: ``encode/BODY.md``, "Touch", "Palms", "Twists" and "Inclines", read backwards. Directions
+are vectors of the body frame: forward +x, up +y, right +z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import JOINT_CODES, LOW, MID, PLACE, TOUCHED, amounts_of
+from lanindex.body.palms import facing, planes
+from lanindex.model import SYMBOL, Score
+from lanindex.model.derived import DEGREE, degree_of
+from lanindex.perform.standard_body import Body
+
+Floats = NDArray[np.float64]
+Cell = tuple[int, int]
+
+FORWARD = np.array([1.0, 0.0, 0.0])
+UP = np.array([0.0, 1.0, 0.0])
+FOLDED: Cell = (PLACE, MID)
+
+
+def direction(cell: Cell) -> Floats:
+    """Return the reference direction of a cell other than `FOLDED`.
+
+    returns (3,) unit vector.
+    """
+    code, level = cell
+    if code == PLACE:
+        return -UP if level == LOW else UP
+    azimuth, elevation = np.radians(45.0 * code), np.radians(45.0 * (level + 1))
+    flat = np.sin(elevation)
+    return np.array([flat * np.sin(azimuth), -np.cos(elevation), flat * np.cos(azimuth)])
+
+
+def minimum_jerk(share: Floats) -> Floats:
+    """Return how much of a reach is done after a share of its time.
+
+    `share`: (T,) float64, 0 to 1; returns (T,) float64, 0 to 1, at rest at both ends.
+    """
+    return share**3 * (10 - 15 * share + 6 * share**2)
+
+
+def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Floats:
+    """Return directions along the shorter great circle between two.
+
+    Half-way round there is no shorter one: that reach passes in front of the body, and from
+    front to back past `side`.
+
+    `start, stop`: (..., 3) unit vectors; `share`: (T,) 0 at `start`, 1 at `stop`; `side`: (3,) unit
+    vector; returns (T, 3) unit vectors.
+    """
+    along = float(start @ stop)
+    across = stop - along * start
+    angle = np.arctan2(np.linalg.norm(across), along)
+    if np.linalg.norm(across) < 1e-9:
+        across = FORWARD - (FORWARD @ start) * start
+        if np.linalg.norm(across) < 1e-9:
+            across = side
+    turn = share[:, None] * angle
+    points: Floats = np.cos(turn) * start + np.sin(turn) * (across / np.linalg.norm(across))
+    return points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """A stretch of frames in which a part goes from one cell to another, or stays."""
+
+    frames: slice  # Of the performance
+    start: Cell  # Cells
+    stop: Cell
+    share: Floats  # (T,) how much is done in each of the frames
+
+
+def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:
+    """Yield what a track asks for, frame after frame.
+
+    `rows`: (S,) of `model.SYMBOL`; `times`: (T,) seconds of the frames.
+    """
+    now, done = rest, 0
+    for row in rows[~rows["passing"]]:
+        cell = int(row["direction"]), int(row["level"])
+        start, stop = float(row["start"] / rate), float(row["stop"] / rate)
+        begin, end = np.searchsorted(times, [start - 1e-9, stop - 1e-9])
+        yield Reach(slice(done, begin), now, now, np.zeros(begin - done))
+        share = (
+            minimum_jerk((times[begin:end] - start) / (stop - start)) if end > begin else times[:0]
+        )
+        yield Reach(slice(begin, end), now, cell, share)
+        now, done = cell, int(end)
+    yield Reach(slice(done, len(times)), now, now, np.zeros(len(times) - done))
+
+
+def bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:
+    """Return how much of its length a limb of two equal bones reaches that bends as told.
+
+    `rows`: (S,) of `model.SYMBOL`, of the bends of an arm or a leg; `times`: (T,) seconds of the
+    frames; returns (T,) 1 straight, 0 folded.
+    """
+    angle, now = np.zeros(len(times)), 0.0
+    for row in rows[~rows["passing"]]:
+        start, stop = float(row["start"] / rate), float(row["stop"] / rate)
+        begin = int(np.searchsorted(times, start - 1e-9))
+        then = np.radians(DEGREE * degree_of(int(row["amount"])))
+        share = np.clip((times[begin:] - start) / max(stop - start, 1e-9), stop <= start, 1)
+        angle[begin:] = now + (then - now) * minimum_jerk(share)
+        now = then
+    reach: Floats = np.cos(angle / 2)
+    return reach
+
+
+NEARLY = 0.92
+"""Cosine of an angle, 23 degrees: a palm that comes no nearer does not face as it is told."""
+
+_SLIGHT = 1e-6
+
+
+def hold(
+    joints: Floats,
+    wanted: Mapping[str, tuple[Floats, NDArray[np.int64]]],
+    body: Body,
+) -> tuple[str, ...]:
+    """Put knuckles where palms face as is wanted, in place.
+
+    `joints`: (T, J, 3) mm, of a standard body with knuckles; `wanted`: By part (``r_palm``), (T, 3)
+    unit vectors, and the frames in which it has arrived.
+    """
+    said = []
+    for part, (out, arrived) in wanted.items():
+        names = part[0].upper() + "Wrist", part[0].upper() + "Hand"
+        wrist, tip = (int(body.skeleton.body[JOINT_CODES[name]]) for name in names)
+        along = _unit(joints[:, tip] - joints[:, wrist])
+        palm = out - _dot(out, along) * along
+        size = np.linalg.norm(palm, axis=1)
+        if (size[arrived] < NEARLY).any():
+            said.append(f"{part} cannot face along the hand: it comes as near as it can")
+        none = size < _SLIGHT
+        palm[none] = np.cross(along[none], np.eye(3)[np.abs(along[none]).argmin(axis=1)])
+        thumb = np.cross(along, _unit(palm)) * (1 if part[0] == "r" else -1)
+        for joint in (number for number, bone in enumerate(body.bones) if bone == part):
+            far, _, aside = body.skeleton.offsets[joint].tolist()
+            above = joints[:, body.skeleton.parents[joint]]
+            joints[:, joint] = above + abs(far) * along + aside * thumb
+    return tuple(said)
+
+
+def shown(joints: Floats, body: Body) -> dict[str, NDArray[np.float32]]:
+    """Return where palms face, as `Motion.axes`, of a body with knuckles."""
+    found = {}
+    for hand, (first, last, _) in planes(body.skeleton.names).items():
+        wrist = joints[:, body.skeleton.body[JOINT_CODES[hand[0] + "Wrist"]]]
+        across, along = joints[:, first] - joints[:, last], joints[:, first] - wrist
+        found[hand] = facing(hand, across, along).astype(np.float32)
+    return found
+
+
+def _dot(one: Floats, other: Floats) -> Floats:
+    product: Floats = np.sum(one * other, axis=-1, keepdims=True)
+    return product
+
+
+def _unit(vectors: Floats) -> Floats:
+    found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+    return found
+
+
+TURNED = ("torso_twist", "head_turn", "torso_incline", "head_incline")
+"""The tracks that are carried out here."""
+
+
+def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
+    r"""Return how far a part is turned, or leans, to the right, and (imaginary) forward.
+
+    `times`: (T,) seconds; returns (T,) complex128, degrees.
+    """
+    rows: Any = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
+    found, now = np.zeros(len(times), np.complex128), 0j
+    for row in rows[~rows["passing"]]:
+        start, stop = (float(Fraction(int(row[end])) / score.rate) for end in ("start", "stop"))
+        some = slice(int(np.searchsorted(times, start)), None)
+        there = _angle(int(row["direction"]), int(row["amount"]))
+        share = np.clip((times[some] - start) / max(stop - start, 1e-9), 0, 1)
+        found[some] = now + (there - now) * minimum_jerk(share)
+        now = there
+    return found
+
+
+def _angle(code: int, degrees: int) -> complex:
+    if not 0 <= code < PLACE or degrees < 0:
+        return 0j
+    return complex(degrees * np.exp(1j * np.radians(45 * code)))
+
+
+def leaning(lean: NDArray[np.complex128]) -> Floats:
+    """Return where something points that leans so far, (T, 3) unit vectors."""
+    size = np.abs(lean)
+    way = lean / np.maximum(size, _SLIGHT)
+    flat = np.sin(np.radians(size))
+    return np.stack((flat * way.imag, np.cos(np.radians(size)), flat * way.real), axis=1)
+
+
+def twisted(trunk: Floats, twist: Floats) -> tuple[Floats, Floats]:
+    """Return where the chest's front and right point.
+
+    `trunk`: (T, 3) unit vectors; `twist`: (T,) degrees to the right of the pelvis, about the trunk.
+    """
+    right = np.array([0.0, 0.0, 1.0])
+    across = right - trunk[:, 2:] * trunk
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    aside = size < _SLIGHT  # as the torso lay down on its side, its right went down
+    across = np.where(aside, -np.sign(trunk[:, 2:]) * [0.0, 1.0, 0.0], across / (size + aside))
+    front = np.cross(trunk, across)
+    cosine, sine = np.cos(np.radians(twist))[:, None], np.sin(np.radians(twist))[:, None]
+    return cosine * front + sine * across, cosine * across - sine * front
+
+
+def head_right(up: Floats, trunk: Floats, across: Floats) -> Floats:
+    """Return where the right of a head points that is turned so far about the trunk.
+
+    `up`: (T, 3) unit vectors; `trunk, across`: (T, 3) unit vectors.
+    """
+    along = np.sum(up * trunk, axis=1, keepdims=True)
+    along = np.where(np.abs(along) < _SLIGHT, _SLIGHT, along)
+    right = across - np.sum(up * across, axis=1, keepdims=True) / along * trunk
+    found: Floats = right / np.linalg.norm(right, axis=1, keepdims=True)
+    return found
+
+
+TOUCHES = {"hands_touch": "RL", "r_hand_touch": "R", "l_hand_touch": "L"}
+"""The tracks that are carried out here, and whose hands they are of."""
+
+COMES, NEARS, LEAVES = 0.5, 0.06, 0.12
+"""Seconds that a hand is on its way, that it still comes nearer when touch begins, and that it has
+been on its way back when touch ends."""
+
+PALM = 0.15
+"""Lengths of an arm from the wrist to the middle of the palm."""
+
+FARTHEST = 0.97
+"""Part of its length, to the palm, that an arm reaches."""
+
+_BEND = np.array([-0.3, -0.8, 0.6])  # forward, up, out: where an elbow goes
+_PLACES: dict[str, tuple[tuple[str, str], float, tuple[float, float, float]]] = {
+    "hand": (("Neck", "Pelvis"), 0.35, (0.45, 0.0, 0.06)),
+    "head": (("Neck", "Head"), 0.0, (0.12, 0.33, 0.14)),
+    "trunk": (("Neck", "Pelvis"), 0.55, (0.18, 0.0, 0.06)),
+    "arm": (("other Shoulder", "other Elbow"), 0.75, (0.06, 0.0, -0.07)),
+    "thigh": (("own Hip", "own Knee"), 0.6, (0.15, 0.0, 0.0)),
+    "knee": (("own Knee", "own Knee"), 0.0, (0.12, 0.0, 0.0)),
+    "shank": (("own Knee", "own Ankle"), 0.5, (0.11, 0.0, 0.0)),
+    "foot": (("own Ankle", "own Toe"), 0.5, (0.0, 0.1, 0.0)),
+}
+"""By what is touched: two joints, how far from the first to the second, and from there forward, up
+and out to the hand's side in lengths of an arm, where the palm comes to."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Touch:
+    """A symbol: its times in seconds, and whose palm comes where."""
+
+    start: float
+    stop: float
+    before: float
+    after: float
+    side: str
+    thing: str
+
+    def share(self, times: Floats) -> Floats:
+        """Return how much the palm is there."""
+        begin, end = self.start + NEARS - self.before, self.stop - LEAVES + self.after
+        comes = np.clip((times - begin) / self.before, 0, 1)
+        goes = np.clip((end - times) / self.after, 0, 1)
+        share: Floats = minimum_jerk(np.minimum(comes, goes))
+        return share
+
+
+def touch(joints: Floats, score: Score, times: Floats, body: Body) -> tuple[str, ...]:
+    """Bring hands to what they touch, in place; where they cannot come they stay.
+
+    `joints`: (T, J, 3) mm, of the standard body; `times`: (T,) seconds.
+    """
+    places = {
+        name: joints[:, body.skeleton.body[code]].copy() for name, code in JOINT_CODES.items()
+    }
+    upper, lower = (
+        float(np.linalg.norm(body.skeleton.offsets[body.skeleton.body[JOINT_CODES[it]]]))
+        for it in ("RElbow", "RWrist")
+    )
+    arm, left_out = upper + lower, dict[str, None]()
+    for one in _touches(score):
+        share = one.share(times)
+        some = np.flatnonzero(share > 0)
+        if not len(some):
+            continue
+        seen = {name: it[some] for name, it in places.items()}
+        shoulder, axes = seen[one.side + "Shoulder"], _axes(seen, one.side)
+        target = _target(seen, axes, one, arm)
+        there = np.linalg.norm(target - shoulder, axis=1) <= FARTHEST * (arm + PALM * arm)
+        if not there[share[some] > 0.99].all():
+            who = f"{one.side.lower()}_hand"
+            left_out[f"{who} does not reach the {one.thing}: it stays where its arm points"] = None
+            continue
+        own = [seen[one.side + it] for it in ("Elbow", "Wrist", "Hand")]
+        palm = own[1] + PALM * arm * _unit(own[2] - own[1])
+        palm += (target - palm) * share[some, None]
+        elbow, wrist = _bent(shoulder, palm, axes, own[0], share[some], (upper, lower), arm)
+        _put(joints, body, one.side, some, elbow, wrist, _unit(palm - wrist))
+        for name, code in JOINT_CODES.items():
+            if name[0] == one.side and name[1:] in ("Elbow", "Wrist", "Hand"):
+                places[name][some] = joints[some, body.skeleton.body[code]]
+    return tuple(left_out)
+
+
+def _touches(score: Score) -> Iterator[_Touch]:
+    """Yield what hands touch, those that touch each other last, so that they do."""
+    for part, sides in reversed(TOUCHES.items()):
+        if part not in score.tracks:
+            continue
+        rows = score.tracks[part].symbols
+        rate: Fraction = score.rate
+        starts, stops = (rows[it].astype(float) / float(rate) for it in ("start", "stop"))
+        rests = np.maximum(starts[1:] - stops[:-1], 0.2) / 2
+        before = np.minimum(np.concatenate([[COMES], rests]), COMES)
+        after = np.minimum(np.concatenate([rests, [COMES]]), COMES)
+        when = np.stack([starts, stops, before[: len(rows)], after[len(after) - len(rows) :]], 1)
+        for row, (start, stop, comes, goes) in zip(rows, when.tolist(), strict=True):
+            thing = TOUCHED[row["amount"]] if 0 <= row["amount"] < len(TOUCHED) else ""
+            if row["passing"] or thing not in amounts_of(part):
+                continue
+            for side in sides:
+                yield _Touch(start, stop, comes, goes, side, thing)
+
+
+def _axes(places: dict[str, Floats], side: str) -> Floats:
+    """Return the ways forward, up and out to a side, of the trunk: (T, 3, 3)."""
+    up = _unit(places["Neck"] - places["Pelvis"])
+    right = places["RHip"] - places["LHip"]
+    right = _unit(right - (right * up).sum(axis=1, keepdims=True) * up)
+    found: Floats = np.stack([np.cross(up, right), up, right * (1 if side == "R" else -1)], axis=1)
+    return found
+
+
+def _target(places: dict[str, Floats], axes: Floats, one: _Touch, arm: float) -> Floats:
+    """Return where the palm comes to."""
+    ends, along, way = _PLACES[one.thing]
+    other = {"R": "L", "L": "R"}[one.side]
+    first, last = (it.replace("other ", other).replace("own ", one.side) for it in ends)
+    there = places[first] + along * (places[last] - places[first])
+    found: Floats = there + arm * np.einsum("i,tij->tj", np.array(way), axes)
+    return found
+
+
+def _bent(
+    shoulder: Floats,
+    palm: Floats,
+    axes: Floats,
+    elbow: Floats,
+    share: Floats,
+    bones: tuple[float, float],
+    arm: float,
+) -> tuple[Floats, Floats]:
+    """Return elbow and wrist of an arm whose palm lies there, the hand in line with the forearm."""
+    upper, lower = bones[0], bones[1] + PALM * arm
+    way = palm - shoulder
+    far = np.clip(np.linalg.norm(way, axis=1, keepdims=True), 1e-9, upper + lower)
+    way = _unit(way)
+    bend = np.einsum("i,tij->tj", _BEND, axes) * share[:, None]
+    bend += (elbow - shoulder) / upper * (1 - share[:, None])
+    bend = _unit(bend - (bend * way).sum(axis=1, keepdims=True) * way)
+    along = (upper**2 - lower**2 + far**2) / (2 * far)
+    out = np.sqrt(np.maximum(upper**2 - along**2, 0))
+    found = shoulder + along * way + out * bend
+    return found, found + bones[1] * _unit(palm - found)
+
+
+def _put(
+    joints: Floats,
+    body: Body,
+    side: str,
+    some: NDArray[np.int64],
+    elbow: Floats,
+    wrist: Floats,
+    hand: Floats,
+) -> None:
+    """Put the joints of an arm in their places, those beyond the wrist in line."""
+    code = body.skeleton.body
+    joints[some, code[JOINT_CODES[side + "Elbow"]]] = elbow
+    joints[some, code[JOINT_CODES[side + "Wrist"]]] = wrist
+    last, far = int(code[JOINT_CODES[side + "Wrist"]]), 0.0
+    for number, parent in enumerate(body.skeleton.parents):
+        if parent == last:
+            far += float(np.linalg.norm(body.skeleton.offsets[number]))
+            joints[some, number] = wrist + far * hand
+            last = number
