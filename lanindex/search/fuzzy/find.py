@@ -54,30 +54,12 @@ def find(
     watch: Watch | None = None,
     refused: list[LanindexError] | None = None,
 ) -> Found:
-    """Find what is nearly a pattern.
+    """Find what is nearly a pattern; a `UsageError` where the pattern says what has no edits.
 
-    Parameters
-    ----------
-    query, roster, columns, recordings, tolerance
-        As of `lanindex.search.match.Finder`; there are columns of all parts of the query.
-    allowance : Allowance
-        How much a match may differ.
-    overlaps : str, optional
-        ``none``: of matches that share frames the one that differs least; ``all``: one for every
-        place where some begin.
-    best, watch, refused : optional
-        As of `lanindex.search.match.Finder.find`.
-
-    Returns
-    -------
-    Found
-        By capture, start and end, where they are not the best. The fit is the smallest margin of
-        the symbols that are what was asked for, in proportion less for all that was edited.
-
-    Raises
-    ------
-    UsageError
-        Where the pattern says what has no edits.
+    The parameters are those of `lanindex.search.match.Finder` and its `find`, but that overlaps
+    ``none`` means the match that differs least of those that share frames. Hits come by capture,
+    start and end, where they are not the best. Their fit is the smallest margin of the symbols that
+    are what was asked for, in proportion less for all that was edited.
     """
     if query.rhythm or query.where:
         raise UsageError(

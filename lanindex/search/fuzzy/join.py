@@ -168,7 +168,7 @@ def _pairs(
     """Yield all pairs of a line and another one beside it, by their places, some at a time."""
     for some in arrays.in_pieces(relations.many(relation, lines, others, margins)):
         line, other = relations.pairs(relation, lines.at(some), others, margins)
-        yield some[line], others.order[other]
+        yield some[line], other
 
 
 def _first(relation: str, lines: Spans, spans: Spans, margins: Margins) -> IntArray:

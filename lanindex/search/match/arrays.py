@@ -111,10 +111,7 @@ def filled(tables: Sequence[IntArray]) -> IntArray:
 def spread(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
     """Return all pairs of a range's number and a place in it, for ranges ``[low, high)``.
 
-    Raises
-    ------
-    TooMuch
-        Where there are more than the budget allows.
+    Raises `TooMuch` where there are more than the budget allows.
     """
     counts = np.maximum(high - low, 0)
     total = int(counts.sum())

@@ -58,29 +58,12 @@ Result = TypeVar("Result")
 
 
 class Finder:
-    """Searches for one query.
+    """Searches for one query in the columns of its parts; a part without columns never moves.
 
-    Parameters
-    ----------
-    query : Query
-        What to find.
-    roster : Roster
-        All captures.
-    columns : Mapping of str to Columns
-        The symbols of the query's parts; a part that is not there never moves.
-    recordings : callable
-        Gives captures and tracks, by places in the roster: of hits that are made objects.
-    tolerance : Fraction
-        Seconds within which edges agree.
-    memory : int, optional
-        Bytes that the search may take, besides its columns and hits; a quarter of what is free.
-
-    Attributes
-    ----------
-    refused : dict of int to LanindexError
-        The captures that the last search left out, by place in the roster.
-    fetched : dict of int to Recording
-        The captures of which hits are made objects, by place.
+    Edges agree within `tolerance` seconds. A search may take `memory` bytes besides its columns and
+    hits; None: a quarter of what is free. `recordings` gives the captures and tracks of hits that
+    are made objects; those are kept in `fetched` by their places in the roster. `refused` are the
+    captures that the last search left out, by place.
     """
 
     def __init__(
@@ -108,47 +91,31 @@ class Finder:
         refused: list[LanindexError] | None = None,
         among: IntArray | None = None,
     ) -> Found:
-        """Return all hits.
+        """Return all hits, or the `best` so many that fit best, the clearest first.
 
-        Parameters
-        ----------
-        overlaps : str
-            ``none``: from left to right, those that begin when the one before is over; ``all``: one
-            for every place where the pattern can start.
-        watch : callable, optional
-            Is called with how far the search is.
-        best : int, optional
-            Only so many, those that fit best, the clearest first.
-        refused : list of LanindexError, optional
-            Takes an error for each capture that is too rich for the pattern, or for the memory;
-            the others are answered. None: the first one is raised.
-        among : ndarray, optional
-            (N,) int64, growing: only in these captures, by their places in the roster.
+        Overlaps ``none``: from left to right, those that begin when the one before is over;
+        ``all``: one for every place where the pattern can start. `refused` takes an error for each
+        capture that is too rich for the pattern, or for the memory; None: the first one is raised.
+        `among` are the only captures searched, (N,) int64, growing, by their places in the roster.
         """
         self._watch = watch
+        errors = self.refused = {}
         try:
-            found = self._found(overlaps, among, refused)
+            places = self._possible() if among is None else among
+            with limited_to(self._memory):
+                batches = split(self._columns.values(), places, MOST_ROWS)
+                hits = together([NO_HITS, *(it for own in batches for it in self._among(own))])
+            if refused is None and errors:
+                raise errors[min(errors)]
+            if refused is not None:
+                refused += [errors[place] for place in sorted(errors)]
+            if (hits.capture[1:] < hits.capture[:-1]).any():
+                hits = hits.at(np.argsort(hits.capture, kind="stable"))
+            hits = self._in_matching_captures(hits)
+            found = Found(self, hits, self._kept(hits, overlaps))
             return found if best is None else found.by_fit(best)[:best]
         finally:
             self._watch = None  # hits that are looked at later on are not watched
-
-    def _found(
-        self, overlaps: str, among: IntArray | None, refused: list[LanindexError] | None
-    ) -> Found:
-        """Return all hits; the parameters are those of `find`."""
-        errors = self.refused = {}
-        among = self._possible() if among is None else among
-        with limited_to(self._memory):
-            batches = split(self._columns.values(), among, MOST_ROWS)
-            hits = together([NO_HITS, *(it for own in batches for it in self._among(own))])
-        if refused is None and errors:
-            raise errors[min(errors)]
-        if refused is not None:
-            refused += [errors[place] for place in sorted(errors)]
-        if (hits.capture[1:] < hits.capture[:-1]).any():
-            hits = hits.at(np.argsort(hits.capture, kind="stable"))
-        hits = self._in_matching_captures(hits)
-        return Found(self, hits, self._kept(hits, overlaps))
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""

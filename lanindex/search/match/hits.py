@@ -207,15 +207,8 @@ class _Maker(Holder, Protocol):
 class Found(Placed):
     """The hits of a search as columns; each is made an object when it is asked for.
 
-    Parameters
-    ----------
-    maker : Finder
-        Makes them.
-    table : HitTable
-        All hits in order of capture, start, end, and fit where it is known.
-    chosen : ndarray
-        (H,) int64: which of them are these hits. Of those with the same frames they are the first,
-        second … in order of fit.
+    The table holds all hits in order of capture, start, end, and fit where it is known; `chosen`,
+    (H,) int64, are these hits. Those with the same frames are the first, second ... by fit.
     """
 
     def __init__(self, maker: _Maker, table: HitTable, chosen: IntArray) -> None:

@@ -20,7 +20,6 @@ from lanindex.search.match.arrays import (
     in_pieces,
     once,
     spread,
-    starts_of,
     together,
 )
 from lanindex.search.match.context import CompanionMatches, Context, Hulls
@@ -29,15 +28,6 @@ from lanindex.search.match.relations import RELATIONS, Margins, Spans, margins_o
 from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.match.walk import Walk
 from lanindex.search.plan import NEGATIONS, Companion, Group, Program
-
-
-def paired(
-    relation: str, lines: Spans, others: Spans, margins: Margins
-) -> tuple[IntArray, IntArray]:
-    """Return all pairs of a line and another one in a relation to it, by place."""
-    ordered = relations.SpanIndex(others)
-    line, place = relations.pairs(relation, lines, ordered, margins)
-    return line, ordered.order[place]
 
 
 def unexcused(
@@ -215,17 +205,14 @@ class Joiner:
     def _from_outside(self, program: Program, walk: Walk) -> CompanionMatches:
         """Return the matches of a line as others see them."""
         found = walk.found()
-        lines = Spans(
-            *(found.capture, found.start, found.until, found.low, found.high, found.alone)
-        )
         memory, clauses = found.memory, self._context.clauses
         unmet = self.still_unmet(memory.unmet, memory.claims)
         matter = program in self._context.rewrites.outside
         claims = memory.claims if matter else matches.nothing(len(memory))
         seen = memory.columns[len(memory.columns) - clauses.width :]
         ends = self._context.joins.ended(walk, len(memory))
-        others = CompanionMatches(lines, claims, unmet, seen, found.node, ends)
-        return others.at(self._known(found.capture, seen))
+        others = CompanionMatches(found.spans, claims, unmet, seen, found.node, ends)
+        return others.at(self._known(found.spans.capture, seen))
 
     def _known(self, capture: IntArray, seen: IntArray) -> IntArray:
         """Return the places of the matches that meet conditions on labels, or still lack one."""
@@ -303,7 +290,9 @@ class Joiner:
     def _with_each(self, beside: Beside, line: Standing, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return hulls with each of the others that can stand beside them."""
         relation, others, nodes = beside
-        place, other = paired(relation, line.here, others.lines, line.margins)
+        place, other = relations.pairs(
+            relation, line.here, relations.SpanIndex(others.lines), line.margins
+        )
         match, place = relations.matched(line.place, place)
         other = other[place]
         fits = hulls.claims.at(match).apart(others.claims.at(other))
@@ -335,7 +324,7 @@ class Joiner:
         if not nodes and not of_frames:
             place, low, high = relations.hulls(relation, line.here, index, line.margins)
         else:
-            place, other = paired(relation, line.here, lines, line.margins)
+            place, other = relations.pairs(relation, line.here, index, line.margins)
             if nodes:
                 kept = ~beside.goes_on(place, other)
                 place, other = place[kept], other[kept]
@@ -343,7 +332,8 @@ class Joiner:
                 return hulls.at(np.flatnonzero(np.isin(line.place, place)))
             low, high = lines.low[other], lines.high[other]
             if not of_frames:
-                place, low, high = smallest(place, low, high)
+                inner = smallest(place, low, high)
+                place, low, high = place[inner], low[inner], high[inner]
         match, which = relations.matched(line.place, place)
         joined = hulls.at(match)
         joined.low = np.minimum(joined.low, low[which])
@@ -357,11 +347,7 @@ class Joiner:
             chosen, _ = distinct([*keys, hulls.low, hulls.high], len(hulls.line))
             return hulls.at(np.sort(chosen))
         _, which = distinct(keys, len(hulls.line))
-        order = np.lexsort((-hulls.low, hulls.high, which))
-        reach = (which * FAR + hulls.low)[order]
-        kept = starts_of(which[order])
-        kept[1:] |= reach[1:] > np.maximum.accumulate(reach)[:-1]
-        return hulls.at(np.sort(order[kept]))
+        return hulls.at(np.sort(smallest(which, hulls.low, hulls.high)))
 
     def _without(self, companion: Companion, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
         """Return the hulls without forbidden matches, but for those that may still be excused.
@@ -394,7 +380,8 @@ class Joiner:
                     companion.relation, here.at(own), excusing.at(own), matches, claims, margins
                 )
                 continue
-            hull, other = paired(companion.relation, here.at(own), matches, margins)
+            index = relations.SpanIndex(matches)
+            hull, other = relations.pairs(companion.relation, here.at(own), index, margins)
             hull, other = own[hull], claiming[other]
             apart = excusing.at(hull).apart(others.claims.at(other))
             if whole:

@@ -78,7 +78,7 @@ def _from_all(context: Context, joiner: Joiner, begun: list[BoolArray]) -> Itera
     walk = Walk(context, program, rooted=False)
     found = walk.found(begun)
     found = found.at(complete(context, walk, found, joiner))
-    lows, highs = walk.nodes.best_hulls(found.node, found.low, found.high)
+    lows, highs = walk.nodes.best_hulls(found.node, found.spans.low, found.spans.high)
     bounds = np.cumsum([0, *map(len, walk.firsts)])
     for place, (entry, first) in enumerate(zip(program.entries, walk.firsts, strict=True)):
         own = bounds[place] + np.flatnonzero(highs[bounds[place] : bounds[place + 1]] >= 0)
@@ -97,11 +97,11 @@ def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArr
             chosen = complete(context, walk, found, joiner)
             context.tick()
             keys = (found.entry[chosen], found.root[chosen])
-            ranks = (found.high[chosen], -found.low[chosen])
+            ranks = (found.spans.high[chosen], -found.spans.low[chosen])
             found = found.at(chosen[best_of_each(keys, ranks)])
             if within is not None and context.program.open_ended:
                 found = found.at(~walk.is_cut_off(found.node))
-            matches = found.entry, found.root, found.high
+            matches = found.entry, found.root, found.spans.high
             best = settled(context.batch, context.program, left, within, matches)
             tables.append(found.at(best))
         return tables
@@ -141,14 +141,8 @@ def settled(
 ) -> IntArray:
     """Return the places of the matches that no wider horizon betters; `left` loses their roots.
 
-    Parameters
-    ----------
-    left : list of ndarray
-        By entry, from which events of its state matches were looked for, (N,) bool.
-    within : ndarray or None
-        (captures,) int64: the horizon. Beyond all of a capture there is nothing else to find.
-    matches : tuple of ndarray
-        Entry, event and end of the best match from each beginning that has one.
+    These are the entry, event and end of the best match from each beginning that has one. Beyond a
+    horizon that holds all of a capture, (captures,) frames, there is nothing else to find.
     """
     entry, root, high = matches
     best = np.ones(len(entry), bool)
@@ -169,7 +163,7 @@ def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntAr
     A starting position alone is no movement, and nothing that must not happen is left.
     """
     clauses, memory = context.clauses, found.memory
-    fits = ~found.alone
+    fits = ~found.spans.alone
     if memory.unmet.size:
         still_unmet = joiner.still_unmet(memory.unmet, memory.claims)
         fits &= (still_unmet >= FAR).all(axis=0)
@@ -181,7 +175,12 @@ def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntAr
     for condition in clauses.conditions:
         if condition not in own:
             labels = Facts(
-                found.capture, memory.columns[width:], found.low, found.high, found.part, found.row
+                found.spans.capture,
+                memory.columns[width:],
+                found.spans.low,
+                found.spans.high,
+                found.part,
+                found.row,
             )
             chosen = chosen[context.evaluator.holds(condition, labels.at(chosen))]
     if context.program.open_ended:
@@ -197,4 +196,6 @@ def _as_hits(context: Context, found: Ends) -> Iterator[HitTable]:
         state = context.program.states[entry.state]
         events = context.batch.events(state).at(found.root[own])
         cost = np.where(found.cost[own] >= 0, found.cost[own], ~events.cost)
-        yield table(context.batch, state, events, (found.low[own], found.high[own], cost))
+        yield table(
+            context.batch, state, events, (found.spans.low[own], found.spans.high[own], cost)
+        )

@@ -116,7 +116,7 @@ class SpanIndex:
     """Lines in order of capture, start and end, to be found by their frames."""
 
     def __init__(self, lines: Spans) -> None:
-        starts = lines.capture * FAR + lines.start
+        self.given, starts = lines, lines.capture * FAR + lines.start
         self.order = np.arange(len(lines))  # where each of them stood
         same = starts[1:] == starts[:-1]
         if not ((starts[1:] > starts[:-1]) | same & (lines.until[1:] >= lines.until[:-1])).all():
@@ -249,12 +249,12 @@ def many(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> In
 def pairs(
     relation: str, lines: Spans, others: SpanIndex, margins: Margins
 ) -> tuple[IntArray, IntArray]:
-    """Return all pairs of a line and another one that stands beside it."""
+    """Return all pairs of a line and another one that stands beside it, by place."""
     base, limit = lines.capture * FAR, limits(relation, lines, margins)
     if relation in ("after", "ending with"):
         first = np.searchsorted(others.ends, base + limit.end_first)
         line, place = spread(first, np.searchsorted(others.ends, base + limit.end_last, "right"))
-        return line, others.by_end[place]
+        return line, others.order[others.by_end[place]]
     first = np.searchsorted(others.starts, base + limit.begin_first)
     first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
     line, other = spread(first, np.searchsorted(others.starts, base + limit.begin_last, "right"))
@@ -263,24 +263,23 @@ def pairs(
     if relation == "overlapping":
         shared = np.minimum(lines.until[line], until) - np.maximum(lines.start[line], start)
         fits &= (2 * shared >= until - start) | others.lines.alone[other]
-    return line[fits], other[fits]
+    return line[fits], others.order[other[fits]]
 
 
 def hulls(
     relation: str, lines: Spans, others: SpanIndex, margins: Margins
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the hulls of each line and another one beside it, but for those that hold another.
+    """Return which line, growing, low and high of the hulls with others: (M,) each.
 
-    Returns
-    -------
-    tuple of ndarray
-        (M,) each: which line, growing, and low and high.
+    A hull that holds another one of its line is left out.
     """
     if relation == "with":
         return _sharing_hulls(lines, others, limits(relation, lines, margins))
     line, other = pairs(relation, lines, others, margins)
-    low = np.minimum(lines.low[line], others.lines.low[other])
-    return smallest(line, low, np.maximum(lines.high[line], others.lines.high[other]))
+    low = np.minimum(lines.low[line], others.given.low[other])
+    high = np.maximum(lines.high[line], others.given.high[other])
+    kept = smallest(line, low, high)
+    return line[kept], low[kept], high[kept]
 
 
 def _sharing_hulls(
@@ -305,10 +304,10 @@ def _sharing_hulls(
     line = left[line]
     low = np.minimum(lines.low[line], others.lines.low[other])
     high = np.maximum(lines.high[line], others.lines.high[other])
-    line, low, high = smallest(line, low, high)
-    line = np.concatenate((line, done))
+    kept = smallest(line, low, high)
+    line = np.append(line[kept], done)
     order = np.argsort(line, kind="stable")
-    low, high = np.append(low, lines.low[done]), np.append(high, soonest[done])
+    low, high = np.append(low[kept], lines.low[done]), np.append(high[kept], soonest[done])
     return line[order], low[order], high[order]
 
 
@@ -347,13 +346,12 @@ def matched(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
     return spread(first, np.searchsorted(other, one, "right"))
 
 
-def smallest(line: IntArray, low: IntArray, high: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the hulls of each line that hold no other one of its own, in order of the lines."""
+def smallest(line: IntArray, low: IntArray, high: IntArray) -> IntArray:
+    """Return the places of the hulls that hold no other one of their line, by line."""
     if (line[1:] > line[:-1]).all():
-        return line, low, high
+        return np.arange(len(line))
     order = in_order((line, high, -low))
-    line, low, high = line[order], low[order], high[order]
-    best = np.maximum.accumulate(line * FAR + low)
-    kept = np.ones(len(line), bool)
-    kept[1:] = (line[1:] * FAR + low[1:]) > best[:-1]
-    return line[kept], low[kept], high[kept]
+    begins = (line * FAR + low)[order]
+    kept = np.ones(len(order), bool)
+    kept[1:] = begins[1:] > np.maximum.accumulate(begins)[:-1]
+    return order[kept]

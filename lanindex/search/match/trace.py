@@ -192,7 +192,7 @@ class _Walk(Walk):
         for entry, own in enumerate(owners):
             here = ends.entry == entry
             owner[here] = own[ends.root[here]]
-        same = (ends.low == hits.low[owner]) & (ends.high == hits.high[owner])
+        same = (ends.spans.low == hits.low[owner]) & (ends.spans.high == hits.high[owner])
         fits = np.flatnonzero((owner >= 0) & same)
         cost, less = ends.memory.columns[COST, fits], -ends.memory.columns[STEPS, fits]
         for place in best_of_each((owner[fits],), (cost, less)).tolist():

@@ -27,6 +27,7 @@ from lanindex.search.match.arrays import (
     Table,
     best_of_each,
     check_budget,
+    grouped,
     in_pieces,
     smallest_from_here,
     spread,
@@ -75,16 +76,12 @@ TOGETHER = 1 << 10
 def ranks_of(batch: Batch, program: Program, states: list[int]) -> dict[int, IntArray]:
     """Return the order of time of the events of some states in their captures."""
     events = [batch.events(program.states[state]) for state in states]
-    capture, end = (
-        np.concatenate([getattr(it, name) for it in events]) for name in ("capture", "end")
-    )
+    capture = np.concatenate([it.capture for it in events])
+    end = np.concatenate([it.end for it in events])
     row = np.concatenate([it.last[0] for it in events])
-    order = np.lexsort((row, end, capture))
-    new = starts_of(capture[order]) | starts_of(end[order]) | starts_of(row[order])
-    dense = np.cumsum(new)
-    first = np.searchsorted(capture[order], capture[order])
-    ranks = np.empty(len(order), np.int64)
-    ranks[order] = dense - dense[first] if len(order) else dense
+    ranks, first = grouped((capture, end, row))[1], np.full(len(batch), len(row))
+    np.minimum.at(first, capture, ranks)
+    ranks -= first[capture]
     bounds = np.cumsum([0, *(len(it) for it in events)])
     return {state: ranks[bounds[place] : bounds[place + 1]] for place, state in enumerate(states)}
 
@@ -104,18 +101,10 @@ FEW = 4
 class BestEnds:
     """Where the best end of a line is enough, and which that is: `FIRST`, `LAST` or `ONLY`.
 
-    Attributes
-    ----------
-    free : list of bool
-        By state, whether there may be best ends.
-    best : list of ndarray
-        By state, of each event: the value, as from `value_of`, of the best match from there that
-        claims nothing more, -1: there is none.
-    settled : list of bool
-        By state, whether no matches, or only a few, go on one by one.
-    on, ending, entered : list of ndarray
-        By state, (N,) bool: from which events matches go on nevertheless, at which they may end,
-        and which they may enter from a free state.
+    By state: whether there may be best ends (`free`), and whether no matches, or only a few, go on
+    one by one (`settled`). By state and event, (N,): the value, as from `value_of`, of the `best`
+    match from there that claims nothing more, -1: there is none; whether matches go `on` from there
+    nevertheless, may be `ending` there, or may be `entered` there from a free state.
     """
 
     def __init__(self, context: Context, program: Program, end: str) -> None:
@@ -290,65 +279,16 @@ def _ends_later(companion: Companion) -> bool:
 
 @dataclass(slots=True, eq=False)
 class Ends(Table):
-    """Ends of matches of a line; all columns are (N,) and int64 but `alone`."""
+    """Ends of matches of a line, (N,) each."""
 
     entry: IntArray  # by which entry of the program it began
     root: IntArray  # at which event of that entry's state
-    capture: IntArray
-    start: IntArray  # frames of the line
-    until: IntArray
-    low: IntArray  # frames of the line and all beside it
-    high: IntArray
-    alone: BoolArray  # it is no more than a starting position
+    spans: Spans
     part: IntArray  # of its last symbol
     row: IntArray
     cost: IntArray  # what is missing to a fit of 1, in thousandths; -1: not known
     node: IntArray
     memory: Matches  # the rest
-
-
-def ends_of(
-    context: Context, program: Program, firsts: list[IntArray], ends: list[tuple[int, Matches]]
-) -> Ends:
-    """Return ends as one table.
-
-    `firsts` are by entry the events at which matches began; `ends` are states with the matches that
-    end there, of state -1 with values as from `value_of` instead of events.
-    """
-    memory = together([rows for _, rows in ends])
-    many = [len(rows) for _, rows in ends]
-    state = np.repeat([number for number, _ in ends], many)
-    columns, cost = np.full((5, len(memory)), -1), np.full(len(memory), -1)
-    alone = np.zeros(len(memory), bool)
-    settled = memory.columns[EVENT][state < 0]
-    columns[:2, state < 0] = end_of(settled)
-    columns[4, state < 0] = captures_of(context, program, firsts)[memory.columns[ROOT, state < 0]]
-    if not program.whole.companions:
-        cost[state < 0] = cost_of(settled)
-    for number in set(state[state >= 0].tolist()):
-        context.tick()
-        own = np.flatnonzero(state == number)
-        ended = program.states[number]
-        events = context.batch.events(ended).at(memory.columns[EVENT][own])
-        until = np.where(events.starting, events.until, events.end)
-        part = np.full(len(own), context.clauses.codes[ended.members[-1]])
-        columns[:, own] = until, events.end, part, events.last[-1], events.capture
-        alone[own] = events.starting
-    until, end, part, row, capture = columns
-    high = np.maximum(memory.columns[GROUPS + BEYOND], end)
-    bounds = np.cumsum([0, *map(len, firsts)])
-    entry = np.searchsorted(bounds, memory.columns[ROOT], "right") - 1
-    first = np.concatenate(firsts)[memory.columns[ROOT]]
-    start, low = memory.columns[GROUPS + START], memory.columns[GROUPS + LOW]
-    frames = (capture, start, until, low, high)
-    return Ends(entry, first, *frames, alone, part, row, cost, memory.parent, memory)
-
-
-def captures_of(context: Context, program: Program, firsts: list[IntArray]) -> IntArray:
-    """Return the captures of matches that began by some entries at some events."""
-    states = (program.states[entry.state] for entry in program.entries)
-    events = (context.batch.events(state) for state in states)
-    return np.concatenate([it.capture[first] for it, first in zip(events, firsts, strict=True)])
 
 
 class Walk:
@@ -410,17 +350,8 @@ class Walk:
     def found(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
         """Return the ends of all matches of the line.
 
-        Parameters
-        ----------
-        begun : list of ndarray, optional
-            By entry, at which events of its state, (N,) bool; None: wherever it can.
-        within : ndarray, optional
-            (captures,) int64: in how many frames after its beginning each match must have ended.
-
-        Raises
-        ------
-        TooMuch
-            If there are more than the budget allows.
+        They begin where the line can, or by entry at some events, (N,) bool each, and end `within`
+        so many frames, (captures,) int64. `TooMuch` if there are more than the budget allows.
         """
         self._followed, self._within = 0, within
         self._cut_off = [np.empty(0, np.int64)]
@@ -442,14 +373,40 @@ class Walk:
                     if sum(map(len, ending[it])) > TOGETHER:
                         ends.append((state, self._ended(it, ending.pop(it))))
             ends += [(it.state, self._ended(it, tables)) for it, tables in ending.items()]
-        none = np.empty((self._seen + self._context.clauses.width, 0), np.int64)
-        ends = [(0, beginning(none)), *ends]
         if self._settling:
             ends.append((-1, self._with_best_ends()))
-        found = ends_of(self._context, program, self.firsts, ends)
-        if not self.settled:
-            found.cost[:] = -1  # the first steps of matches that settle later are not counted
-        return found
+        none = beginning(np.empty((self._seen + self._context.clauses.width, 0), np.int64))
+        return together([self._as_ends(*it) for it in ((0, none), *ends)])
+
+    def _as_ends(self, state: int, rows: Matches) -> Ends:
+        """Return matches that end at a state; at state -1 they have values instead of events."""
+        root, event = rows.columns[ROOT], rows.columns[EVENT]
+        unknown, states = np.full(len(rows), -1), self._program.states
+        if state < 0:
+            capture, until, end = self._captures(root), end_of(event), end_of(event)
+            alone, part, row, cost = np.zeros(len(rows), bool), unknown, unknown, unknown
+            # the first steps of matches that settle later are not counted
+            if self.settled and not self._program.whole.companions:
+                cost = cost_of(event)
+        else:
+            events = self._batch.events(states[state]).at(event)
+            capture, end, alone = events.capture, events.end, events.starting
+            until, row = np.where(alone, events.until, end), events.last[-1]
+            part = np.full(len(rows), self._context.clauses.codes[states[state].members[-1]])
+            cost = unknown
+        start, low, beyond = rows.columns[GROUPS : GROUPS + 3]
+        spans = Spans(capture, start, until, low, np.maximum(beyond, end), alone)
+        bounds = np.cumsum([0, *map(len, self.firsts)])
+        entry = np.searchsorted(bounds, root, "right") - 1
+        first = np.concatenate(self.firsts)[root]
+        return Ends(entry, first, spans, part, row, cost, rows.parent, rows)
+
+    def _captures(self, root: IntArray) -> IntArray:
+        """Return the captures of some roots."""
+        states = (self._program.states[entry.state] for entry in self._program.entries)
+        events = (self._batch.events(state) for state in states)
+        pairs = zip(events, self.firsts, strict=True)
+        return np.concatenate([it.capture[first] for it, first in pairs])[root]
 
     def _begun(self, begun: list[BoolArray]) -> Iterator[Matches]:
         """Yield the matches that begin by each entry."""
@@ -647,7 +604,7 @@ class Walk:
         if not program.whole.companions:
             return rows
         end = end_of(rows.columns[EVENT])
-        capture = captures_of(self._context, program, self.firsts)[rows.columns[ROOT]]
+        capture = self._captures(rows.columns[ROOT])
         own = GROUPS + 3
         rows = self._beside(rows, program.whole, own, (capture, end, end, end < 0))
         carry_out(rows.columns, own, end_of(rows.columns[EVENT]))

@@ -20,8 +20,8 @@ def lines(random, many: int, captures: int = 3) -> Spans:
 def innermost(relation: str, one: Spans, other: SpanIndex, margins: Margins):
     """Yield, pair by pair, the hulls of each line and another that hold no other such hull."""
     line, beside_it = relations.pairs(relation, one, other, margins)
-    low = np.minimum(one.low[line], other.lines.low[beside_it])
-    high = np.maximum(one.high[line], other.lines.high[beside_it])
+    low = np.minimum(one.low[line], other.given.low[beside_it])
+    high = np.maximum(one.high[line], other.given.high[beside_it])
     hulls = {*zip(line.tolist(), low.tolist(), high.tolist(), strict=True)}
     for place, begin, end in hulls:
         inside = {(at, b, e) for at, b, e in hulls if at == place and b >= begin and e <= end}
@@ -65,7 +65,7 @@ def test_lines_that_share_half_of_another(seed):
         (at, place)
         for at in range(len(one))
         for place in range(len(other))
-        if overlap(one, at, other.lines, place)
+        if overlap(one, at, beside, place)
     }
     found = relations.pairs("overlapping", one, other, margins)
     assert sorted(zip(*(it.tolist() for it in found), strict=True)) == sorted(wanted)

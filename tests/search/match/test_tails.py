@@ -11,9 +11,9 @@ from random_library import random_library
 from lanindex.search.language import parse
 from lanindex.search.match import arrays, leading, walk
 from lanindex.search.match.arrays import FAR, filled
-from lanindex.search.match.join import paired, unexcused
+from lanindex.search.match.join import unexcused
 from lanindex.search.match.matches import Claims, one_each
-from lanindex.search.match.relations import Margins, Spans
+from lanindex.search.match.relations import Margins, SpanIndex, Spans, pairs
 from lanindex.search.match.rewrites import Rewrites
 from lanindex.search.plan import plan
 
@@ -139,7 +139,7 @@ def test_matches_are_counted_as_if_they_were_paired(seed: int) -> None:
     (lines, forgiving), (matches, had) = (_lines(random, many) for many in (12, 30))
     for relation, most in (("without", -1), ("without", 2), ("never", -1)):
         margins = Margins(*(np.full(3, it) for it in (0, most, 0)))
-        line, match = paired(relation, lines, matches, margins)
+        line, match = pairs(relation, lines, SpanIndex(matches), margins)
         wanted = np.zeros(len(lines), bool)
         wanted[line[forgiving.at(line).apart(had.at(match))]] = True
         found = unexcused(relation, lines, forgiving, matches, had, margins)
