@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from lanindex.errors import CaptureError
 from lanindex.formats import archives, sniff
 from lanindex.formats.file import SUBJECT, File, Wanted, opened
-from lanindex.formats.not_read import UNREAD, WITHOUT_PLACES, beginning, unread
+from lanindex.formats.sniff import UNREAD, WITHOUT_PLACES, beginning, unread
 
 if TYPE_CHECKING:
     from lanindex.model import Motion, Reading, Span

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from lanindex.body import Stated
 from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError, UsageError, quoted
-from lanindex.formats import numbers
-from lanindex.formats.clock import rate_by
+from lanindex.formats import tables
 from lanindex.formats.file import File, Wanted, opened, siblings
 from lanindex.formats.points import Points, motion_of
+from lanindex.formats.rates import rate_by
 from lanindex.model import Motion, Reading
 
 ENDING = "_motion.tsv"
@@ -74,15 +74,15 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     channels, said = _channels(file), _said(file, SIDECAR, needed=True)
     content = file.content[:]
     known = File(file.name, _UNKNOWN.sub(b"nan", content) if b"n/a" in content else content)
-    lines = numbers.rows(known.content, 0)
+    lines = tables.rows(known.content, 0)
     if not len(lines):
         raise CaptureError("no frames", place=file.name, wanted="lines of numbers")
     width = len(known.content[int(lines[0, 0]) : int(lines[0, 1])].split(b"\t"))
     if width != channels.width:
         found = f"{width} columns, {CHANNELS} has {channels.width} channels"
         raise CaptureError(found, place=f"{file.name}:1", wanted="a channel a column, no header")
-    table = numbers.Table(lines, b"\t", width, channels.latency, channels.points)
-    heads, places = numbers.read(known, table)
+    table = tables.Table(lines, b"\t", width, channels.latency, channels.points)
+    heads, places = tables.read(known, table)
     rates = (said.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)
@@ -199,7 +199,7 @@ def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:
     match = _NAME.fullmatch(path.name)
     if match is None:
         raise UsageError(f'"{path.name}"', wanted=_WANTED)
-    names, places = numbers.shown(motion)
+    names, places = tables.shown(motion)
     form = "\t".join(["%.7f"] * (3 * len(names))) + "\n"
     out = io.StringIO()
     for row in places:

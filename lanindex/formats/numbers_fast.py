@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.formats import numbers
+from lanindex.formats import tables
 from lanindex.formats.bvh.floats_fast import (
     _MINUS,
     _NIL,
@@ -26,7 +26,7 @@ from lanindex.formats.bvh.floats_fast import (
 from lanindex.formats.bvh.hierarchy import LARGEST
 
 _SPACE = np.uint8(32)
-_MOST = numbers.MOST
+_MOST = tables.MOST
 
 
 @numba.njit(inline="always")
@@ -93,9 +93,9 @@ def _rows(text, lines, separator, width, slots, heads, values, read):
 
 
 def parse(
-    data: bytes, lines: NDArray[np.int64], table: numbers.Table
+    data: bytes, lines: NDArray[np.int64], table: tables.Table
 ) -> tuple[NDArray[np.float64], int | None]:
-    """Read some rows: see `lanindex.formats.numbers.parse`."""
+    """Read some rows: see `lanindex.formats.tables.parse`."""
     slots = np.full(max(table.columns) + 1, -1, np.int64)
     slots[list(table.columns)] = np.arange(len(table.columns))
     values = np.empty((len(lines), len(table.columns)))
@@ -104,6 +104,6 @@ def parse(
     _rows(text, lines, separator, table.width, slots, len(table.heads), values, read)
     for row in np.flatnonzero(~read).tolist():
         first, stop = lines[row].tolist()
-        if not numbers.fill(values[row], data[first:stop], table):
+        if not tables.fill(values[row], data[first:stop], table):
             return values, row
     return values, None

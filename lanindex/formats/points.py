@@ -36,6 +36,9 @@ Frames = slice | NDArray[np.int64]
 BLOCK = 2048
 """Frames that are turned and scaled at a time."""
 
+END = " End"
+"""Ends the name of the joint where a bone without a child ends."""
+
 REACH = 1600.0
 """Millimetres that the markers of a body reach over, about: it tells the unit where nobody does."""
 

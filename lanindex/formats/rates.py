@@ -1,11 +1,15 @@
-"""Frames a second, exactly: what a file says, or what its user says instead."""
+"""Frames a second: what a file says, what its times tell, what its user says instead."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lanindex.errors import CaptureError, UsageError
+from lanindex.model import Reading
 
 _USUAL = (10, 500)
 _SLOWEST = 1  # frames a second: a Frame Time of 30 is a rate in the wrong place
@@ -70,3 +74,80 @@ def rate_doubt(rate: Fraction) -> tuple[str, ...]:
     if _USUAL[0] <= rate <= _USUAL[1]:
         return ()
     return (f"{float(rate):g} frames a second is unusual: if it is wrong, give --fps",)
+
+
+WITHIN = 0.01
+"""Of the duration: what a rate and the times may differ by."""
+
+ROUNDED = 0.006
+"""Seconds: what two times may be wrong by, where they are written in hundredths."""
+
+MEASURED = 0.02
+"""Of the rate: what a whole number may be away from it, where times were measured."""
+
+UNEVEN = 0.5
+"""Of the usual step: what a step may differ by."""
+
+
+def rate_by(
+    told: Reading, said: str, times: NDArray[np.float64], place: str
+) -> tuple[Fraction, tuple[str, ...]]:
+    """Return the frames a second.
+
+    Takes `times` (T,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lanindex.formats.rates import rate_by
+    >>> from lanindex.model import Reading
+    >>> rate_by(Reading(), "60", np.arange(9) / 60, "")
+    (Fraction(60, 1), ())
+    >>> rate_by(Reading(), "60", np.arange(9) / 30, "")[1]
+    ('says 60 frames a second, its times say 30: the times believed',)
+    """
+    if told.rate is not None:
+        return told_rate(told.rate), ()
+    stated, (seen, doubts) = _number(said), _by_times(times)
+    if stated is None and seen is None:
+        found = f"a rate of {said[:40]!r}" if said else "nothing tells its rate"
+        remedy = "Give the rate with --fps."
+        wanted = "frames a second, 1 to 1000000, or times that grow"
+        raise CaptureError(found, place=place, wanted=wanted, remedy=remedy)
+    if stated is None or seen is None:
+        return nearest_rate(stated or seen or Fraction(1)), doubts
+    first, last = np.flatnonzero(np.isfinite(times))[[0, -1]].tolist()
+    lasts, should = float(times[last] - times[first]), (last - first) / float(stated)
+    if doubts or abs(should - lasts) <= WITHIN * lasts + ROUNDED:
+        return nearest_rate(stated), doubts
+    found = f"says {float(stated):g} frames a second, its times say {float(seen):g}"
+    return seen, (f"{found}: the times believed",)
+
+
+def _number(said: str) -> Fraction | None:
+    """Return a rate that a file says, if it is one."""
+    try:
+        value = float(said)
+    except ValueError:
+        return None
+    return Fraction(said.strip()) if 1 <= value <= 1e6 and len(said) < 40 else None
+
+
+def _by_times(times: NDArray[np.float64]) -> tuple[Fraction | None, tuple[str, ...]]:
+    """Return the rate by which times grow, and whether they do so unevenly."""
+    steps = np.diff(times)
+    steps = steps[np.isfinite(steps)]
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    if not 1e-6 <= usual <= 1:
+        return None, ()
+    away = np.abs(steps - usual)
+    off = away > UNEVEN * usual + ROUNDED * (usual > ROUNDED)
+    doubts: tuple[str, ...] = ()
+    if off.any():
+        many = f"{np.count_nonzero(off)} of {len(steps)} steps in time"
+        doubts = (f"{many} differ from the usual {usual:.4g} s: frames may be missing",)
+    near = steps[~off]
+    rate = Fraction(1 / (float(near.mean()) if len(near) else usual))
+    if away.max() > ROUNDED * usual and abs(round(rate) - rate) <= MEASURED * rate:
+        rate = Fraction(round(rate))  # a clock that measures frames does not part them
+    return nearest_rate(rate), doubts

@@ -19,12 +19,12 @@ import numpy as np
 
 from lanindex.body import Stated
 from lanindex.errors import CaptureError, quoted
-from lanindex.formats import numbers
+from lanindex.formats import tables
 from lanindex.formats.bvh.hierarchy import text_of
-from lanindex.formats.clock import rate_by
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.points import Points, motion_of
-from lanindex.formats.table.layout import comma_of, twice
+from lanindex.formats.rates import rate_by
+from lanindex.formats.tables import comma_of, twice
 from lanindex.model import Motion, Reading, Span
 
 _HEAD = 1 << 20  # bytes in which the header is looked for
@@ -41,7 +41,7 @@ class Layout:
     # first byte of the number of frames, and the one behind its last; empty where there is none
     count: tuple[int, int]
     names: tuple[str, ...]  # (M) the markers
-    table: numbers.Table  # where the numbers lie
+    table: tables.Table  # where the numbers lie
     doubts: tuple[str, ...]  # what the header gets wrong
 
 
@@ -51,11 +51,11 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     The joints that its markers make, or are; the vertical axis is told from the body.
     """
     layout = scan(file)
-    heads, places = numbers.read(file, layout.table)
+    heads, places = tables.read(file, layout.table)
     place, said = f"{file.name}:3", layout.said
     rate, doubts = rate_by(told, said.get("datarate", ""), heads[:, 1], place)
     stated = Stated(unit=said.get("units"))
-    gone, places = numbers.at_origin(places, layout.names)
+    gone, places = tables.at_origin(places, layout.names)
     doubts = (*layout.doubts, *twice(layout.names, "markers"), *doubts, *gone)
     points = Points(layout.names, places, rate, stated, doubts=doubts)
     return motion_of(points, file, "trc", told, wanted)
@@ -96,13 +96,13 @@ def scan(file: File) -> Layout:
         axes, axes_at = above[4]
         behind, many = axes_at + len(axes), len(_WORD.findall(axes)) // 3
     names = _names(cells[_FIRST:], many, f"{file.name}:4")
-    lines = numbers.rows(file.content, behind)
+    lines = tables.rows(file.content, behind)
     if not len(lines):
         wanted = "lines of numbers behind the names of the markers"
         raise CaptureError("no frames", place=file.name, wanted=wanted)
     width = _FIRST + 3 * len(names)
     comma = comma_of(file.content[int(lines[0, 0]) : int(lines[0, 1])], separator)
-    table = numbers.Table(lines, separator, width, (0, 1), tuple(range(_FIRST, width)), comma)
+    table = tables.Table(lines, separator, width, (0, 1), tuple(range(_FIRST, width)), comma)
     doubts = _miscounted(said, "numframes", len(lines), "frames")
     doubts += _miscounted(said, "nummarkers", len(names), "markers")
     return Layout(said, count, names, table, doubts)
@@ -110,7 +110,7 @@ def scan(file: File) -> Layout:
 
 def _head_lines(head: bytes) -> list[tuple[bytes, int]]:
     """Return the first five lines that are not blank, with their ends, and where they begin."""
-    end, at = numbers.newline(head), 0
+    end, at = tables.newline(head), 0
     lines: list[tuple[bytes, int]] = []
     while at < len(head) and len(lines) < 5:
         stop = head.find(end, at) + 1 or len(head)
@@ -154,7 +154,7 @@ def _miscounted(said: dict[str, str], key: str, there: int, what: str) -> tuple[
 
 def write(motion: Motion) -> bytes:
     """Write a motion as TRC: millimetres, y up; its markers, or else its joints."""
-    names, places = numbers.shown(motion)
+    names, places = tables.shown(motion)
     names = tuple(re.sub(r"[\t\r\n]+", " ", name).strip() or "marker" for name in names)
     title = re.sub(r"\s+", " ", PurePath(motion.source.path).with_suffix(".trc").name)
     many, count = len(names), len(motion)

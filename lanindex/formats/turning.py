@@ -52,7 +52,7 @@ def inverse(turns: NDArray[Any]) -> Floats:
     return undone
 
 
-def rotated(turns: Floats, points: Floats) -> Floats:
+def rotated(turns: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
     """Return points (..., 3) as turns (..., 4) take them.
 
     Examples

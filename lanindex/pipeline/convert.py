@@ -96,7 +96,7 @@ def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
     """Return a motion as a file, and what there is to say of it."""
     said: tuple[str, ...] = ()
     if form in ANIMATED:
-        from lanindex.formats.whole import whole
+        from lanindex.formats.animation import whole
 
         made = whole(motion)
         said, motion = made.warnings[len(motion.warnings) :], made

@@ -10,8 +10,8 @@ from pathlib import Path
 from lanindex import formats
 from lanindex.errors import LanindexError
 from lanindex.formats import archives
-from lanindex.formats.not_read import COMPANIONS, unread
-from lanindex.formats.not_read import WITHOUT_PLACES as ANGLES
+from lanindex.formats.sniff import COMPANIONS, unread
+from lanindex.formats.sniff import WITHOUT_PLACES as ANGLES
 from lanindex.library.texts import printable
 from lanindex.notation import NOTATIONS
 

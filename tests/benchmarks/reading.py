@@ -20,18 +20,16 @@ import numpy as np
 from places import CAPTURES
 
 from lanindex import formats
-from lanindex.formats import numbers, trc
-from lanindex.formats.amc import layout as amc_layout
-from lanindex.formats.amc.asf import parse
-from lanindex.formats.amc.beside import skeleton_of
-from lanindex.formats.amc.numbers import Numbers
+from lanindex.formats import tables, trc
+from lanindex.formats.amc import frames as amc_frames
+from lanindex.formats.amc.asf import parse, skeleton_of
+from lanindex.formats.amc.frames import Numbers
 from lanindex.formats.bvh.compiled import fast
 from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.people import names_of
-from lanindex.formats.c3d.places import places
+from lanindex.formats.c3d.read import names_of, places
 from lanindex.formats.file import holding
 from lanindex.formats.gltf.read import chosen
-from lanindex.formats.mvnx.walk import walk
+from lanindex.formats.mvnx import walk
 from lanindex.formats.table.kinds import layout_of
 from lanindex.model import Reading
 
@@ -65,7 +63,7 @@ def amc_numbers(path: Path) -> None:
     file = formats.opened(path)
     skeleton, _ = skeleton_of(file, Reading())
     floats = Numbers(parse(skeleton).bones, fast().parse)
-    layout = amc_layout.scan(file.content, file.name)
+    layout = amc_frames.scan(file.content, file.name)
     for start in range(0, len(layout.starts), 1024):
         stops, ends = layout.stops[start : start + 1024], layout.ends[start : start + 1024]
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))
@@ -97,12 +95,12 @@ def mvnx_by_etree(path: Path) -> None:
 
 def trc_numbers(path: Path) -> None:
     file = formats.opened(path)
-    numbers.read(file, trc.scan(file).table)
+    tables.read(file, trc.scan(file).table)
 
 
 def table_numbers(path: Path) -> None:
     file = formats.opened(path)
-    numbers.read(file, layout_of(file).table)
+    tables.read(file, layout_of(file).table)
 
 
 def by_loadtxt(path: Path) -> None:

@@ -10,7 +10,7 @@ import lanindex
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.encode.heading import heading
 from lanindex.errors import ExportError, UsageError
-from lanindex.formats.whole import whole
+from lanindex.formats.animation import whole
 from lanindex.model import Skeleton, Span
 from lanindex.pipeline import open_library
 from lanindex.pipeline.convert import TARGETS, from_origin, stretch, target_of, written

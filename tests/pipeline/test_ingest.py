@@ -10,7 +10,7 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.encode.profile import load
-from lanindex.formats.not_read import UNREAD, unread
+from lanindex.formats.sniff import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.discover import SUFFIXES, discover, left_out

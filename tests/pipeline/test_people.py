@@ -20,7 +20,7 @@ from made_mvnx import mvnx, subject
 from lanindex import formats
 from lanindex.encode.profile import load
 from lanindex.formats import c3d as c3d_format
-from lanindex.formats.fbx import asked
+from lanindex.formats import fbx as fbx_format
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.discover import discover
 from lanindex.pipeline.ingest import ingest
@@ -60,8 +60,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     """Count how often a file is opened, its people are told apart, its numbers are found."""
     counts: Counter[str] = Counter()
     read = importlib.import_module("lanindex.formats.c3d.read")
-    people = importlib.import_module("lanindex.formats.c3d.people")
-    for name, *modules in (("opened", formats), ("subjects", c3d_format), ("scan", read, people)):
+    for name, *modules in (("opened", formats), ("subjects", c3d_format), ("scan", read)):
         known = getattr(modules[0], name)
 
         def counted(what: Any, known: Any = known, name: str = name) -> Any:
@@ -223,9 +222,11 @@ def test_one_child_process_for_a_file(library: Library, trial: Path, monkeypatch
     keys = {**waving_fbx("A:"), **waving_fbx("B:")}
     (trial.parent / "two.fbx").write_bytes(fbx({"wave": keys}, people=("A:", "B:")))
     counts: Counter[str] = Counter()
-    run = asked.subprocess.run
+    run = fbx_format.subprocess.run
     monkeypatch.setattr(
-        asked.subprocess, "run", lambda *what, **how: counts.update(["run"]) or run(*what, **how)
+        fbx_format.subprocess,
+        "run",
+        lambda *what, **how: counts.update(["run"]) or run(*what, **how),
     )
     for status in ("added", "unchanged"):
         outcomes = library.ingest(trial.parent / "two.fbx")

@@ -1,25 +1,29 @@
-"""AMC and ASF → Motion, a block of frames at a time."""
+"""AMC and ASF → Motion, a block of frames at a time.
+
+A bone turns about axes of its own, fixed to its parent: those of the world at rest, turned by the
+angles of its skeleton. (Written with matrices: parent · C · M · C⁻¹.)
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.body import Stated
 from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError
-from lanindex.formats.amc.asf import Bones, parse
-from lanindex.formats.amc.beside import skeleton_of
-from lanindex.formats.amc.kinematics import axes_of, joints_of, world
-from lanindex.formats.amc.layout import Layout, scan
-from lanindex.formats.amc.numbers import Numbers
+from lanindex.formats.amc.asf import Bone, Bones, parse, skeleton_of
+from lanindex.formats.amc.frames import Layout, Numbers, scan
 from lanindex.formats.bvh.compiled import paths
 from lanindex.formats.bvh.hierarchy import line_of
 from lanindex.formats.file import File, Wanted, holding
-from lanindex.formats.points import Points, motion_of
+from lanindex.formats.points import END, Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
+from lanindex.formats.turning import product, rotated
 from lanindex.model import Motion, Reading
 
 BLOCK = 1024
@@ -118,3 +122,78 @@ def _count_doubt(layout: Layout) -> tuple[str, ...]:
         return ()
     before, behind = layout.numbers[jumps[0] : jumps[0] + 2].tolist()
     return (f"frame {behind} follows frame {before}: taken for the next",)
+
+
+Floats = NDArray[np.float64]
+
+
+def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], Floats]:
+    """Return a skeleton's joints: where each bone begins, by its name, then where the last end.
+
+    Returns (J, 3).
+    """
+    names = [bone.name.decode("utf-8", "replace") for bone in bones]
+    last = _last(bones)
+    parents = [*(bone.parent for bone in bones), *last]
+    shifts = [(0.0,) * 3 if bone.parent < 0 else bone.shift for bone in bones]
+    offsets = [(0.0,) * 3 if parent < 0 else shifts[parent] for parent in parents]
+    return (*names, *(names[bone] + END for bone in last)), tuple(parents), np.array(offsets)
+
+
+def axes_of(bones: Sequence[Bone], tilt: float) -> list[Floats]:
+    """Return the axes that each bone turns about, as columns."""
+    return [_axes(bone, tilt) for bone in bones]
+
+
+def world(
+    bones: Sequence[Bone], axes: Sequence[Floats], values: Floats, turn: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return where joints are, and their rotations from rest.
+
+    Takes `values` (T, W); returns (T, J, 3), (T, J, 4).
+    """
+    last = _last(bones)
+    places = np.empty((len(bones) + len(last), len(values), 3))
+    turns = np.empty((len(bones) + len(last), len(values), 4))
+    column = 0
+    for index, bone in enumerate(bones):
+        numbers = values[:, column : column + len(bone.dof)].T
+        column += len(bone.dof)
+        if bone.parent < 0:
+            places[index] = bone.shift
+            turned: Floats = np.broadcast_to((1.0, 0.0, 0.0, 0.0), turns[index].shape)
+        else:
+            places[index] = places[bone.parent]
+            turned = turns[bone.parent]
+            if bone.parent:
+                places[index] += rotated(turned, np.array(bones[bone.parent].shift))
+        for code, number in reversed(list(zip(bone.dof, numbers, strict=True))):
+            if code < 3:
+                half = number * (turn / 2.0)
+                own = np.column_stack((np.cos(half), np.outer(np.sin(half), axes[index][:, code])))
+                turned = product(turned, own)
+            else:
+                places[index, :, code - 3] += number
+        turns[index] = turned
+    for index, above in enumerate(last, len(bones)):
+        turns[index] = turns[above]
+        places[index] = places[above] + rotated(turns[above], np.array(bones[above].shift))
+    return places.transpose(1, 0, 2).astype(np.float32), turns.transpose(1, 0, 2).astype(np.float32)
+
+
+def _last(bones: Sequence[Bone]) -> list[int]:
+    """Return the bones from which no other goes on."""
+    above = {bone.parent for bone in bones}
+    return [index for index in range(1, len(bones)) if index not in above]
+
+
+def _axes(bone: Bone, tilt: float) -> Floats:
+    axes = np.eye(3)
+    for axis in bone.order:
+        one, other = (axis + 1) % 3, (axis + 2) % 3
+        cosine, sine = np.cos(bone.axis[axis] * tilt), np.sin(bone.axis[axis] * tilt)
+        turn = np.eye(3)
+        turn[one, one] = turn[other, other] = cosine
+        turn[one, other], turn[other, one] = -sine, sine
+        axes = turn @ axes
+    return axes

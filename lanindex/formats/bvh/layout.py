@@ -1,11 +1,13 @@
-"""Where things lie in a BVH file, byte by byte, for exact clips.
+"""Where the header and the frames of a BVH file lie, byte by byte, and clips of them.
 
-Nothing here trusts the ``Frames:`` count: frames are the lines that are there.
+Frames are the lines that are there: the ``Frames:`` count is not trusted.
 """
 
 from __future__ import annotations
 
+import io
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +15,8 @@ from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh.hierarchy import Hierarchy, line_of, parse, text_of
-from lanindex.formats.file import Content, holding
+from lanindex.formats.file import Content, File, holding
+from lanindex.model import Reading, Span
 
 _COUNT = re.compile(rb"\s*Frames[ \t]*:[ \t]*([^\s]*)[^\r\n]*", re.IGNORECASE)
 _TIME = re.compile(rb"\s*(Frame[ \t]*Time[ \t]*:[ \t]*([^\s]*)[^\r\n]*)", re.IGNORECASE)
@@ -143,3 +146,30 @@ def _breaks(data: Content, first: int) -> tuple[Places, NDArray[np.bool_]]:
         breaks.append(found + start)
         pairs.append(pair)
     return np.concatenate(breaks), np.concatenate(pairs)
+
+
+_COPIED = 4096  # frames copied at a time
+
+
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of a BVH file, which is looked through once."""
+    layout = scan(file.content, file.name)
+    return lambda span: cut(file.content, layout, span)
+
+
+def cut(data: Content, layout: Layout, span: Span) -> bytes:
+    """Return the clip of some frames."""
+    before, after = layout.count
+    clip = io.BytesIO()
+    clip.write(data[:before] + str(len(span)).encode() + data[after : layout.first])
+    for start in range(span.start, span.stop, _COPIED):
+        stop = min(start + _COPIED, span.stop)
+        starts, ends = layout.frames[start:stop, 0], layout.ends[start:stop]
+        first, last = int(starts[0]), int(ends[-1])
+        piece = data[first:last]
+        if (starts[1:] == ends[:-1]).all():
+            clip.write(piece)
+            continue
+        for begin, end in zip((starts - first).tolist(), (ends - first).tolist(), strict=True):
+            clip.write(piece[begin:end])  # what stands between is left out
+    return clip.getvalue()

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from lanindex.body import sampled
 from lanindex.errors import ExportError
-from lanindex.formats.aimed import aim, resting
+from lanindex.formats.animation import aim, resting
+from lanindex.formats.points import END
 from lanindex.model import Motion, Skeleton
 from lanindex.rotation import euler, rotations
 
@@ -24,9 +25,6 @@ RIGID = 0.02
 
 DEEPEST = 200
 """Joints that hang on each other in a row; each is written a step further to the right."""
-
-END = " End"
-"""Ends the name of a joint that is the End Site of its parent."""
 
 ROTATIONS = "Zrotation Xrotation Yrotation"
 POSITIONS = "Xposition Yposition Zposition"

@@ -16,8 +16,7 @@ from itertools import product
 from operator import itemgetter
 
 from lanindex.errors import CaptureError
-from lanindex.formats.c3d.parameters import FULL, Parameters
-from lanindex.formats.c3d.processors import PROCESSORS, Processor
+from lanindex.formats.c3d.parameters import FULL, PROCESSORS, Parameters, Processor
 from lanindex.formats.file import File
 
 BLOCK = 512

@@ -12,8 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lanindex.formats.c3d.layout import BLOCK
-from lanindex.formats.c3d.parameters import FULL, TEXT
-from lanindex.formats.c3d.processors import PROCESSORS
+from lanindex.formats.c3d.parameters import FULL, PROCESSORS, TEXT
 from lanindex.model import Motion
 
 _INTEL = 84

@@ -12,9 +12,9 @@ import numpy as np
 
 from lanindex.formats.file import File
 from lanindex.formats.gltf.document import Document, Value
-from lanindex.formats.gltf.pack import Pack, glb
 from lanindex.formats.gltf.read import Performance, chosen, extras, rate_of, unknown
 from lanindex.formats.gltf.tracks import PATHS, Track, timed, tracks
+from lanindex.formats.gltf.write import Pack, glb
 from lanindex.model import Reading, Span
 
 

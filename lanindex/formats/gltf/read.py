@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,12 +16,12 @@ from lanindex.body.understand import Stated, find_body, sampled
 from lanindex.errors import BodyError, CaptureError, UsageError, quoted
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf.document import Document, Value, opened_document
-from lanindex.formats.gltf.kinematics import above, placed
 from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
 from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, timed, tracks
 from lanindex.formats.people import distinct, named, others, person, take_doubt
 from lanindex.formats.points import BLOCK, Frames, Places, Points, motion_of
 from lanindex.formats.rates import told_rate
+from lanindex.formats.turning import inverse, product, worlds
 from lanindex.model import Motion, Reading
 
 MOST = 20_000_000
@@ -220,3 +220,56 @@ def _performance(
             wanted="as many as such a file can hold",
         )
     return Performance(document, nodes, person, take, timed(found, ticks), ticks)
+
+
+Floats = NDArray[np.float64]
+
+
+def above(nodes: Nodes, joints: Iterable[int]) -> list[int]:
+    """Return joints and all nodes above them, parents before children."""
+    needed = set[int]()
+    for node in joints:
+        while node >= 0 and node not in needed:
+            needed.add(node)
+            node = nodes.parents[node]
+    return [node for node in nodes.order if node in needed]
+
+
+def placed(
+    nodes: Nodes,
+    joints: Sequence[int],
+    tracks: Sequence[Track] = (),
+    frames: NDArray[np.int64] | None = None,
+    rest: Floats | None = None,
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return where joints are and how they are turned, in the axes of the scene.
+
+    Takes `frames` (T,), `rest` (J, 4); returns (T, J, 3), (T, J, 4).
+    """
+    moved = {(track.node, track.path): track for track in tracks}
+    count = 1 if frames is None else len(frames)
+    place = {node: number for number, node in enumerate(joints)}
+    kind = np.float64 if rest is None else np.float32
+    points, turned = (np.empty((count, len(place), width), kind) for width in (3, 4))
+    back = None if rest is None else inverse(rest)
+
+    def at(node: int, path: str, still: Floats) -> Floats:
+        track = moved.get((node, path))
+        if track is None or frames is None:
+            return still[None]
+        return track.at(frames)
+
+    def standing(node: int) -> tuple[Floats, Floats, Floats]:
+        return (
+            at(node, "translation", nodes.shifts[node]),
+            at(node, "rotation", nodes.turns[node]),
+            at(node, "scale", nodes.scales[node]),
+        )
+
+    needed = ((node, nodes.parents[node]) for node in above(nodes, joints))
+    for node, point, turn in worlds(needed, standing):
+        joint = place.get(node)
+        if joint is not None:
+            points[:, joint] = point
+            turned[:, joint] = turn if back is None else product(turn, back[joint])
+    return points, turned

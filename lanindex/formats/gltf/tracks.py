@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError
-from lanindex.formats.gltf.accessors import numbers, shape
-from lanindex.formats.gltf.document import Document, Value
+from lanindex.formats.gltf.document import Document, Value, numbers, shape
 from lanindex.formats.rates import nearest_rate
 from lanindex.formats.turning import between, unit
 

@@ -1,16 +1,18 @@
-"""Motion to GLB: a skeleton with something to see on it, and how its joints turn."""
+"""Motion → GLB: a skeleton with an octahedron for each bone, and how its joints turn."""
 
 from __future__ import annotations
 
+import json
+import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import sampled
-from lanindex.formats.aimed import aim, resting
-from lanindex.formats.gltf.mesh import octahedra
-from lanindex.formats.gltf.pack import INDICES, VERTICES, Pack, glb
+from lanindex.formats.animation import aim, resting
+from lanindex.formats.gltf.document import BINARY_CHUNK, JSON_CHUNK, MAGIC
 from lanindex.formats.turning import inverse, matrices, product, quaternions, steady, unit
 from lanindex.model import Motion
 from lanindex.rotation import rotations
@@ -213,3 +215,138 @@ def _mesh(pack: Pack, offsets: Floats, parents: NDArray[np.int_]) -> dict[str, A
     }
     indices = pack.accessor(faces.reshape(-1, 1), "<u4", target=INDICES)
     return {"name": "bones", "primitives": [{"attributes": attributes, "indices": indices}]}
+
+
+WIDTH = 0.08
+"""Half of a bone's thickness, of its length."""
+
+RING = 0.15
+"""Where it is thickest, of its length."""
+
+TIP = 0.02
+"""Metres that the last joint of a limb is shown by."""
+
+_FACES = np.array(
+    [[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 1, 4], [5, 1, 2], [5, 2, 3], [5, 3, 4], [5, 4, 1]]
+)
+
+
+def octahedra(
+    places: Floats, parents: Sequence[int]
+) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
+    """Return the bones of a skeleton as octahedra.
+
+    Takes `places` (J, 3); returns (6 B, 3), (8 B, 3).
+    """
+    bones = [
+        (parent, places[parent], places[joint])
+        for joint, parent in enumerate(parents)
+        if parent >= 0 and np.linalg.norm(places[joint] - places[parent]) > 1e-4
+    ]
+    ended = set(range(len(parents))) - {joint for joint, _, _ in bones}
+    bones += [(joint, places[joint], places[joint] + [0, TIP, 0]) for joint in sorted(ended)]
+    corners = np.concatenate([_corners(start, stop) for _, start, stop in bones])
+    joints = np.repeat([joint for joint, _, _ in bones], 6)
+    faces = np.concatenate([_FACES + 6 * number for number in range(len(bones))])
+    return corners, joints, faces
+
+
+def _corners(start: Floats, stop: Floats) -> Floats:
+    """Return the corners of a bone: its head, four about it, its tail."""
+    along = stop - start
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+    across *= WIDTH * np.linalg.norm(along) / np.linalg.norm(across)
+    other = np.cross(along, across) / np.linalg.norm(along)
+    middle = start + RING * along
+    ring = (middle + across, middle + other, middle - across, middle - other)
+    return np.stack([start, *ring, stop])
+
+
+KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+CODES = {"<u2": 5123, "<u4": 5125, "<f4": 5126}
+VERTICES, INDICES = 34962, 34963
+"""What a buffer view of a mesh is for."""
+
+
+class Pack:
+    """Numbers, and the accessors and buffer views that tell of them."""
+
+    def __init__(self, views: list[Any] | None = None, accessors: list[Any] | None = None) -> None:
+        self.views: list[Any] = [] if views is None else views
+        self.accessors: list[Any] = [] if accessors is None else accessors
+        self.size = 0
+        self.free: tuple[list[int], list[int]] = ([], [])
+        self._parts: list[bytes | memoryview] = []
+
+    def copy(self, accessors: list[int], views: list[int]) -> Pack:
+        """Return the same once more, some of whose accessors and views may be overwritten."""
+        made = Pack(list(self.views), list(self.accessors))
+        made.size, made._parts = self.size, list(self._parts)
+        made.free = (accessors[::-1], views[::-1])
+        return made
+
+    def fill(self, number: int) -> None:
+        """Let what is free yet be the same as an accessor."""
+        told = self.accessors[number]
+        for free in self.free[0]:
+            self.accessors[free] = told
+        for free in self.free[1]:
+            self.views[free] = self.views[told["bufferView"]]
+
+    def numbers(self) -> bytes:
+        """Return the numbers."""
+        return b"".join(self._parts)
+
+    def lay(self, data: bytes | memoryview) -> dict[str, int]:
+        """Lay bytes behind the others; return where, as a buffer view tells it."""
+        gap = -self.size % 4
+        self._parts += [b"\0" * gap, data]
+        place = {"buffer": 0, "byteOffset": self.size + gap, "byteLength": len(data)}
+        self.size += gap + len(data)
+        return place
+
+    def view(self, data: bytes, target: int | None = None) -> int:
+        """Add a buffer view; return its number."""
+        told = self.lay(data)
+        told = told if target is None else {**told, "target": target}
+        return _put(self.views, told, self.free[1])
+
+    def accessor(
+        self,
+        values: NDArray[Any],
+        kind: str = "<f4",
+        *,
+        target: int | None = None,
+        bounds: bool = False,
+    ) -> int:
+        """Add an accessor of (N, width) numbers; return its number."""
+        rows = np.ascontiguousarray(values, kind).reshape(len(values), -1)
+        told: dict[str, Any] = {
+            "bufferView": self.view(rows.tobytes(), target),
+            "componentType": CODES[kind],
+            "count": len(rows),
+            "type": KINDS[rows.shape[1]],
+        }
+        if bounds:
+            told |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        return _put(self.accessors, told, self.free[0])
+
+
+def _put(things: list[Any], thing: Any, free: list[int]) -> int:
+    """Put a thing where one is free, else behind the others; return its number."""
+    if free:
+        things[free[-1]] = thing
+        return free.pop()
+    things.append(thing)
+    return len(things) - 1
+
+
+def glb(told: dict[str, Any], data: bytes) -> bytes:
+    """Return a GLB of its JSON and its numbers."""
+    text = json.dumps(told, separators=(",", ":"), allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    rest = -len(data) % 4
+    binary = struct.pack("<I4s", len(data) + rest, BINARY_CHUNK) if data else b""
+    size = 20 + len(text) + len(binary) + (len(data) + rest)
+    head = struct.pack("<4sIII4s", MAGIC, 2, size, len(text), JSON_CHUNK)
+    return b"".join((head, text, binary, data, b"\0" * rest))

@@ -14,7 +14,9 @@ An array of places is (T, J, 3). What it lacks, others say, by these names:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import io
+import zipfile
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,13 +25,13 @@ from numpy.typing import NDArray
 
 from lanindex.body import Stated
 from lanindex.errors import CaptureError, quoted
-from lanindex.formats.clock import rate_by
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.npy import features, smpl
-from lanindex.formats.npy.arrays import Arrays, Header, arrays
+from lanindex.formats.npy.arrays import SUFFIX, Arrays, Header, archive, arrays, unpacked
 from lanindex.formats.npy.orders import ORDERS, SMPL, Order, order_of
 from lanindex.formats.points import Points, motion_of
-from lanindex.model import Motion, Reading
+from lanindex.formats.rates import rate_by
+from lanindex.model import Motion, Reading, Span
 
 PLACES = ("joints", "positions", "keypoints", "xyz", "joint_positions", "joints3d", "joints_3d",
           "keypoints3d", "keypoints_3d", "poses3d", "motion", "")  # fmt: skip
@@ -247,3 +249,77 @@ def _sound(
                 raise CaptureError(found, place=place, wanted=f"numbers up to {largest:g}")
             result[start : start + smpl.BLOCK] = block
     return result
+
+
+_NEVER = ("betas", "shape", "fps")
+
+
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of arrays, which are looked through once.
+
+    Kinds, orders and packing are the source's; numbers are its numbers, byte for byte.
+    """
+    found = arrays(file)
+    layout = laid(found)
+    if "" in found.headers:
+        return lambda span: _cut(found, "", layout.axis, span)
+    return lambda span: _members(file, found, layout, span)
+
+
+def _members(file: File, found: Arrays, layout: Layout, span: Span) -> bytes:
+    """Return the ZIP with its arrays cut."""
+    clip, packed = io.BytesIO(), archive(file)
+    with zipfile.ZipFile(clip, "w") as out:
+        for info in packed.infolist():
+            name = info.filename.removesuffix(SUFFIX)
+            header = found.headers.get(name)
+            if header and name != info.filename and _follows(name, header, layout):
+                data = _cut(found, name, layout.axis if name == layout.key else 0, span)
+            else:
+                data = unpacked(file.name, packed, info, 0, info.file_size)
+            copy = zipfile.ZipInfo(info.filename, info.date_time)
+            copy.compress_type = info.compress_type
+            out.writestr(copy, data)
+    return clip.getvalue()
+
+
+def _follows(name: str, header: Header, layout: Layout) -> bool:
+    """Tell whether an array has a frame for each of the movement's."""
+    if name == layout.key:
+        return True
+    shape = header.shape
+    numbers = header.kind.kind in "fiub" and name not in _NEVER
+    return numbers and bool(shape) and shape[0] == layout.frames
+
+
+def _cut(found: Arrays, name: str, axis: int, span: Span) -> bytes:
+    """Return an array's file with some of its frames."""
+    array = found[name]
+    some = array[:, span.start : span.stop] if axis else array[span.start : span.stop]
+    if found.headers[name].fortran:
+        some = np.asfortranarray(some)
+    clip = io.BytesIO()
+    np.lib.format.write_array(clip, some, allow_pickle=False)
+    return clip.getvalue()
+
+
+def write(motion: Motion) -> bytes:
+    """Write a motion as ``.npz``: metres, y up.
+
+    Keys: ``joints`` (T, J, 3) float32, NaN where unknown; ``joint_names`` (J); ``fps``; ``unit``,
+    ``m``; ``up``, ``y``; of a motion that has markers ``markers`` (T, M, 3) and ``marker_names``
+    (M) too.
+    """
+    arrays: dict[str, Any] = {
+        "joints": motion.positions / np.float32(1000),
+        "joint_names": np.array(motion.skeleton.names),
+        "fps": np.array(float(motion.rate)),
+        "unit": np.array("m"),
+        "up": np.array("y"),
+    }
+    if motion.markers is not None:
+        arrays["markers"] = motion.markers.positions / np.float32(1000)
+        arrays["marker_names"] = np.array(motion.markers.names)
+    file = io.BytesIO()
+    np.savez_compressed(file, allow_pickle=False, **arrays)
+    return file.getvalue()

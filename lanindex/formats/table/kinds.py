@@ -1,24 +1,28 @@
-"""The tables of known programs: how each is recognised, and where its points are.
+"""The tables of points: how each program's is recognised, and where its points are.
 
 Sources: Microsoft, *Kinect for Windows SDK 2.0*, JointType, and LabanotationSuite; Vicon, *Nexus
-User Guide*, ASCII export; NaturalPoint, *Motive*, CSV data export; Qualisys, *QTM User Manual*, TSV
-export.
+User Guide*, ASCII export; Vicon, *Plug-in Gait Reference Guide*, kinematic segments; NaturalPoint,
+*Motive*, CSV data export; Qualisys, *QTM User Manual*, TSV export.
 """
 
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Callable
 from itertools import islice
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.body import Stated
-from lanindex.errors import CaptureError, quoted, shown
-from lanindex.formats import numbers, sniff
+from lanindex.errors import CaptureError, UsageError, quoted, shown
+from lanindex.formats import sniff, tables
 from lanindex.formats.file import Content, File
-from lanindex.formats.table import segments
-from lanindex.formats.table.layout import (
+from lanindex.formats.tables import (
+    Finish,
     Layout,
     Line,
     comma_of,
@@ -28,8 +32,7 @@ from lanindex.formats.table.layout import (
     separator_of,
     triples,
     twice,
-)  # fmt: skip
-from lanindex.formats.table.segments import Finish, Triple
+)
 
 _JOINTS = (
     "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight "
@@ -68,7 +71,7 @@ def layout_of(file: File) -> Layout:
     return _kinect(file, first) or _named(file, head)
 
 
-def _first(file: File, rows: numbers.Lines) -> bytes:
+def _first(file: File, rows: tables.Lines) -> bytes:
     """Return the first row; nothing, if there is none."""
     return file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
 
@@ -84,7 +87,7 @@ def _kinect(file: File, first: Line) -> Layout | None:
     points = [(at, at + 1, at + 2) for at in starts]
     heads = [0, *(at + 3 for at in starts)]
     comma = comma_of(first.text, separator)
-    rows = numbers.rows(file.content, first.first)
+    rows = tables.rows(file.content, first.first)
     table = made(file, rows, separator, width, heads, points, comma)
     return Layout("Kinect v2", KINECT, table, 0, _TICKS, states=1, stated=Stated("m", "y"))
 
@@ -117,7 +120,7 @@ def _named(file: File, head: list[Line]) -> Layout:
     line, cells, separator = best
     points, unit = triples(cells)
     time = [number for number, cell in enumerate(cells) if _TIME.fullmatch(cell)]
-    rows = numbers.rows(file.content, line.stop)
+    rows = tables.rows(file.content, line.stop)
     comma = comma_of(_first(file, rows), separator)
     table = made(file, rows, separator, len(cells), time[:1], list(points.values()), comma)
     said = _TIME.fullmatch(cells[time[0]]) if time else None
@@ -140,7 +143,7 @@ def _nexus(file: File, head: list[Line]) -> Layout:
     if head:
         separator = separator_of(head[3].text)
         rate, names, axes, units = (line.cells(separator) for line in head[1:5])
-        found = _trajectories(names, axes) if at is not None else segments.joints(names, axes)
+        found = _trajectories(names, axes) if at is not None else segment_joints(names, axes)
     called, points, finish = found
     if at is None and not points:
         raise CaptureError(
@@ -149,7 +152,7 @@ def _nexus(file: File, head: list[Line]) -> Layout:
             wanted="the block Trajectories",
             remedy="Export the trajectories too, or give the C3D file.",
         )
-    rows = numbers.rows(file.content, head[4].stop)
+    rows = tables.rows(file.content, head[4].stop)
     beyond = np.flatnonzero(rows[1:, 0] != rows[:-1, 1])  # a blank line ends the block
     rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
     unit = next((units[point[0]] for point in points if point[0] < len(units)), None)
@@ -210,7 +213,7 @@ def _motive(file: File, head: list[Line]) -> Layout:
         )
     types = rows.get("type", [])
     names, points = _motive_points(rows["name"], kinds, types, axes.cells(b","))
-    lines_there = numbers.rows(file.content, axes.stop)
+    lines_there = tables.rows(file.content, axes.stop)
     width = len(axes.cells(b","))
     table = made(file, lines_there, b",", width, [1], points)
     unit = said.get("Length Units", "").lower()
@@ -261,7 +264,7 @@ def _qualisys(file: File, head: list[Line]) -> Layout:
     if said.get("DATA_INCLUDED", "3D") not in ("3D", ""):
         found = f"data of the kind {shown(said['DATA_INCLUDED'], 20)!r}"
         raise CaptureError(found, place=file.name, wanted="3D, places of markers")
-    rows = numbers.rows(file.content, begin)
+    rows = tables.rows(file.content, begin)
     if before is None:
         row = _first(file, rows).rstrip(b"\r\n")
         extra = row.removesuffix(b"\t").count(b"\t") + 1 - 3 * len(names)
@@ -285,3 +288,167 @@ _KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], Layout]] = 
     (b"no_of_frames", b"file_version"): _qualisys,
 }
 """By how a table begins, in small letters: whose it is."""
+
+
+JOINTS = {
+    "PEL": "Pelvis",
+    "TRX": "Neck",
+    "HED": "Head",
+    **{
+        side + segment: side + joint
+        for side in "LR"
+        for segment, joint in (
+            ("CL", "Shoulder"),
+            ("HU", "Elbow"),
+            ("RA", "Wrist"),
+            ("HN", "Hand"),
+            ("FE", "Knee"),
+            ("TI", "Ankle"),
+            ("TO", "Toe"),
+        )
+    },
+}
+"""By segment, the joint at its origin."""
+
+AXES = ["RX", "RY", "RZ", "TX", "TY", "TZ", "SX", "SY", "SZ"]
+
+Triple = tuple[int, int, int]
+
+
+def segment_joints(
+    names: list[str], axes: list[str]
+) -> tuple[tuple[str, ...], list[Triple], Finish]:
+    """Return the joints of Plug-in Gait's segments: names, hips last; columns; what makes places.
+
+    Of each segment an export gives a turn (RX, RY, RZ: axis times angle, degrees), the origin (TX,
+    TY, TZ) and its length (SX, SY, SZ). Origins are the joints at the lower ends; the hips lie at
+    the upper ends of the thighs, along their z axes.
+    """
+    called: list[str] = []
+    points: list[Triple] = []
+    thighs: list[tuple[str, int]] = []
+    for column in range(2, min(len(names), len(axes) - 8)):
+        subject, mark, segment = names[column].rpartition(":")
+        if segment in JOINTS and [axis.upper() for axis in axes[column : column + 9]] == AXES:
+            called.append(subject + mark + JOINTS[segment])
+            points.append((column + 3, column + 4, column + 5))
+            if segment[1:] == "FE":
+                thighs.append((f"{subject}{mark}{segment[0]}Hip", column))
+    knees = [points.index((column + 3, column + 4, column + 5)) for _, column in thighs]
+    many = len(points)
+    for _, column in thighs:
+        points += [(column, column + 1, column + 2), (column + 6, column + 7, column + 8)]
+
+    def finish(places: NDArray[Any]) -> NDArray[Any]:
+        turns, lengths = places[:, many::2], places[:, many + 1 :: 2, 2:]
+        hips = places[:, knees] + lengths * _upwards(np.radians(turns))
+        return np.concatenate((places[:, :many], hips), axis=1)
+
+    return (*called, *(name for name, _ in thighs)), points, finish
+
+
+def _upwards(turns: NDArray[Any]) -> NDArray[Any]:
+    """Return the z axis turned by axes times angles, (..., 3)."""
+    angle = np.sqrt((turns * turns).sum(axis=-1, keepdims=True))
+    axis = turns / np.where(angle > 0, angle, 1)
+    up = np.array([0.0, 0.0, 1.0])
+    across = np.cross(axis, up)
+    along: NDArray[Any] = axis * axis[..., 2:]
+    result: NDArray[Any] = up * np.cos(angle) + across * np.sin(angle) + along * (1 - np.cos(angle))
+    return result
+
+
+_NUMBER = (int, float)
+_KEYS: dict[str, Any] = {
+    "separator": str,
+    "comma": bool,
+    "skip": int,
+    "rate": (*_NUMBER, str),
+    "time": (int, str),
+    "tick": _NUMBER,
+    "unit": str,
+    "up": str,
+    "joints": dict,
+}
+_MOST = 1000  # lines that may be skipped
+
+
+def columns_of(path: str) -> dict[str, Any]:
+    """Read the user's file of columns (TOML).
+
+    All keys but ``joints`` may be left out::
+
+        separator = ";"       # between cells; "space" for blanks; else what the header has most of
+        comma = true          # a comma stands in numbers where a point would
+        skip = 3              # lines before the first row; the last of them names the columns
+        rate = 100            # frames a second; or
+        time = "t"            # the column of times, and
+        tick = 0.001          # seconds in one unit of it
+        unit = "mm"
+        up = "z"
+
+        [joints]              # a column by its name, or by its number, counted from 1
+        RightWrist = ["rwx", "rwy", "rwz"]
+        LeftWrist = [5, 6, 7]
+    """
+    try:
+        said = tomllib.loads(Path(path).read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--columns {path}: {error}", wanted="a file that says joints") from None
+    for key, value in said.items():
+        if key not in _KEYS or not isinstance(value, _KEYS[key]):
+            found = f"--columns {path}: {key} = {quoted(value)}"
+            raise UsageError(found, wanted=f"one of {', '.join(_KEYS)}")
+    joints = said.get("joints")
+    if not joints or not all(isinstance(axes, list) and len(axes) == 3 for axes in joints.values()):
+        found = f"--columns {path}: no [joints]" if not joints else f"--columns {path}: [joints]"
+        raise UsageError(found, wanted="of each joint its three columns, x, y, z")
+    return said
+
+
+def given_layout(file: File, path: str) -> Layout:
+    """Return where the points of a table are, as its user says."""
+    said = columns_of(path)
+    skip = said.get("skip", 1)
+    head = list(islice(lines(file), min(max(skip, 0), _MOST) + 1))
+    header, first = head[skip - 1] if 0 < skip <= len(head) else None, head[-1:]
+    text = (header or first[0]).text if head else b""
+    separator = said.get("separator", "").encode() or separator_of(text)
+    separator = tables.BLANKS if separator in (b"space", b" ") else separator
+    if len(separator) != 1:
+        raise UsageError(f"--columns {path}: separator", wanted="one character, or space")
+    cells = text_cells(text, separator) if header else []
+    columns = {name: tuple(_column(cell, cells, path) for cell in axes)
+               for name, axes in said["joints"].items()}  # fmt: skip
+    time = [_column(said["time"], cells, path)] if "time" in said else []
+    used = [*time, *(column for axes in columns.values() for column in axes)]
+    if len(set(used)) < len(used):
+        raise UsageError(f"--columns {path}: a column that is used twice", wanted="each once")
+    rows = tables.rows(file.content, header.stop if header else 0)
+    row = file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
+    comma = said.get("comma", comma_of(row, separator))
+    width = max(len(tables.cells_of(row, separator)), max(used) + 1)
+    points = [(x, y, z) for x, y, z in columns.values()]
+    table = made(file, rows, separator, width, time, points, comma)
+    tick = float(said["tick"]) if "tick" in said else None
+    stated = Stated(said.get("unit"), said.get("up"))
+    when = 0 if time else None
+    rate = str(said.get("rate", ""))
+    return Layout("a table", tuple(columns), table, when, tick, rate, stated=stated)
+
+
+def text_cells(line: bytes, separator: bytes) -> list[str]:
+    """Return the names of columns."""
+    cells = tables.cells_of(line.removeprefix(b"\xef\xbb\xbf"), separator)
+    return [cell.decode("utf-8", "replace").strip().strip('"') for cell in cells]
+
+
+def _column(cell: object, cells: list[str], path: str) -> int:
+    """Return which column is meant, counted from 0."""
+    if isinstance(cell, int) and not isinstance(cell, bool) and 0 < cell <= 100_000:
+        return cell - 1
+    if isinstance(cell, str) and cell in cells:
+        return cells.index(cell)
+    there = ", ".join(cells[:8]) or "no names"
+    wanted = f"a number from 1 on, or a name of the header ({there} ...)"
+    raise UsageError(f"--columns {path}: column {quoted(cell)}", wanted=wanted)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -12,14 +14,13 @@ from lanindex.body.by_name import LIMBS
 from lanindex.body.markers import making_of
 from lanindex.body.names import candidates
 from lanindex.errors import CaptureError, quoted
-from lanindex.formats import numbers
-from lanindex.formats.clock import rate_by
+from lanindex.formats import tables
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.people import named
 from lanindex.formats.points import Points, motion_of
-from lanindex.formats.table import columns
-from lanindex.formats.table.kinds import layout_of
-from lanindex.formats.table.layout import Layout, twice
+from lanindex.formats.rates import rate_by
+from lanindex.formats.table.kinds import given_layout, layout_of
+from lanindex.formats.tables import Layout, twice
 from lanindex.model import Motion, Reading, Span
 
 _TICKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
@@ -35,13 +36,13 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     """
     layout = _layout(file, told)
     chosen, whose = _chosen(file, layout)
-    heads, places = numbers.read(file, layout.table)
+    heads, places = tables.read(file, layout.table)
     places = layout.finish(places) if layout.finish else places
     if layout.states is not None:
         places[heads[:, layout.states :] == 0] = np.nan
     names = tuple(layout.names[number] for number in chosen)
     places = places if len(chosen) == len(layout.names) else places[:, chosen]
-    gone, places = numbers.at_origin(places, names)
+    gone, places = tables.at_origin(places, names)
     times, unsure = _seconds(layout, heads)
     rate, doubts = rate_by(told, layout.rate, times, file.name)
     unsure = unsure if told.rate is None else ()
@@ -120,7 +121,7 @@ def subjects(file: File) -> tuple[str, ...]:
 
 def _layout(file: File, told: Reading | None) -> Layout:
     named = told.columns if told else None
-    return columns.layout_of(file, named) if named else file.once(layout_of)
+    return given_layout(file, named) if named else file.once(layout_of)
 
 
 def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
@@ -131,3 +132,21 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     rows = _layout(file, told).table.lines
     head = file.content[: int(rows[0, 0])]
     return lambda span: head + file.content[int(rows[span.start, 0]) : int(rows[span.stop - 1, 1])]
+
+
+def write(motion: Motion) -> bytes:
+    """Write a motion as CSV: ``frame,time,<name>_x,<name>_y,<name>_z``, millimetres, y up.
+
+    Frames count from 0, times are seconds; the points are its markers, or else its joints; what is
+    unknown is left blank.
+    """
+    names, places = tables.shown(motion)
+    names = tuple(re.sub(r'[,;"\s]+', " ", name).strip() or "point" for name in names)
+    out = io.StringIO()
+    columns = [f"{name}_{axis}" for name in names for axis in "xyz"]
+    out.write(",".join(("frame", "time", *columns)) + "\n")
+    form = "%d,%.7f" + ",%.4f" * (3 * len(names)) + "\n"
+    seconds = (np.arange(len(motion)) / float(motion.rate)).tolist()
+    for frame, (time, row) in enumerate(zip(seconds, places, strict=True)):
+        out.write((form % (frame, time, *row.ravel().tolist())).replace("nan", ""))
+    return out.getvalue().encode()

@@ -4,7 +4,7 @@ import pytest
 from bodies import hierarchy
 
 from lanindex import formats
-from lanindex.formats.bvh import cut
+from lanindex.formats.bvh import layout
 from lanindex.model import Span
 
 
@@ -20,7 +20,7 @@ def lines(count: int, end: str = "\n") -> list[str]:
 @pytest.mark.parametrize("between", ["", "\n", "   \n\n"])
 @pytest.mark.parametrize("span", [(0, 9), (0, 1), (8, 9), (2, 7)])
 def test_a_clip_is_its_lines(monkeypatch, block, between, span):
-    monkeypatch.setattr(cut, "_BLOCK", block)
+    monkeypatch.setattr(layout, "_COPIED", block)
     frames = lines(9)
     data = (head(9) + between + between.join(frames) + between).encode()
     clip = formats.cutter(formats.File("x.bvh", data))(Span(*span))

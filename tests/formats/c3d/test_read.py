@@ -1,5 +1,6 @@
 """C3D files of all processors and both kinds of numbers; what is unknown, what is believed."""
 
+import sys
 from fractions import Fraction
 
 import numpy as np
@@ -9,10 +10,8 @@ from made_c3d import STANDING, c3d, standing, vax
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError
 from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.parameters import Parameters
-from lanindex.formats.c3d.people import names_of, subjects
-from lanindex.formats.c3d.places import places
-from lanindex.formats.c3d.processors import PROCESSORS, from_dec, to_dec
+from lanindex.formats.c3d.parameters import PROCESSORS, Parameters, from_dec, to_dec
+from lanindex.formats.c3d.read import names_of, places, subjects
 from lanindex.model import Reading, Span
 
 NAMES = list(STANDING)
@@ -61,7 +60,7 @@ def test_rows_that_are_chosen_are_those_of_all():
 def test_places_are_read_a_piece_at_a_time(monkeypatch, piece):
     data = c3d(standing(9))
     whole = there(data)
-    monkeypatch.setattr("lanindex.formats.c3d.places.PIECE", piece)
+    monkeypatch.setattr(sys.modules["lanindex.formats.c3d.read"], "PIECE", piece)
     assert np.array_equal(there(data), whole)
 
 

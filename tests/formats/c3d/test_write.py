@@ -9,8 +9,7 @@ from made_c3d import c3d, standing
 from lanindex import formats
 from lanindex.formats.c3d import write
 from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.people import names_of
-from lanindex.formats.c3d.places import places
+from lanindex.formats.c3d.read import names_of, places
 from lanindex.model import Motion, Skeleton, Source
 
 

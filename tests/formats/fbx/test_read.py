@@ -12,7 +12,7 @@ from made_gltf import BODY
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, LanindexError
-from lanindex.formats.fbx import asked, subjects
+from lanindex.formats import fbx as reader
 from lanindex.formats.file import File, Wanted
 from lanindex.model import Motion, Reading
 
@@ -64,7 +64,7 @@ def test_unit_and_axis_are_the_file_s() -> None:
 def test_two_people_and_two_takes() -> None:
     both = waving("Ada:") | waving("Bob:")
     data = fbx({"still": {}, "wave": both, "again": waving("Ada:", 20)}, ("Ada:", "Bob:"))
-    assert subjects(File("a.fbx", data)) == ("Ada", "Bob")
+    assert reader.subjects(File("a.fbx", data)) == ("Ada", "Bob")
     motion = read(data)
     assert motion.warnings == (
         "Ada is read; it holds also Bob",
@@ -104,7 +104,7 @@ def test_a_time_that_lies() -> None:
 
 
 def test_without_ufbx(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(asked, "find_spec", lambda name: None)
+    monkeypatch.setattr(reader, "find_spec", lambda name: None)
     with pytest.raises(CaptureError, match=r"Install it: pip install 'lanindex\[fbx\]'"):
         read(GOOD)
 
@@ -123,7 +123,7 @@ class Done:
     ],
 )
 def test_a_library_that_crashes(monkeypatch: pytest.MonkeyPatch, done: Done, found: str) -> None:
-    monkeypatch.setattr(asked, "find_spec", lambda name: object())
+    monkeypatch.setattr(reader, "find_spec", lambda name: object())
     monkeypatch.setattr(subprocess, "run", lambda *args, **rest: done)
     with pytest.raises(CaptureError, match=found):
         read(GOOD)

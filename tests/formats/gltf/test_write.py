@@ -15,7 +15,7 @@ from scores import scores
 
 from lanindex import formats
 from lanindex.formats import gltf
-from lanindex.formats.gltf.mesh import octahedra
+from lanindex.formats.gltf.write import octahedra
 from lanindex.model import Motion, Score, Skeleton, Source
 from lanindex.perform import perform
 

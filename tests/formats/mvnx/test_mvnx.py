@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from lanindex import formats
 from lanindex.alphabet import JOINTS
 from lanindex.errors import CaptureError
+from lanindex.formats import mvnx as reader
 from lanindex.formats.file import File
-from lanindex.formats.mvnx import subjects, walk
 from lanindex.model import Motion, Reading, Span
 
 GOOD = mvnx(subject())
@@ -149,8 +149,8 @@ class TestPeople:
     data = mvnx(subject(label="Ada"), subject(4, "Bob", 'frameRate="30"'), subject(3, "Bob"))
 
     def test_their_names(self) -> None:
-        assert subjects(File("x", self.data)) == ("Ada", "Bob", "Bob 3")
-        assert subjects(File("x", mvnx(subject(label="")))) == ("subject 1",)
+        assert reader.subjects(File("x", self.data)) == ("Ada", "Bob", "Bob 3")
+        assert reader.subjects(File("x", mvnx(subject(label="")))) == ("subject 1",)
 
     def test_the_first_is_read_and_said(self) -> None:
         found = read(self.data)
@@ -168,7 +168,7 @@ class TestPeople:
     def test_a_clip_is_of_one(self, name: str) -> None:
         file = File("x.mvnx", self.data, name)
         clip = formats.cutter(file)(Span(1, 3))
-        assert subjects(File("x", clip)) == (name.removesuffix(" 3") or "Ada",)
+        assert reader.subjects(File("x", clip)) == (name.removesuffix(" 3") or "Ada",)
         found = formats.read_file(file, Reading(), formats.Wanted())
         assert np.array_equal(read(clip).positions, found.positions[1:3])
 
@@ -262,7 +262,7 @@ BOMB = b"".join(
     ],
 )
 def test_what_is_made_to_hurt_is_refused(data: bytes, found: str) -> None:
-    for work in (read, lambda it: subjects(File("ada.mvnx", it))):
+    for work in (read, lambda it: reader.subjects(File("ada.mvnx", it))):
         if found == "numbers without an end" and work is not read:
             continue  # nobody reads them
         with pytest.raises(CaptureError) as caught:
@@ -273,7 +273,7 @@ def test_what_is_made_to_hurt_is_refused(data: bytes, found: str) -> None:
 @pytest.mark.parametrize("piece", [1, 100, 1000])
 def test_pieces_of_any_size(piece: int, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = read(GOOD)
-    monkeypatch.setattr(walk, "PIECE", piece)
+    monkeypatch.setattr(reader, "_PARSED", piece)
     assert np.array_equal(read(GOOD).positions, whole.positions)
 
 

@@ -9,7 +9,7 @@ from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError
 from lanindex.formats import sniff, table
 from lanindex.formats.table.kinds import KINECT
-from lanindex.formats.table.layout import triples
+from lanindex.formats.tables import triples
 from lanindex.model import Motion, Reading, Span
 
 

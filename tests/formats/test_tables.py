@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lanindex.errors import CaptureError
-from lanindex.formats import numbers
+from lanindex.formats import tables
 from lanindex.formats.file import File
 
 CELLS = [
@@ -16,10 +16,10 @@ CELLS = [
 ODD = ["x", "1_0", "1e", "--1", "1 2", "inf", "-inf", "1e10", "1e999", "0x10", "1.2.3", "\x00", "é"]
 
 
-def table(lines: np.ndarray, separator: bytes, width: int, pick: random.Random) -> numbers.Table:
+def table(lines: np.ndarray, separator: bytes, width: int, pick: random.Random) -> tables.Table:
     columns = pick.sample(range(width), pick.randrange(1, width + 1))
     heads = pick.randrange(len(columns))
-    return numbers.Table(lines, separator, width, tuple(columns[:heads]), tuple(columns[heads:]))
+    return tables.Table(lines, separator, width, tuple(columns[:heads]), tuple(columns[heads:]))
 
 
 @pytest.mark.parametrize("separator", ["\t", ",", ";", " "])
@@ -36,8 +36,8 @@ def test_the_compiled_path_gives_the_same(separator):
             cells = [cell for cell in cells if cell.strip()] if separator == " " else cells
             text += separator.join(cells) + pick.choice(("\n", "\r\n", separator + "\n"))
         data = text.encode()
-        one = table(numbers.rows(data, 0), separator.encode(), width, pick)
-        plain, compiled = (path(data, one.lines, one) for path in (numbers.parse, fast.parse))
+        one = table(tables.rows(data, 0), separator.encode(), width, pick)
+        plain, compiled = (path(data, one.lines, one) for path in (tables.parse, fast.parse))
         assert plain[1] == compiled[1], data
         np.testing.assert_array_equal(plain[0][: plain[1]], compiled[0][: plain[1]])
         bad += plain[1] is not None
@@ -47,25 +47,25 @@ def test_the_compiled_path_gives_the_same(separator):
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("piece", [7, 1 << 17])
 def test_rows(monkeypatch, end, piece):
-    monkeypatch.setattr(numbers, "_PIECE", piece)
+    monkeypatch.setattr(tables, "_PIECE", piece)
     lines = ["1,2,3", "", ",,,", "-4,5,6", " ", " 7,8,9", ",,5"]
     data = ("head" + end + end.join(lines)).encode()
-    found = numbers.rows(data, 4 + len(end))
+    found = tables.rows(data, 4 + len(end))
     assert [data[first:stop].decode().rstrip() for first, stop in found.tolist()] == [
         "1,2,3", "-4,5,6", " 7,8,9", ",,5",
     ]  # fmt: skip
     stop = data.index(b"-4")
-    assert len(numbers.rows(data, 4 + len(end), stop)) == 1
-    assert len(numbers.rows(data, len(data))) == 0
+    assert len(tables.rows(data, 4 + len(end), stop)) == 1
+    assert len(tables.rows(data, len(data))) == 0
 
 
-@pytest.mark.parametrize("path", [numbers.parse, None])
+@pytest.mark.parametrize("path", [tables.parse, None])
 def test_a_comma_for_the_point(monkeypatch, path):
     if path:
-        monkeypatch.setattr(numbers, "_parser", lambda size: path)
+        monkeypatch.setattr(tables, "_parser", lambda size: path)
     data = b"1;0,5;1,25;-2,0;x\n2;0,6;;3,0;y\n"
-    one = numbers.Table(numbers.rows(data, 0), b";", 5, (0,), (1, 2, 3), comma=True)
-    heads, points = numbers.read(File("a.csv", data), one)
+    one = tables.Table(tables.rows(data, 0), b";", 5, (0,), (1, 2, 3), comma=True)
+    heads, points = tables.read(File("a.csv", data), one)
     assert heads.tolist() == [[1], [2]]
     assert points[0, 0].tolist() == [0.5, 1.25, -2.0]
     assert np.isnan(points[1]).all()
@@ -74,14 +74,14 @@ def test_a_comma_for_the_point(monkeypatch, path):
 def test_nothing_is_allocated_for_rows_that_are_too_short():
     data = b"1\n" * 200_000
     columns = tuple(range(3 * 100_000))
-    one = numbers.Table(numbers.rows(data, 0), b",", len(columns), (), columns)
+    one = tables.Table(tables.rows(data, 0), b",", len(columns), (), columns)
     with pytest.raises(CaptureError, match="frame 0 has 1 cells, wanted 300000"):
-        numbers.read(File("a.csv", data), one)
+        tables.read(File("a.csv", data), one)
 
 
 def test_places_of_nothing():
     places = np.ones((4, 3, 3), np.float32)
     places[1, 0] = places[:, 1] = 0
-    doubts, found = numbers.at_origin(places, ("a", "b", "c"))
+    doubts, found = tables.at_origin(places, ("a", "b", "c"))
     assert doubts == ("a at 0, 0, 0 in 1 frames: taken as unknown",)
     assert np.argwhere(np.isnan(found[..., 0])).tolist() == [[1, 0]]

@@ -1,22 +1,25 @@
-"""One skeleton, every joint known in every frame: what an animation file can hold.
+"""What animation files need of a motion: one skeleton without gaps, heads and hands turned.
 
-Loose joints, markers' joints and gaps become that by rule:
-
-- joints that hang on no other are hung where a body has them; what is no joint of the body is left
-  out where there was no hierarchy, and so is what is never known;
-- a joint that is unknown for a while goes straight from where it was to where it is next, and
-  stays where it is known first or last at the ends;
-- at rest a skeleton that was put together stands as `lanindex.body.standing` says.
+- Joints that hang on no other are hung where a body has them. Without a hierarchy, joints that
+  are not of the body are left out, and so are joints that are never known.
+- A joint that is unknown for a while goes straight from its last place to its next, and stays
+  where it is known first or last at the ends.
+- A skeleton that was put together stands at rest as `lanindex.body.standing` says.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.body import sampled
+from lanindex.body.facing import TURNING, rest_axes, seen_axes
+from lanindex.body.palms import rest_palms
 from lanindex.body.standing import at_rest, hung
 from lanindex.errors import ExportError
 from lanindex.formats.points import usual
@@ -108,3 +111,44 @@ def _without(motion: Motion, left: NDArray[np.bool_]) -> Motion:
         positions=motion.positions[:, kept],
         rotations=None if turns is None else turns[:, kept],
     )
+
+
+Floats = NDArray[np.float64]
+
+
+def resting(motion: Motion, offsets: NDArray[Any], turned: Floats) -> dict[str, tuple[int, Floats]]:
+    """Return where axes point at rest that a motion knows, and the joints that they turn with.
+
+    Takes `offsets` (J, 3), `turned` (S, J, 3, 3).
+    """
+    skeleton, some = motion.skeleton, sampled(len(motion))
+    parents, body = skeleton.parents.tolist(), skeleton.body
+    found = rest_palms(skeleton.names, parents, offsets, body)
+    rest = rest_axes(parents, offsets, body)
+    if rest is None:
+        poses = motion.positions[some].astype(np.float64)
+        rest = seen_axes(parents, body, poses, lambda joint: turned[:, joint])
+    if rest is not None:
+        found |= {name: (int(body[JOINT_CODES[name]]), rest) for name in TURNING}
+    return {name: it for name, it in found.items() if name in motion.axes}
+
+
+def aim(
+    rest: Mapping[str, tuple[int, Floats]],
+    axes: Mapping[str, NDArray[np.float32]],
+    frames: slice,
+    turns: Floats,
+) -> None:
+    """Turn joints as far as axes tell it, in place."""
+    for name, (joint, own) in rest.items():
+        there = axes[name][frames].astype(np.float64)
+        known = np.isfinite(there).all(axis=(1, 2))
+        then = np.swapaxes(_frames(own[None]), 1, 2)
+        turns[known, joint] = _frames(there[known]) @ then
+
+
+def _frames(axes: Floats) -> Floats:
+    """Return two axes and what is at right angles to them, exactly, as the columns of (T, 3, 3)."""
+    first, third = axes[:, 0], np.cross(axes[:, 0], axes[:, 1])
+    first, third = (it / np.linalg.norm(it, axis=1, keepdims=True) for it in (first, third))
+    return np.stack((first, np.cross(third, first), third), axis=2)

@@ -1,12 +1,16 @@
-"""The numbers of AMC frames: each bone's, in whatever order a frame has them.
+"""The frames of an AMC file: where they lie, their numbers, and clips of them.
 
-Where all frames name the bones in one order the names are blanked out, and what is left is read
-as BVH's numbers are; else line by line, which says what is wrong too.
+Where all frames name the bones in one order, the names are blanked out and the numbers are read
+as BVH's are; else line by line, which also says what is wrong.
 """
 
 from __future__ import annotations
 
+import io
+import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -16,10 +20,88 @@ from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bone
 from lanindex.formats.bvh.compiled import Parse
 from lanindex.formats.bvh.floats import fault
-from lanindex.formats.bvh.hierarchy import LARGEST, text_of
+from lanindex.formats.bvh.hierarchy import LARGEST, line_of, text_of
+from lanindex.formats.file import PIECE, Content, File, holding
+from lanindex.model import Reading, Span
+
+_NUMBER = 64
+"""Bytes that the number of a frame, and what surrounds it, is shorter than."""
+
+_DIGITS = 15
+_RATE = re.compile(rb"\s*:SAMPLES-PER-SECOND\s+([\d.]{1,12})\s*", re.IGNORECASE)
+
+Places = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """The bytes of an AMC file."""
+
+    header: bytes  # what stands before the first frame
+    starts: Places  # (T,) int64, where the number of each frame begins
+    stops: Places  # (T,) int64, the byte behind it
+    ends: Places  # (T,) int64, the byte behind each frame
+    numbers: Places  # (T,) int64, the frames' own numbers
+
+    @property
+    def radians(self) -> bool | None:
+        """Whether angles are said to be radians; None: nothing is said."""
+        words = self.header.upper().split()
+        return True if b":RADIANS" in words else False if b":DEGREES" in words else None
+
+    @property
+    def rate(self) -> Fraction | None:
+        """Frames a second, where the header says."""
+        for line in self.header.splitlines():
+            said = _RATE.fullmatch(line)
+            if said and said.group(1).count(b".") < 2 and said.group(1) != b".":
+                return Fraction(said.group(1).decode()) or None
+        return None
+
+
+def scan(data: Content, path: str) -> Layout:
+    """Find the frames of an AMC file without reading their numbers."""
+    rows: list[tuple[int, int, int]] = []
+    for start in range(0, len(data), PIECE):
+        piece = data[start : start + PIECE + _NUMBER]
+        for at in _numbered(piece, start == 0):
+            line = piece[at : at + _NUMBER].partition(b"\n")[0]
+            word = line.strip()
+            if not word.isdigit() or len(word) > _DIGITS:
+                raise CaptureError(
+                    f"{text_of(line.strip())[:40]!r}",
+                    place=f"{path}:{line_of(data, start + at)}",
+                    wanted="the number of a frame alone on its line",
+                )
+            begin = start + at + len(line) - len(line.lstrip())
+            rows.append((begin, begin + len(word), int(word)))
+    if not rows:
+        alone = b"\r" in data[:PIECE] and b"\n" not in data[:PIECE]
+        remedy = "Its lines end in carriage returns alone: save it with line feeds." * alone
+        wanted = "lines that are a frame's number"
+        raise CaptureError("no frames", place=path, wanted=wanted, remedy=remedy)
+    starts, stops, numbers = np.array(rows, np.int64).T
+    ends = np.append(starts[1:], len(data))
+    return Layout(data[: rows[0][0]], starts, stops, ends, numbers)
+
+
+def _numbered(piece: bytes, first: bool) -> list[int]:
+    """Return where the lines begin that begin with a digit, blanks aside."""
+    text = np.frombuffer(piece, np.uint8)
+    lines = np.flatnonzero(text[:PIECE] == 10) + 1
+    if first:
+        lines = np.append(0, lines)
+    lines = lines[lines < len(text)]
+    begun = text[lines]
+    digit = (begun >= ord("0")) & (begun <= ord("9"))
+    for index in np.flatnonzero((begun == ord(" ")) | (begun == ord("\t"))).tolist():
+        at = int(lines[index])
+        digit[index] = piece[at : at + _NUMBER].lstrip(b" \t")[:1].isdigit()
+    places: list[int] = lines[digit].tolist()
+    return places
+
 
 Floats = NDArray[np.float64]
-Places = NDArray[np.int64]
 
 
 class Numbers:
@@ -121,3 +203,29 @@ class Numbers:
             raise CaptureError(f"{shown} {found}", place=place(), wanted=wanted)
         row[columns] = numbers
         left.discard(name)
+
+
+_BLOCK = 4096  # frames copied at a time
+
+
+def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of an AMC file, which is looked through once.
+
+    The header and the lines of the frames are the source's; frames count from 1. The skeleton is
+    no part of it: `beside` gives it.
+    """
+    layout = scan(file.content, file.name)
+
+    def cut(span: Span) -> bytes:
+        clip = io.BytesIO()
+        clip.write(layout.header)
+        for start in range(span.start, span.stop, _BLOCK):
+            block = slice(start, min(start + _BLOCK, span.stop))
+            stops, ends = layout.stops[block].tolist(), layout.ends[block].tolist()
+            data, first = holding(file.content, stops[0], ends[-1])
+            for number, (stop, end) in enumerate(zip(stops, ends, strict=True), start):
+                clip.write(b"%d" % (number - span.start + 1))
+                clip.write(data[stop - first : end - first])
+        return clip.getvalue()
+
+    return cut
