@@ -38,6 +38,7 @@ VERBS = {
     "db": "Look after the library: status, upgrade, check",
     "words": "Show the dictionary of movement: names for patterns",
     "language": "Show the language of patterns on a page",
+    "guide": "Read the guide, a topic at a time",
 }
 SETTINGS: dict[str, Any] = {
     "add_completion": False,

@@ -1,4 +1,4 @@
-"""The README does what it shows: its sessions are typed on a terminal, its Python is run."""
+"""The pages do what they show: sessions are typed on a terminal, Python is run."""
 
 import json
 import os
@@ -14,16 +14,19 @@ from command import screen, start_on_terminal
 from conftest import REPOSITORY
 
 README = REPOSITORY / "README.md"
+GUIDE = REPOSITORY / "lanindex" / "guide"
+PAGES = [README, *sorted(GUIDE.glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
+STARTS_EMPTY = {"README", "first-steps"}
 
 
-def blocks(language: str) -> list[str]:
-    return [match[2] for match in BLOCK.finditer(README.read_text()) if match[1] == language]
+def blocks(language: str, page: Path) -> list[str]:
+    return [match[2] for match in BLOCK.finditer(page.read_text()) if match[1] == language]
 
 
-@pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("readme")
+def new_folder(folder: Path) -> Path:
+    """Return a folder with the corpus and the command, as a reader of the pages has them."""
     shutil.copytree(REPOSITORY / "corpus", folder / "corpus")
     command = folder / "bin" / "lanindex"
     command.parent.mkdir()
@@ -31,6 +34,11 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command.write_text(f"#!{sys.executable}\n{guarded}")
     command.chmod(0o755)
     return folder
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return new_folder(tmp_path_factory.mktemp("pages"))
 
 
 def typed(command: str, place: Path) -> str:
@@ -43,67 +51,91 @@ def settled(text: str) -> str:
     return re.sub(r"in \d+\.\d s", "in 1.0 s", text)
 
 
-def test_sessions_are_real(place: Path, request: pytest.FixtureRequest) -> None:
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_sessions_are_real(page: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    place = new_folder(tmp_path)
+    if page.stem not in STARTS_EMPTY:
+        typed("lanindex ingest corpus --labels corpus/labels.csv", place)
+    if page.stem == "lnd":
+        (place / "raise.lnd").write_text(blocks("text", page)[0])
+
     def replay(match: re.Match[str]) -> str:
+        if match[1] == "sh" and ".venv" not in match[2]:
+            for command in match[2].splitlines():
+                typed(f"({command}) || touch failed", place)
+                assert not (place / "failed").exists(), command
         if match[1] != "console":
             return match[0]
         commands = re.findall(r"^\$ (.*)$", match[2], re.MULTILINE)
         shown = "".join(f"$ {command}\n{typed(command, place)}" for command in commands)
         return f"```console\n{shown}```"
 
-    text = README.read_text()
+    text = page.read_text()
     replayed = BLOCK.sub(replay, text)
     if request.config.getoption("--bless"):
-        README.write_text(replayed)
+        page.write_text(replayed)
     else:
         assert settled(replayed) == settled(text)
 
 
-def test_shell_lines_work(place: Path) -> None:
-    (line,) = [block for block in blocks("sh") if "export -" in block]
-    typed("lanindex ingest corpus", place)  # the sessions may be typed in another process
-    assert "manifest" not in os.listdir(place)
-    assert "clip" in typed(line, place)
-    assert (place / "contrasts" / "manifest.csv").is_file()
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_python_runs(page: Path, tmp_path: Path) -> None:
+    place = new_folder(tmp_path)
+    for code in blocks("python", page):
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", code], cwd=place, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+        assert "torso" in done.stdout
 
 
-@pytest.mark.parametrize("number", range(len(blocks("python"))))
-def test_python_runs(place: Path, number: int) -> None:
-    code = blocks("python")[number]
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], cwd=place, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert "torso" in done.stdout
+@pytest.mark.parametrize("page", [*PAGES, GUIDE.parent / "ARCHITECTURE.md"], ids=lambda p: p.stem)
+def test_links_lead_somewhere(page: Path) -> None:
+    assert [
+        link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()
+    ] == []
 
 
-def test_examples_of_the_language_are_understood() -> None:
+@pytest.mark.parametrize("page", [README, GUIDE / "asking.md"], ids=lambda page: page.stem)
+def test_examples_of_the_language_are_understood(page: Path) -> None:
     from lanindex.search.language import parse
 
-    (block,) = blocks("text")
+    (block,) = blocks("text", page)
     for line in block.splitlines():
         pattern = re.split(r" {3,}", line)[0]
         assert parse(pattern)
 
 
 def test_the_test_command_is_what_ci_runs() -> None:
-    (line,) = [block for block in blocks("sh") if "[dev]" in block]
+    (line,) = [block for block in blocks("sh", README) if "[dev]" in block]
     assert line.startswith("python3 -m venv .venv && ")
     assert line.rstrip().endswith("pytest -n auto")
 
 
-def test_rooms_are_those_of_the_house() -> None:
-    rooms = README.read_text().partition("| `lanindex/app/`")[2].partition("\n\n")[0]
-    named = set(re.findall(r"`(?:lanindex/)?(\w+)(?:/|\.py)`", rooms)) - {"profiles", "migrations"}
+def test_the_readme_is_short() -> None:
+    assert len(README.read_text().splitlines()) <= 250
+
+
+def test_the_guide_has_a_topic_for_each_page() -> None:
+    from lanindex.app.commands.guide import TOPICS
+
+    pages = {GUIDE.parent / page for page, _ in TOPICS.values()}
+    assert all(page.is_file() for page in pages)
+    assert set(GUIDE.glob("*.md")) < pages
+
+
+def test_the_architecture_names_every_folder() -> None:
     package = REPOSITORY / "lanindex"
+    rows = re.findall(r"^\| (`[^|]*)\|", (package / "ARCHITECTURE.md").read_text(), re.MULTILINE)
+    named = {name for row in rows for name in re.findall(r"`(\w+)(?:/|\.py)`", row)}
     there = {path.parent.name for path in package.glob("*/__init__.py")}
     there |= {path.stem for path in package.glob("*.py") if not path.stem.startswith("_")}
-    assert {"app", *named} == there
+    assert named == there
 
 
 ROWS: dict[str, set[str]] = {}
 for verbs, keys in re.findall(
-    r"^\| (`.*`) \| [^|]* \| `(\w+ [\w ]+)` \|$", README.read_text(), re.MULTILINE
+    r"^\| (`.*`) \| [^|]* \| `(\w+ [\w ]+)` \|$", (GUIDE / "json.md").read_text(), re.MULTILINE
 ):
     for verb in re.findall("`(.*?)`", verbs):
         ROWS.setdefault(verb, set()).add(keys)
