@@ -177,3 +177,10 @@ def test_every_verb_with_records_is_in_the_table() -> None:
     commands = (REPOSITORY / "lanindex" / "app" / "commands").glob("*.py")
     told = {path.stem for path in commands if "out.record(" in path.read_text()}
     assert told == {verb.split()[0] for verb in ROWS}
+
+
+def test_the_guide_is_printed(place: Path) -> None:
+    assert "asking" in typed("lanindex guide", place)
+    assert typed("lanindex guide asking", place).startswith("# Asking")
+    assert 'no topic "askng"' in (shown := typed("lanindex guide askng", place))
+    assert "Did you mean asking?" in shown

@@ -8,6 +8,7 @@ import typer
 
 from lanindex.app import options
 from lanindex.app.output import Output
+from lanindex.errors import UsageError, guess
 
 TOPICS = {
     "first-steps": ("guide/first-steps.md", "Ingest a folder, search it, export clips"),
@@ -39,16 +40,12 @@ def run(
     """Print a page of the guide, or list its topics."""
     from importlib.resources import files
 
-    from rapidfuzz.process import extractOne
-
-    from lanindex.errors import UsageError
-
     out = Output(color=color)
     if topic is None:
         out.table(["topic", "about"], [[name, about] for name, (_, about) in TOPICS.items()])
         return
     if topic not in TOPICS:
-        guess = extractOne(topic, list(TOPICS))
-        nearest = f'did you mean "{guess[0]}"?' if guess and guess[1] > 60 else None
-        raise UsageError(f'the guide has no topic "{topic}"', remedy=nearest or "lanindex guide")
+        near = guess(topic, TOPICS)
+        remedy = f"Did you mean {near}?" if near else "All are shown by: lanindex guide"
+        raise UsageError(f'the guide has no topic "{topic}"', remedy=remedy)
     out.content(files("lanindex").joinpath(TOPICS[topic][0]).read_text(encoding="utf-8"))
