@@ -309,7 +309,7 @@ def allowed(arrow, count):
         return count == 0
     if arrow.skips is None:
         return True
-    wanted = arrow.skips.count
+    wanted = arrow.skips.time.number
     return {
         "": count == wanted,
         "<": count < wanted,

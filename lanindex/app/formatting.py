@@ -62,7 +62,7 @@ def _group(out: Output, found: list[Hit]) -> None:
 
 def trace(out: Output, seen: Trace) -> None:
     """Print what a pattern met with in one capture: its steps, or where it came to an end."""
-    from lanindex.search.explain.nearest import doubts
+    from lanindex.search.explain.why import doubts
 
     out.line(out.paint(seen.capture.path, "path"))
     for hit, steps in seen.hits:

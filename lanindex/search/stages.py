@@ -15,7 +15,7 @@ from lanindex.errors import UsageError
 from lanindex.model.capture import readable
 from lanindex.search.fields import Value, is_of_span, order, value_of, value_of_span
 from lanindex.search.hits import FEW, Hits
-from lanindex.search.language.clauses import Count, First, Reference, Sort, Stage
+from lanindex.search.language.clauses import Reference, Stage
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,13 +85,11 @@ class Counts(Sequence[Counted]):
 def piped(stages: Sequence[Stage], found: Hits | Counts) -> Hits | Counts:
     """Return what the stages of a pipe make of hits, which come by capture, start and end."""
     for stage in stages:
-        match stage:
-            case First(count=count):
-                found = found[:count]
-            case Sort(by=by) if isinstance(found, Hits):
-                found = _sorted(found, by)
-            case Count(by=by) if isinstance(found, Hits):
-                found = _counts(found, by)
+        if stage.verb == "first":
+            found = found[: stage.most]
+        elif isinstance(found, Hits):
+            by = stage.by
+            found = _sorted(found, by) if by and stage.verb == "sort" else _counts(found, by)
     return found
 
 

@@ -18,7 +18,7 @@ from lanindex.pipeline import open_library
 from lanindex.pipeline.words import hints, meant
 from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence
-from lanindex.search.explain.nearest import away
+from lanindex.search.explain.why import away
 from lanindex.search.language import parse
 
 TEXT = (

@@ -10,8 +10,7 @@ from query_cases import cases, recordings_of, track
 
 from lanindex.model import Symbol
 from lanindex.search.explain import trace
-from lanindex.search.explain.nearest import away, doubts, nearest
-from lanindex.search.explain.why import records_of
+from lanindex.search.explain.why import away, doubts, nearest, records_of
 from lanindex.search.language import parse
 
 (RECORDING,) = recordings_of(

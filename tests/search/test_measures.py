@@ -14,7 +14,7 @@ from lanindex.library.store import Store
 from lanindex.model.columns import columns_of
 from lanindex.pipeline import open_library
 from lanindex.search.explain import sentence
-from lanindex.search.explain.nearest import away
+from lanindex.search.explain.why import away
 from lanindex.search.fields import measures_in
 from lanindex.search.language import parse
 from lanindex.search.match.batch import Rows

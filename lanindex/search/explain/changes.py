@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
@@ -9,7 +10,6 @@ from functools import partial
 from typing import Any
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.search.explain.nearest import Limit, nearest_limit
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -25,12 +25,15 @@ from lanindex.search.language.query import (
     everywhere,
     mirrored,
 )
-from lanindex.search.language.times import Length, Time, decimal
-from lanindex.search.language.words import ANY, MOVING, RELATIVE, Mover, Vocabulary
+from lanindex.search.language.times import Clock, Length, Time, decimal
+from lanindex.search.language.words import ANY, MOVING, RELATIVE, UNITS, Mover, Vocabulary
 from lanindex.search.plan import NEGATIONS
 
 LEFT_OUT, OTHER_NUMBER = 2.5, 1.05
 """What it costs to leave a condition out, and to ask for the nearest number instead."""
+
+Limit = Length | Repeat
+"""A condition on a number: of a length, of movements skipped, or of repeats."""
 
 _Put = Callable[[Any], Any]
 """Takes a node, returns the whole query with that node in the place of another."""
@@ -290,3 +293,83 @@ def _via(node: Any) -> Any:
 
 def _exchanged(old: Mover, new: Mover, node: Any) -> Any:
     return new if node == old else node
+
+
+# The nearest number.
+
+_FINEST = {
+    **{"s": Fraction(1, 100), "ms": Fraction(10), "f": Fraction(1), "b": Fraction(1, 100)},
+    "": Fraction(1),
+}
+"""By unit, the steps in which a length is looked for."""
+
+_STEPS = Clock(Fraction(100), Fraction(1))
+"""By this clock a frame is such a step, in any unit."""
+
+_DOUBLINGS = 24
+"""How often a limit is doubled before what lies beyond is given up."""
+
+_FARTHEST = 6
+"""How far from a number of skipped movements the next one is looked for."""
+
+
+def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, str] | None:
+    """Return the limit nearest to one that finds nothing, and the number it allows; None: none.
+
+    `found` tells whether another limit in its place finds something.
+    """
+    smallest = 0
+    match limit:
+        case Length("", Time(count)):  # just so many are skipped: no range, so look around
+            around = (count + sign * away for away in range(1, _FARTHEST) for sign in (-1, 1))
+            others = (Length("", Time(it, "")) for it in around if it >= 0)
+            exact = next(filter(found, others), None)
+            return None if exact is None else (exact, str(exact))
+        case Repeat():
+            least, most, smallest = limit.least, None, 1
+        case Length(_, Time(unit=unit), last):
+            if last and last.unit != unit:
+                return None  # from seconds to beats: there is no one number between
+            least, most = limit.bounds(_STEPS)
+
+    def met(least: int, most: int | None) -> bool:
+        return found(_between(limit, least, most))
+
+    above = None if most is None else _above(least, most, met)
+    below = None
+    if least > smallest and met(smallest, most):
+        below = bisect_left(range(least), True, smallest, key=lambda it: not met(it, most)) - 1
+    if above is not None and (below is None or above - (most or 0) <= least - below):
+        return _between(limit, least, above), _number(limit, above)
+    return None if below is None else (_between(limit, below, most), _number(limit, below))
+
+
+def _above(least: int, most: int, met: Callable[[int, int | None], bool]) -> int | None:
+    """Return the least number above a range up to which something is found."""
+    if not met(least, None):
+        return None
+    fails = most
+    for doubling in range(_DOUBLINGS):
+        fits = max(2 * most, 1) << doubling
+        if met(least, fits):
+            return bisect_left(range(fits), True, fails + 1, key=lambda it: met(least, it))
+        fails = fits
+    return None
+
+
+def _between(limit: Limit, least: int, most: int | None) -> Limit:
+    """Return a limit like another, from one number of steps to another, None: without end."""
+    if isinstance(limit, Repeat):
+        return Repeat(least, None)
+    unit = limit.time.unit
+    begin = Time(least * _FINEST[unit], unit)
+    if most is None:
+        return Length("+" if unit else ">=", begin)
+    end = Time(most * _FINEST[unit], unit)
+    return Length("..", begin, end) if least and unit else Length("<=", end)
+
+
+def _number(limit: Limit, steps: int) -> str:
+    if isinstance(limit, Repeat) or not limit.time.unit:
+        return str(steps)
+    return f"{float(steps * _FINEST[limit.time.unit]):g} {UNITS[limit.time.unit]}"

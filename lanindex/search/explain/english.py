@@ -14,11 +14,9 @@ from lanindex.search.language.clauses import (
     CLIP,
     MATCH,
     Comparison,
-    Count,
-    First,
     Mirrors,
     Reference,
-    Sort,
+    Stage,
     Sum,
 )
 from lanindex.search.language.query import (
@@ -162,11 +160,11 @@ def _clause(node: object) -> str:
             return " ".join([_OWNERS.get(name, f"{name}'s"), _FIELDS.get(field, field)])
         case Time():
             return _time(node)
-        case Count(by):
+        case Stage("count", by):
             return "count the hits" + (f" by {_clause(by)}" if by else "")
-        case Sort(by):
+        case Stage("sort", by):
             return f"sort them by {_clause(by)}, the smallest first"
-        case First(count):
+        case Stage("first", _, count):
             return f"keep the first{f' {count}' if count > 1 else ''}"
     return str(node)
 
@@ -227,7 +225,7 @@ def _limit(arrow: Arrow) -> str:
         return f" (after {_length(arrow.length)})"
     if arrow.skips is None:
         return ""
-    form, count = arrow.skips.form, arrow.skips.count
+    form, count = arrow.skips.form, arrow.skips.time.number
     how = "fewer than " if form == "<" else f"{_COMPARED[form]} " if form else ""
     return f" ({how}{count} movement{'' if count == 1 else 's'} between)"
 

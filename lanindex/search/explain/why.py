@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from math import inf
 from typing import Any
 
+import numpy as np
+
 from lanindex import records
+from lanindex.alphabet import PLACE
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Symbol, Track
+from lanindex.model.columns import GRADES, graded, stored
 from lanindex.search.explain.changes import beginnings, changes, query_of
-from lanindex.search.explain.nearest import away, doubts, nearest
 from lanindex.search.language.query import (
     NEXT,
     ONCE,
@@ -28,7 +32,9 @@ from lanindex.search.language.query import (
     steps_of,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
+from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, WORD_KINDS
 from lanindex.search.match import find_in
+from lanindex.search.plan import fits
 
 Symbols = tuple[Symbol, ...]
 _Near = tuple[Symbols, Symbol | None, str]
@@ -435,3 +441,75 @@ def _words(step: Step) -> str:
 def _not(step: Step) -> str:
     denies = any(word.negated for word in step.words)
     return f'wanted "{_words(step)}"' if denies else f"not {_words(step)}"
+
+
+# The nearest symbol.
+
+_RUNNER_UP = 0.5
+"""How far what nearly fits is, of which another cell's width is 1."""
+
+_FAR = 9.0
+"""How far what has no direction or no level is from what has one."""
+
+
+def away(symbol: Symbol | None, step: Step) -> float:
+    """Return how far a symbol is from what a step says: 0 where it fits, infinity of none.
+
+    Less than 1 where its runner-up fits, the less the nearer it is to that border; else how many
+    levels and directions lie between, and how many of its other words do not fit. Changes of level
+    are not looked at.
+    """
+    if symbol is None:
+        return inf
+    wanted = fits(step, symbol.part)
+    others = [kind for kind in wanted if kind in BESIDE_CELLS]
+    wrong = sum(_code(symbol, kind) not in wanted[kind] for kind in others)
+    cell = _apart((symbol.direction, symbol.level), wanted)
+    if cell and symbol.runner_up and not _apart(symbol.runner_up, wanted):
+        cell = _RUNNER_UP * (0.01 + symbol.margin)
+    return cell + wrong
+
+
+def nearest(symbols: Iterable[Symbol], step: Step) -> Symbol | None:
+    """Return the symbol that comes nearest to a step, of equals the first; None of none."""
+    return min(symbols, key=lambda symbol: away(symbol, step), default=None)
+
+
+def doubts(symbol: Symbol) -> str:
+    """Return how clearly a symbol is what it is: ``margin 0.12, else forward high``."""
+    other = f", else {' '.join(symbol.runner_up)}" if symbol.runner_up else ""
+    return f"margin {symbol.margin:.2f}{other}"
+
+
+def _apart(cell: tuple[str | None, str | None], wanted: Mapping[str, frozenset[int]]) -> float:
+    """Return how many directions and levels lie between a cell and those that are wanted."""
+    total = 0.0
+    for (kind, between), value in zip(_BETWEEN.items(), cell, strict=True):
+        if kind in wanted:
+            code = WORD_KINDS[kind].codes.get(value or ABSENT)
+            total += _FAR if code is None else min(between(code, it) for it in wanted[kind])
+    return total
+
+
+def _turned(one: int, other: int) -> int:
+    """Return how many directions lie between two; upright is next to all of them."""
+    if one != other and PLACE in (one, other):
+        return 1
+    return min((one - other) % 8, (other - one) % 8)
+
+
+def _raised(one: int, other: int) -> int:
+    return abs(one - other)
+
+
+_BETWEEN = {"direction": _turned, "level": _raised}
+
+
+def _code(symbol: Symbol, kind: str) -> int:
+    """Return the code of a symbol's amount, speed or size; -1: it has none."""
+    if kind in AMOUNTS:
+        return -1 if symbol.amount is None else symbol.amount
+    measure = getattr(symbol, GRADES[kind])
+    if measure is None:
+        return -1
+    return int(graded(symbol.part, kind, stored(GRADES[kind], np.array([measure])))[0])

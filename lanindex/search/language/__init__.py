@@ -1,9 +1,9 @@
 """Pattern text → `Query`, as the page ``lanindex/search/LANGUAGE.md`` says.
 
-``lexer`` makes tokens of a text; ``parser`` reads them by the grammar, with ``steps``, ``clauses``
-and ``score`` (pasted LND), and builds the syntax tree of ``query``; ``words`` and ``times`` have
-the vocabulary. In errors ``suggestions`` says what is wrong, and ``natural`` what plain words may
-have meant. ``builder`` makes patterns in Python.
+``lexer`` makes tokens of a text. ``parser`` reads them by the grammar, with ``clauses`` (`where`
+and pipes) and ``score`` (pasted LND), and builds the syntax tree of ``query``. ``words`` and
+``times`` have the vocabulary. In errors ``suggestions`` says what is wrong, and ``natural`` what
+plain words may have meant. ``builder`` makes patterns in Python.
 """
 
 from lanindex.search.language.parser import parse

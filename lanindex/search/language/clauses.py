@@ -101,36 +101,15 @@ Condition = Comparison | Mirrors
 
 
 @dataclass(frozen=True, slots=True)
-class Count:
-    """The number of hits, or of those for each value of a field."""
+class Stage:
+    """A step of the pipe behind a pattern: ``count``, ``count by``, ``sort by``, ``first 3``."""
 
-    by: Reference | None = None
-
-    def __str__(self) -> str:
-        return f"count by {self.by}" if self.by else "count"
-
-
-@dataclass(frozen=True, slots=True)
-class Sort:
-    """The hits sorted by a field, the smallest first."""
-
-    by: Reference
+    verb: str  # count, sort or first
+    by: Reference | None = None  # the field to count or sort by
+    most: int = 0  # of first, how many are kept
 
     def __str__(self) -> str:
-        return f"sort by {self.by}"
-
-
-@dataclass(frozen=True, slots=True)
-class First:
-    """The first so many."""
-
-    count: int
-
-    def __str__(self) -> str:
-        return f"first {self.count}"
-
-
-Stage = Count | Sort | First
+        return f"{self.verb}{f' by {self.by}' * bool(self.by)}{f' {self.most}' * bool(self.most)}"
 
 
 def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
@@ -140,7 +119,7 @@ def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
             case Comparison(left=left, right=right):
                 terms = (term for _, term in (*left.terms, *right.terms))
                 yield from (term for term in terms if isinstance(term, Reference))
-            case Count(by=Reference() as by) | Sort(by=by):
+            case Stage(by=Reference() as by):
                 yield by
 
 
@@ -197,10 +176,10 @@ def stages_at(cursor: Cursor) -> Iterator[Stage]:
     while bar := cursor.take("mark", "|"):
         begin = cursor.token
         stage = _stage_at(cursor, bar)
-        if counted and not isinstance(stage, First):
+        if counted and stage.verb != "first":
             found = 'After "count" there are no hits any more: only "first" may follow.'
             raise cursor.error_since(begin, found)
-        counted |= isinstance(stage, Count)
+        counted |= stage.verb == "count"
         yield stage
 
 
@@ -214,15 +193,14 @@ def _stage_at(cursor: Cursor, bar: Token) -> Stage:
         number = int(cursor.number()) if is_whole else 0
         if not number:
             raise cursor.error_since(word, "The first how many? first 10")
-        return First(number)
+        return Stage(word.text, most=number)
     if cursor.take("word", "by"):
-        reference = _reference_at(cursor)
-        return Count(reference) if word.text == "count" else Sort(reference)
+        return Stage(word.text, _reference_at(cursor))
     if word.text == "sort":
         raise cursor.error("By what? sort by match.start", word)
     if cursor.stands("word") and cursor.ahead(1).text == ".":
         raise cursor.error('"by" is missing: count by clip.label', word)
-    return Count()
+    return Stage(word.text)
 
 
 def conditions_at(cursor: Cursor) -> tuple[Condition, ...]:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import Any, TypeVar
 
 from lanindex.search.language.clauses import Condition, Stage
-from lanindex.search.language.times import Length, decimal, whole_range
+from lanindex.search.language.times import COUNTED, Length, decimal
 from lanindex.search.language.words import (
     ABSENT,
     BEND_MOVES,
@@ -24,29 +24,12 @@ from lanindex.search.language.words import (
 
 
 @dataclass(frozen=True, slots=True)
-class Skips:
-    """A condition on the number of movements skipped: ``[<=2]``."""
-
-    form: str
-    count: int
-
-    def __str__(self) -> str:
-        return f"{self.form}{self.count}"
-
-    @property
-    def bounds(self) -> tuple[int, int | None]:
-        """The fewest and the most, None: no limit."""
-        count = Fraction(self.count)
-        return whole_range(self.form or "..", count, count, Fraction(0))
-
-
-@dataclass(frozen=True, slots=True)
 class Arrow:
     """From one step to the next: ``->``, or ``...`` (`later`), which may skip movements."""
 
     later: bool = False
     length: Length | None = None  # of the time between
-    skips: Skips | None = None
+    skips: Length | None = None  # of the number of movements between
 
     def __str__(self) -> str:
         limit = self.length or self.skips
@@ -57,7 +40,7 @@ class Arrow:
         """The fewest and the most movements skipped, None: no limit."""
         if not self.later:
             return 0, 0
-        return self.skips.bounds if self.skips else (0, None)
+        return self.skips.bounds(COUNTED) if self.skips else (0, None)
 
 
 NEXT = Arrow()

@@ -162,7 +162,7 @@ def unknown(cursor: Cursor, part_expected: bool = False) -> PatternError:
 
 
 def no_step(cursor: Cursor, after: str) -> PatternError:
-    """Return the error where a step should begin, and none does; `after` as for `step_at`."""
+    """Return the error where a step should begin behind `after`, and none does."""
     token = cursor.token
     arrow = after in ("->", "start")
     if is_unknown(cursor):

@@ -31,9 +31,13 @@ class Clock:
     beat_rate: Fraction
 
 
+COUNTED = Clock(Fraction(1), Fraction(1))
+"""The clock for a `Length` that bounds a bare number."""
+
+
 @dataclass(frozen=True, slots=True)
 class Time:
-    """A length of time: a decimal number of seconds, milliseconds, frames or beats."""
+    """A decimal number of seconds, milliseconds, frames or beats; without a unit, of anything."""
 
     number: Fraction
     unit: str
@@ -43,7 +47,7 @@ class Time:
 
     def frames(self, clock: Clock) -> Fraction:
         """Return it in frames of the source, exactly."""
-        if self.unit == "f":
+        if self.unit in ("f", ""):
             return self.number
         rates = {"s": Fraction(1), "ms": Fraction(1000), "b": clock.beat_rate}
         return self.number / rates[self.unit] * clock.rate
@@ -53,7 +57,7 @@ class Time:
 class Length:
     """A condition on a length of time, or on a number with another unit."""
 
-    form: str  # <, <=, > or >=; + (or more), .. (from, to) or ~ (about)
+    form: str  # <, <=, > or >=; + (or more), .. (from, to), ~ (about), or empty: just that
     time: Time
     last: Time | None = None  # the longest, of the form ..
 
@@ -65,7 +69,7 @@ class Length:
         """Return the fewest and the most whole frames that meet it, None: no limit; exactly."""
         wanted = self.time.frames(clock)
         longest = self.last.frames(clock) if self.last else wanted
-        return whole_range(self.form, wanted, longest, wanted * _ABOUT)
+        return whole_range(self.form or "..", wanted, longest, wanted * _ABOUT)
 
 
 _NUMBER = r"(\d+(?:\.\d+)?)(?:deg)?"
