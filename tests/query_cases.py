@@ -10,8 +10,7 @@ from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, kind_of
 from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.derived import with_bends
 from lanindex.model.symbol import blank
-from lanindex.search.hits import Hits
-from lanindex.search.stages import Counted, Counts
+from lanindex.search.hits import Counted, Counts, Hits
 
 PAGE = Path(__file__).parent / "search" / "query_cases.txt"
 

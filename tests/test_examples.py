@@ -14,8 +14,7 @@ from conftest import REPOSITORY
 
 import lanindex
 from lanindex.search.explain import Advice, Trace
-from lanindex.search.hits import Hits
-from lanindex.search.stages import Counts
+from lanindex.search.hits import Counts, Hits
 
 PACKAGE = REPOSITORY / "lanindex"
 RESULTS = (Hits, Counts, Advice, Trace)

@@ -110,8 +110,8 @@ def _asked(
     from lanindex.pipeline.dataset import of_hits
     from lanindex.pipeline.dataset.texts import of_pattern
     from lanindex.pipeline.words import meant, named
+    from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
-    from lanindex.search.stages import hits_in
 
     text = pattern_in(what)
     entry = meant(text, words)
@@ -125,8 +125,8 @@ def _labelled(library: Library, patterns: Path, how: Mapping[str, Any]) -> Itera
     from lanindex.evaluate import read_patterns
     from lanindex.pipeline.dataset import of_hits
     from lanindex.pipeline.dataset.texts import of_pattern
+    from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
-    from lanindex.search.stages import hits_in
 
     labels = library.called("label")
     for one in read_patterns(patterns):

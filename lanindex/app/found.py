@@ -12,8 +12,7 @@ from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
     from lanindex.pipeline import Library
-    from lanindex.search.hits import Hits
-    from lanindex.search.stages import Counts
+    from lanindex.search.hits import Counts, Hits
 
 FEW = 10
 """Troubles that are told one by one."""
@@ -53,7 +52,7 @@ class Telling:
 
     def tell(self, out: Output, library: Library, found: Hits | Counts, best: int | None) -> None:
         """Print what was found; `best` is how many were looked for, where not all were."""
-        from lanindex.search.stages import Counts
+        from lanindex.search.hits import Counts
 
         if isinstance(found, Counts):
             self.check({"| count": True})

@@ -10,8 +10,7 @@ from lanindex.app.output import Output
 from lanindex.errors import UsageError, shown
 
 if TYPE_CHECKING:
-    from lanindex.search.hits import Hits
-    from lanindex.search.stages import Counts
+    from lanindex.search.hits import Counts, Hits
 
 NAME = "hits"
 """What a tier is called that nobody names."""
@@ -51,7 +50,7 @@ class Tier:
         from lanindex.notation import content_of, eaf
         from lanindex.notation.timed import Said, milliseconds
         from lanindex.pipeline.files import write_all
-        from lanindex.search.stages import Counts
+        from lanindex.search.hits import Counts
 
         if isinstance(found, Counts):
             raise UsageError("--into and | count", wanted="one of them")

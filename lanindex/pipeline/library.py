@@ -11,8 +11,7 @@ from lanindex.pipeline.asking import Asking
 from lanindex.pipeline.exploring import Exploring
 from lanindex.pipeline.exporting import Exporting
 from lanindex.pipeline.patience import Patience
-from lanindex.search.hits import Hits
-from lanindex.search.stages import piped
+from lanindex.search.hits import Hits, piped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,9 +19,9 @@ if TYPE_CHECKING:
     from lanindex.library.find import Where
     from lanindex.model import Reading
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.search.hits import Counts
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
-    from lanindex.search.stages import Counts
 
 
 class Library(Asking, Exploring, Exporting):

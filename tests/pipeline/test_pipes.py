@@ -8,8 +8,7 @@ from query_cases import recordings_of
 from lanindex import part
 from lanindex.errors import UsageError
 from lanindex.pipeline import Library, open_library
-from lanindex.search.hits import Hits
-from lanindex.search.stages import Counts, hits_in
+from lanindex.search.hits import Counts, Hits, hits_in
 
 ARMS = (
     "capture one fps 10 frames 90 Dancer Ann; "

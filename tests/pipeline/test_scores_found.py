@@ -6,8 +6,8 @@ import pytest
 from conftest import REPOSITORY
 
 from lanindex.pipeline import Library, open_library
+from lanindex.search.hits import hits_in
 from lanindex.search.language.score import pattern_in
-from lanindex.search.stages import hits_in
 
 SCORES = sorted((REPOSITORY / "corpus").glob("*.lnd"))
 

@@ -3,9 +3,8 @@ from plain_matcher import find
 from query_cases import Case, cases, told
 
 from lanindex.errors import PatternError
-from lanindex.search.hits import Hits
+from lanindex.search.hits import Hits, piped
 from lanindex.search.language import parse
-from lanindex.search.stages import piped
 
 CASES = list(cases())
 ERRORS = [case for case in CASES if case.error]

@@ -7,10 +7,9 @@ import pytest
 from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.search.fields import value_of
-from lanindex.search.hits import Hits
+from lanindex.search.hits import Counts, Hits, hits_in, piped
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import Reference
-from lanindex.search.stages import Counts, hits_in, piped
 
 
 def symbol(part: str, words: str, start: int, stop: int, margin: float = 1.0) -> Symbol:

@@ -38,7 +38,7 @@ def run(
     out = Output(color=color)
     from lanindex.app import formatting
     from lanindex.pipeline import open_library
-    from lanindex.search.stages import hits_in
+    from lanindex.search.hits import hits_in
 
     begun = time.monotonic()
     place = folder or Path(tempfile.mkdtemp(prefix="lanindex-demo-"))
@@ -72,7 +72,7 @@ def run(
 def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
     from lanindex.app import formatting
     from lanindex.app.formatting import counted
-    from lanindex.search.stages import hits_in
+    from lanindex.search.hits import hits_in
 
     found = hits_in(library.search(pattern))
     captures = len({hit.capture.id for hit in found})

@@ -151,8 +151,8 @@ def _wanted(
 ) -> Iterable[Request]:
     """Return what is to be cut."""
     from lanindex.pipeline.requests import from_hits, from_lines, from_range
+    from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
-    from lanindex.search.stages import hits_in
 
     capture, begin, end = span
     if capture is not None:

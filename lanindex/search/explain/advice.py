@@ -10,7 +10,7 @@ from math import inf
 from time import monotonic, process_time
 
 from lanindex.search.explain.changes import Change, changes, places, query_of
-from lanindex.search.language.query import Item, Line, Query, Step
+from lanindex.search.language.query import Item, Line, Query, Step, may_begin
 
 SECONDS = 2.0
 """How long may be spent on looking for what would be found."""
@@ -261,11 +261,11 @@ def _alone(query: Query) -> dict[str, Query]:
     """Return each step of a query on its own; the first of a line may be a starting position."""
     alone: dict[str, Query] = {}
     nodes = [node for node, _ in places(query)]
-    firsts = [it.items[0] for it in nodes if isinstance(it, Line)]
+    firsts = [it.items[0] for it in nodes if isinstance(it, Line) and not it.start]
     for item in nodes:
         if isinstance(item, Item) and isinstance(item.unit, Step):
             step = replace(item.unit, named=True)
-            may_begin = step.manner == "move" and step.words and item in firsts
-            there = replace(step, manner="at") if may_begin else step
+            begins = step.words and item in firsts and may_begin(item)
+            there = replace(step, manner="at") if begins else step
             alone[str(step)] = query_of(Line((Item(there),)))
     return alone

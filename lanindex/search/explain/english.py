@@ -7,8 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import islice
 
-from lanindex.alphabet import KINDS, kind_of
-from lanindex.model.columns import GRADES
+from lanindex.alphabet import kind_of
 from lanindex.search.explain.changes import query_of
 from lanindex.search.language.clauses import (
     CLIP,
@@ -20,7 +19,6 @@ from lanindex.search.language.clauses import (
     Sum,
 )
 from lanindex.search.language.query import (
-    ONCE,
     Arrow,
     Beside,
     Bracket,
@@ -32,6 +30,7 @@ from lanindex.search.language.query import (
     Step,
     Word,
     items_of,
+    may_begin,
 )
 from lanindex.search.language.times import Length, Time, decimal, degrees
 from lanindex.search.language.words import AMOUNTS, UNITS, WORD_KINDS, Mover
@@ -197,27 +196,15 @@ def _line(line: Line, begins: bool = True) -> str:
     if line.start:
         later = ", later on" if line.start.later else ""
         said = f"from the clip's start{later}{_limit(line.start)}: {said}"
-    elif begins and others:
-        said += _or_begins(first)
+    elif begins and others and may_begin(first):
+        both = isinstance(first.unit, Step) and first.unit.mover.form == "both"
+        said += " (or begin there)" if both else " (or begins there)"
     for arrow, item in zip(line.arrows, others, strict=True):
         said += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item, False)}"
     if line.end:
         last = "some time before" if line.end.later else "as the last movement before"
         said += f", {last} the clip's end{_limit(line.end)}"
     return said
-
-
-def _or_begins(item: Item) -> str:
-    """Return what to add to a line's first step if it may be the starting position."""
-    step = item.unit
-    if not isinstance(step, Step) or not KINDS[_kind(step)].lasts:
-        return ""
-    moves = any(
-        word.kind in GRADES or (word.kind == "change" and not word.negated) for word in step.words
-    )
-    if moves or (step.manner, item.length, item.repeat) != ("move", None, ONCE):
-        return ""
-    return " (or begin there)" if step.mover.form == "both" else " (or begins there)"
 
 
 def _limit(arrow: Arrow) -> str:

@@ -29,6 +29,7 @@ from lanindex.search.language.query import (
     Query,
     Step,
     everywhere,
+    may_begin,
     steps_of,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
@@ -245,7 +246,7 @@ class _Stops:
         """Return the starting positions with which a line can begin; alone they are no hit."""
         first = line.items[0]
         step = _first(first)
-        if len(line.items) == 1 or step.manner != "move" or line.start or first.length:
+        if len(line.items) == 1 or line.start or not may_begin(first):
             return []
         rows = [rows[0] for part in step.mover.members if (rows := self.rows.get(part))]
         fitting = tuple(it for it in rows if it.start == it.stop and not away(it, step))

@@ -11,6 +11,8 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from fractions import Fraction
 from typing import Any, TypeVar
 
+from lanindex.alphabet import KINDS, kind_of
+from lanindex.model.columns import GRADES
 from lanindex.search.language.clauses import Condition, Stage
 from lanindex.search.language.times import COUNTED, Length, decimal
 from lanindex.search.language.words import (
@@ -269,6 +271,17 @@ def steps_in(line: Line) -> tuple[int, float]:
         least += repeat.least * few
         most += float("inf") if repeat.most is None else repeat.most * many
     return least, most
+
+
+def may_begin(item: Item) -> bool:
+    """Tell whether a starting position fits a line's first step: it has no length and no speed."""
+    step = item.unit
+    if not isinstance(step, Step) or not KINDS[kind_of(step.mover.members[0])].lasts:
+        return False
+    moves = any(
+        word.kind in GRADES or (word.kind == "change" and not word.negated) for word in step.words
+    )
+    return not moves and (step.manner, item.length, item.repeat) == ("move", None, ONCE)
 
 
 def last_movers(unit: Step | Bracket) -> frozenset[Mover]:
