@@ -41,14 +41,10 @@ class Loops(NamedTuple):
     worth: int
 
 
-_FLOATS = "lanindex.formats.bvh.floats_fast"
-_TABLES = "lanindex.formats.numbers_fast"
 _CURVES = "lanindex.encode.curves_fast"
 _ENCODE = ("carriers", "ground", "limbs", "near", "written")
 
 LOOPS = {
-    "numbers": Loops((_FLOATS, "lanindex.body.kinematics_fast"), (_FLOATS, "_frames"), 150_000_000),
-    "tables": Loops((_TABLES,), (_TABLES, "_rows"), 50_000_000),
     "encode": Loops(
         (_CURVES, *(f"lanindex.encode.{name}_fast" for name in _ENCODE)),
         (_CURVES, "_arrivals"),

@@ -47,35 +47,35 @@ def test_what_is_cached_is_loaded_after_little_work(name, tmp_path):
 
 
 def test_small_files_in_a_loop_count_together(tmp_path):
-    keep("numbers", tmp_path)
-    found = [chosen("numbers", LOAD // 10) for _ in range(12)]
+    keep("encode", tmp_path)
+    found = [chosen("encode", LOAD // 10) for _ in range(12)]
     assert found == [False] * 9 + [True] * 3
 
 
 def test_what_an_ingest_expects_counts_at_once():
-    compiled.expect(LOOPS["numbers"].worth)
-    assert chosen("numbers", 1)
-    assert not chosen("encode", 1)
+    compiled.expect(LOOPS["encode"].worth)
+    assert chosen("encode", 1)
 
 
 def test_one_process_of_several_compiles_and_the_others_find_it(tmp_path, monkeypatch):
     lock = get_context("spawn").Lock()
     compiled.take_turns(lock)
-    assert chosen("numbers", LOOPS["numbers"].worth)
+    assert chosen("encode", LOOPS["encode"].worth)
     monkeypatch.setattr(compiled, "_chosen", set())
     compiled.take_turns(lock)  # as another process
-    assert not chosen("numbers", 1)
-    keep("numbers", tmp_path)
-    assert chosen("numbers", 1)
+    assert not chosen("encode", 1)
+    keep("encode", tmp_path)
+    assert chosen("encode", 1)
 
 
 def test_what_numba_keeps_is_found_where_numba_puts_it(tmp_path):
     code = (
         "import numpy as np; from lanindex import compiled\n"
-        "from lanindex.formats.bvh.compiled import fast\n"
-        "print(compiled.cached('numbers'))\n"
-        "fast().parse(b'1 2', np.array([[0, 3]]), 2)\n"
-        "print(compiled.cached('numbers'))\n"
+        "from lanindex.encode.curves_fast import arrivals\n"
+        "from lanindex.encode.profile import Profile\n"
+        "print(compiled.cached('encode'))\n"
+        "arrivals(np.ones(9, complex), 0.1, Profile(), True)\n"
+        "print(compiled.cached('encode'))\n"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert found.stdout.split() == ["False", "True"], found.stderr

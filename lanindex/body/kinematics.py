@@ -1,7 +1,6 @@
-"""From channels to places: the plain path, joint by joint, all frames at once.
+"""From channels to places, joint by joint, all frames at once.
 
-The compiled path, `kinematics_fast`, does the same operations in the same order, so that both
-give the same arrays bit for bit; for that reason sine and cosine are spelt out here too.
+Sine and cosine are spelt out, so that every machine gives the same bits.
 """
 
 from __future__ import annotations

@@ -52,6 +52,9 @@ __all__ = [
 Cutter = Callable[["Span"], bytes]
 """Gives the bytes of a clip: a stretch of one file, in its own format."""
 
+COMPOSE = ("parent", "child")
+"""Whose turn stands first."""
+
 _HEAD = 4096
 
 
@@ -249,10 +252,27 @@ def read(
 
 
 def check(told: Reading) -> None:
-    """Refuse what is told of files and no reader would understand, before one is read."""
-    from lanindex.formats import told as words
+    """Refuse options of reading that no reader would understand, before any file is read."""
+    from pathlib import Path
 
-    words.check(told)
+    from lanindex.body import calibration
+    from lanindex.body.told import told_body
+    from lanindex.errors import UsageError
+    from lanindex.formats.rates import told_rate
+    from lanindex.notation import beats
+
+    if told.unit is not None:
+        calibration.told_unit(told.unit)
+    if told.up is not None:
+        calibration.told_up(told.up)
+    if told.rate is not None:
+        told_rate(told.rate)
+    if told.body is not None:
+        told_body(told.body)
+    if told.tempo not in (None, beats.AUTO):
+        beats.read(Path(told.tempo))
+    if told.compose not in (None, *COMPOSE):
+        raise UsageError(f"compose {told.compose!r}", wanted=" or ".join(COMPOSE))
 
 
 def read_file(file: File, told: Reading, wanted: Wanted) -> Motion:

@@ -12,6 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+LARGEST = 1e9
+"""Numbers beyond this are taken for damage."""
+
 PIECE = 1 << 17  # bytes worked on at a time: what comes between stays in the processor's cache
 
 _EIGHT = 8

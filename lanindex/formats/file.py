@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import stat
 from collections.abc import Callable, Iterable
@@ -86,6 +87,43 @@ def holding(content: Content, first: int, stop: int) -> tuple[bytes, int]:
     What is in memory is returned as it is, for to copy a small file costs as much as to read it.
     """
     return (content, 0) if isinstance(content, bytes) else (content[first:stop], first)
+
+
+def line_of(data: Content, offset: int) -> int:
+    """Return the line, counted from 1, that holds a byte; any of the three line ends counts."""
+    line, before = 1, b""
+    for start in range(0, offset, PIECE):
+        piece = data[start : min(start + PIECE, offset)]
+        line += piece.count(b"\n") + piece.count(b"\r") - piece.count(b"\r\n")
+        line -= before == b"\r" and piece[:1] == b"\n"
+        before = piece[-1:]
+    return line
+
+
+def text_of(word: bytes) -> str:
+    """Return a name or a damaged word as text that can be printed."""
+    try:
+        return word.decode()
+    except UnicodeDecodeError:
+        return word.decode("latin-1")
+
+
+def clip(content: Content, pieces: Iterable[bytes | tuple[int, int]]) -> bytes:
+    """Return new bytes and stretches of a file (first byte, last + 1; rising), put together."""
+    out, held, begin = io.BytesIO(), memoryview(b""), 0
+    for piece in pieces:
+        if isinstance(piece, bytes):
+            out.write(piece)
+            continue
+        at, stop = piece
+        while at < stop:
+            if not begin <= at < begin + len(held):
+                data, begin = holding(content, at, min(at + PIECE, len(content)))
+                held = memoryview(data)
+            end = min(stop, begin + len(held))
+            out.write(held[at - begin : end - begin])
+            at = end
+    return out.getvalue()
 
 
 @dataclass(frozen=True, slots=True)

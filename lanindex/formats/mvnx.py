@@ -5,7 +5,6 @@ Source: Xsens, *MVN User Manual*, section "MVNX"; files of versions 3 and 4.
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -18,8 +17,8 @@ from numpy.typing import NDArray
 
 from lanindex.body import Stated, sampled
 from lanindex.errors import CaptureError, quoted
-from lanindex.formats.bvh.hierarchy import LARGEST
-from lanindex.formats.file import PIECE, File, Wanted
+from lanindex.formats.decimals import LARGEST
+from lanindex.formats.file import File, Wanted, clip
 from lanindex.formats.people import plain
 from lanindex.formats.points import END, Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
@@ -406,27 +405,18 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     people = walk(file, False)
     meant = chosen(people, file)
 
-    def cut(span: Span) -> bytes:
-        clip = io.BytesIO()
+    def kept(span: Span) -> Iterator[tuple[int, int]]:
         at = 0
-        for start, stop in (*_left_out(people, meant, file, span), (len(file.content), 0)):
-            for piece in range(at, start, PIECE):
-                clip.write(file.content[piece : min(piece + PIECE, start)])
-            at = stop
-        return clip.getvalue()
+        for subject in people:
+            if subject is meant:
+                frames = subject.frames
+                yield at, frames[0][0]
+                yield frames[span.start][0], frames[span.stop - 1][1]
+                at = frames[-1][1]  # from one closing tag to the last
+            else:
+                closing = file.content[subject.stop : subject.stop + LARGEST_TAG]
+                yield at, subject.start
+                at = subject.stop + closing.find(b">") + 1
+        yield at, len(file.content)
 
-    return cut
-
-
-def _left_out(
-    people: list[Subject], meant: Subject, file: File, span: Span
-) -> Iterator[tuple[int, int]]:
-    """Yield the bytes that are no part of a clip, in their order."""
-    for subject in people:
-        if subject is meant:
-            frames = subject.frames
-            yield frames[0][0], frames[span.start][0]
-            yield frames[span.stop - 1][1], frames[-1][1]  # from one closing tag to the last
-        else:
-            closing = file.content[subject.stop : subject.stop + LARGEST_TAG]
-            yield subject.start, subject.stop + closing.find(b">") + 1
+    return lambda span: clip(file.content, kept(span))

@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex import compiled
 from lanindex.body import Stated
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import decimals
-from lanindex.formats.bvh.hierarchy import LARGEST, line_of, text_of
-from lanindex.formats.file import Content, File, holding
+from lanindex.formats.decimals import LARGEST
+from lanindex.formats.file import Content, File, holding, line_of, text_of
 from lanindex.model import Motion
 
 BLOCK = 4096
@@ -41,7 +40,6 @@ _COMMA = bytes.maketrans(b",", b".")
 Lines = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Finish = Callable[[NDArray[Any]], NDArray[Any]]
-Parse = Callable[[bytes, Lines, "Table"], tuple[Floats, int | None]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +101,6 @@ def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
         raise _damaged(file, table, int(short[0]))
     heads = np.empty((len(lines), len(table.heads)))
     points = np.empty((len(lines), len(table.points)), np.float32)
-    parse = _parser(len(file.content))
     for start in range(0, len(lines), BLOCK):
         block = lines[start : start + BLOCK]
         data, begin = holding(file.content, int(block[0, 0]), int(block[-1, 1]))
@@ -149,7 +146,7 @@ def shown(motion: Motion) -> tuple[tuple[str, ...], NDArray[np.float32]]:
 
 
 def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
-    """Read some rows: the plain path.
+    """Read some rows.
 
     Takes `lines` (T, 2); returns (T, C).
     """
@@ -226,13 +223,26 @@ def _damaged(file: File, table: Table, row: int) -> CaptureError:
     )
 
 
-def _parser(size: int) -> Parse:
-    """Return the path for a file of so many bytes: see `lanindex.compiled.chosen`."""
-    if not compiled.chosen("tables", size):
-        return parse
-    from lanindex.formats import numbers_fast
+def number_rows(data: bytes, lines: Lines, width: int) -> tuple[Floats, int | None]:
+    """Read rows of `width` numbers between blanks: (T, width), and the first damaged row."""
+    values, bad = parse(data, lines, Table(lines, BLANKS, width, (), tuple(range(width))))
+    unknown = np.flatnonzero(np.isnan(values[:bad]).any(axis=1))
+    return values, int(unknown[0]) if len(unknown) else bad
 
-    return numbers_fast.parse
+
+def fault(line: bytes, width: int) -> tuple[str, str]:
+    """Say what is wrong with a damaged row of `width` numbers between blanks."""
+    words = line.split()
+    for place, word in enumerate(words, 1):
+        text = word.decode("latin-1")
+        shown = repr(text if len(text) <= 40 else text[:40] + "...")
+        try:
+            value = float("" if b"_" in word else word)
+        except ValueError:
+            return f"has {shown} as number {place}", "numbers with a decimal point"
+        if not abs(value) <= LARGEST:
+            return f"has {shown} as number {place}", f"finite numbers up to {LARGEST:g}"
+    return f"has {len(words)} numbers", f"{width} as the hierarchy declares"
 
 
 HEAD = 1 << 20

@@ -20,8 +20,7 @@ import numpy as np
 from lanindex.body import Stated
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import tables
-from lanindex.formats.bvh.hierarchy import text_of
-from lanindex.formats.file import File, Wanted
+from lanindex.formats.file import File, Wanted, clip, text_of
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
 from lanindex.formats.tables import comma_of, twice
@@ -69,12 +68,11 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """
     layout = scan(file)
     lines, (before, after) = layout.table.lines, layout.count
-    head = file.content[: int(lines[0, 0])]
 
     def cut(span: Span) -> bytes:
         count = str(len(span)).encode() if after > before else b""
-        frames = file.content[int(lines[span.start, 0]) : int(lines[span.stop - 1, 1])]
-        return head[:before] + count + head[after:] + frames
+        frames = int(lines[span.start, 0]), int(lines[span.stop - 1, 1])
+        return clip(file.content, ((0, before), count, (after, int(lines[0, 0])), frames))
 
     return cut
 

@@ -1,6 +1,6 @@
 """Speed of file → joint positions beside pybvh, family by family: ``python tests/benchmarks/...``.
 
-Runs are interleaved (ours compiled, ours plain, pybvh, and again), the same files in each; printed
+Runs are interleaved (ours, pybvh, and again), the same files in each; printed
 are the medians in MB/s and the median of the ratios. Files that pybvh refuses are left out of its
 figure and of the ratio. The captures are those of LANINDEX_CAPTURES.
 """
@@ -16,14 +16,8 @@ import pybvh
 from places import CAPTURES
 
 from lanindex import formats
-from lanindex.formats.bvh.compiled import PLAIN, Paths, fast
 
 ROUNDS = 7
-
-
-def choose(chosen: Paths) -> None:
-    module = sys.modules["lanindex.formats.bvh.read"]
-    module.paths = lambda size: chosen
 
 
 def ours(path: Path) -> None:
@@ -55,14 +49,11 @@ def accepts(reader: Callable[[Path], None], path: Path) -> bool:
 
 def family(name: str, files: list[Path]) -> None:
     accepted = [path for path in files if accepts(theirs, path)]
-    times: dict[str, list[float]] = {"compiled": [], "plain": [], "shared": [], "pybvh": []}
+    times: dict[str, list[float]] = {"ours": [], "shared": [], "pybvh": []}
     for _ in range(ROUNDS + 1):
-        choose(fast())
-        times["compiled"].append(taken(ours, files))
+        times["ours"].append(taken(ours, files))
         times["shared"].append(taken(ours, accepted))
         times["pybvh"].append(taken(theirs, accepted))
-        choose(PLAIN)
-        times["plain"].append(taken(ours, files))
     size = {True: 0.0, False: 0.0}
     for path in files:
         size[path in accepted] += path.stat().st_size / 1e6
@@ -71,14 +62,13 @@ def family(name: str, files: list[Path]) -> None:
     ratio = statistics.median(b / a for a, b in pairs) if accepted else float("nan")
     total = sum(size.values())
     print(
-        f"{name:16} {len(files):5} {total:7.1f} {total / middle['compiled']:9.1f} "
-        f"{total / middle['plain']:7.1f} "
+        f"{name:16} {len(files):5} {total:7.1f} {total / middle['ours']:7.1f} "
         f"{size[True] / middle['pybvh'] if accepted else float('nan'):7.1f} {ratio:7.1f}"
     )
 
 
 def main() -> None:
-    print(f"{'family':16} {'files':>5} {'MB':>7} {'compiled':>9} {'plain':>7} {'pybvh':>7} ratio")
+    print(f"{'family':16} {'files':>5} {'MB':>7} {'ours':>7} {'pybvh':>7} ratio")
     wanted = sys.argv[1:]
     for place in sorted(path for path in (CAPTURES / "bvh").iterdir() if path.is_dir()):
         if not wanted or place.name in wanted:

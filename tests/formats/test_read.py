@@ -12,9 +12,6 @@ from bodies import SIMPLE, hierarchy, motion, person
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError
-from lanindex.formats.bvh.compiled import PLAIN, fast
-
-READER = sys.modules["lanindex.formats.bvh.read"]
 
 
 @pytest.fixture
@@ -212,45 +209,10 @@ def test_a_body_error_is_a_capture_error(walk):
     assert issubclass(BodyError, CaptureError)
 
 
-def test_the_plain_and_the_compiled_path_give_the_same_motion(monkeypatch):
-    numbers = np.random.default_rng(1)
-    width = person().split(b"\n")[-2].count(b" ") + 1
-    frames = numbers.normal(0, 20, (40, width))
-    frames[:, :3] += (0, 92, 0)
-    data = (hierarchy() + motion(frames.tolist())).encode()
-    results = []
-    for chosen in (PLAIN, fast()):
-        monkeypatch.setattr(READER, "paths", lambda size, it=chosen: it)
-        results.append(formats.read("x.bvh", data=data))
-    assert np.array_equal(results[0].positions, results[1].positions)
-    assert results[0].warnings == results[1].warnings
-
-
 def test_importing_is_cheap():
     code = "import sys, lanindex.formats; print('numpy' in sys.modules, 'numba' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert result.stdout.split() == ["False", "False"]
-
-
-def test_without_numba_files_are_read_all_the_same(walk):
-    code = (
-        "import sys; sys.modules['numba'] = None\n"
-        "from lanindex.formats import read\n"
-        "from lanindex import compiled\n"
-        "compiled.LOAD, compiled.cached = 0, lambda name: True\n"
-        f"print(len(read({str(walk)!r})))"
-    )
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert result.stdout.strip() == "5", result.stderr
-
-
-def test_small_work_does_not_load_numba(walk):
-    code = (
-        f"import sys; from lanindex.formats import read; read({str(walk)!r})\n"
-        "print('numba' in sys.modules)"
-    )
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert result.stdout.strip() == "False", result.stderr
 
 
 @pytest.mark.parametrize(("compose", "place"), [("parent", (0, 0, 240)), ("child", (-240, 0, 0))])

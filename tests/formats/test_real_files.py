@@ -1,6 +1,5 @@
 """The real captures: what the reader sees, beside pybvh, scipy and joints made by others."""
 
-import sys
 import warnings
 from collections.abc import Iterator
 from fractions import Fraction
@@ -15,12 +14,10 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import kinematics
 from lanindex.body.rig import Rig
 from lanindex.body.understand import find_body
-from lanindex.formats.bvh import floats
-from lanindex.formats.bvh.compiled import PLAIN, fast
 from lanindex.formats.bvh.layout import Layout, scan
+from lanindex.formats.tables import number_rows
 from lanindex.model import Motion
 
-READER = sys.modules["lanindex.formats.bvh.read"]
 TIPS = {"RHand", "LHand"}
 DEPTH_CAMERA = {"Pelvis", "RHand", "LHand", "RToe", "LToe"}
 # family: unit, up, missing joints, how many files
@@ -183,16 +180,6 @@ def test_depth_camera_gestures_are_made_with_child_first_turns(captures):
     assert 60 < np.percentile(np.concatenate(angles), 90) < 90
 
 
-def test_plain_and_compiled_are_equal(captures, family, monkeypatch):
-    pytest.importorskip("numba")
-    for path in files(captures, family)[:: STEP.get(family, 1)]:
-        found = []
-        for chosen in (PLAIN, fast()):
-            monkeypatch.setattr(READER, "paths", lambda size, it=chosen: it)
-            found.append(formats.read(path).positions)
-        assert np.array_equal(*found), path
-
-
 def height(places: np.ndarray) -> float:
     return float(np.ptp(places[0], axis=0).max())
 
@@ -202,7 +189,7 @@ def plain_places(path: Path, compose: str = "parent") -> tuple[Layout, np.ndarra
     data = path.read_bytes()
     layout = scan(data, str(path))
     joints = layout.hierarchy
-    values, bad = floats.parse(data, layout.frames, joints.width)
+    values, bad = number_rows(data, layout.frames, joints.width)
     assert bad is None
     work = kinematics.plan(joints.parents, joints.offsets, joints.channels, compose == "child")
     return layout, kinematics.positions(work, values)

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from lanindex.errors import CaptureError
 from lanindex.formats import archives
-from lanindex.formats.bvh.hierarchy import LARGEST, text_of
-from lanindex.formats.file import File, opened, siblings
+from lanindex.formats.decimals import LARGEST
+from lanindex.formats.file import File, opened, siblings, text_of
 from lanindex.model import Reading
 
 MOST_BONES = 1000

@@ -6,9 +6,8 @@ as BVH's are; else line by line, which also says what is wrong.
 
 from __future__ import annotations
 
-import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -18,10 +17,9 @@ from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bone
-from lanindex.formats.bvh.compiled import Parse
-from lanindex.formats.bvh.floats import fault
-from lanindex.formats.bvh.hierarchy import LARGEST, line_of, text_of
-from lanindex.formats.file import PIECE, Content, File, holding
+from lanindex.formats.decimals import LARGEST
+from lanindex.formats.file import PIECE, Content, File, clip, line_of, text_of
+from lanindex.formats.tables import fault, number_rows
 from lanindex.model import Reading, Span
 
 _NUMBER = 64
@@ -107,8 +105,7 @@ Floats = NDArray[np.float64]
 class Numbers:
     """Reads the numbers of frames."""
 
-    def __init__(self, bones: Sequence[Bone], parse: Parse) -> None:
-        self._parse = parse
+    def __init__(self, bones: Sequence[Bone]) -> None:
         self._stiff = {bone.name for bone in bones if not bone.dof}
         self.columns: dict[bytes, slice] = {}
         self.width = 0
@@ -130,7 +127,7 @@ class Numbers:
         first, last = int(stops[0]), int(ends[-1])
         begun = [line.split() for line in data[first : int(ends[0])].split(b"\n")[1:]]
         names = [words[0] for words in begun if words]
-        if len(names) != len(self.columns) or set(names) != self.columns.keys():
+        if not names or len(names) != len(self.columns) or set(names) != self.columns.keys():
             return None
         text = np.frombuffer(data, np.uint8)[first:last].copy()
         breaks = np.flatnonzero(text == ord("\n")) + 1
@@ -152,7 +149,7 @@ class Numbers:
             if (text[cells] != np.frombuffer(name, np.uint8)).any():
                 return None
             text[cells] = ord(" ")
-        numbers, bad = self._parse(text.tobytes(), lines[:, [0, -1]], self.width)
+        numbers, bad = number_rows(text.tobytes(), lines[:, [0, -1]], self.width)
         order = np.concatenate([np.arange(self.width)[self.columns[name]] for name in names])
         values = np.empty_like(numbers)
         values[:, order] = numbers
@@ -205,27 +202,20 @@ class Numbers:
         left.discard(name)
 
 
-_BLOCK = 4096  # frames copied at a time
-
-
 def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of an AMC file, which is looked through once.
 
     The header and the lines of the frames are the source's; frames count from 1. The skeleton is
-    no part of it: `beside` gives it.
+    no part of a clip: `beside` gives it.
     """
     layout = scan(file.content, file.name)
 
-    def cut(span: Span) -> bytes:
-        clip = io.BytesIO()
-        clip.write(layout.header)
-        for start in range(span.start, span.stop, _BLOCK):
-            block = slice(start, min(start + _BLOCK, span.stop))
-            stops, ends = layout.stops[block].tolist(), layout.ends[block].tolist()
-            data, first = holding(file.content, stops[0], ends[-1])
-            for number, (stop, end) in enumerate(zip(stops, ends, strict=True), start):
-                clip.write(b"%d" % (number - span.start + 1))
-                clip.write(data[stop - first : end - first])
-        return clip.getvalue()
+    def pieces(span: Span) -> Iterator[bytes | tuple[int, int]]:
+        yield layout.header
+        frames = slice(span.start, span.stop)
+        stops, ends = layout.stops[frames].tolist(), layout.ends[frames].tolist()
+        for number, frame in enumerate(zip(stops, ends, strict=True), 1):
+            yield b"%d" % number
+            yield frame
 
-    return cut
+    return lambda span: clip(file.content, pieces(span))

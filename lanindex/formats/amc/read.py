@@ -18,9 +18,7 @@ from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bone, Bones, parse, skeleton_of
 from lanindex.formats.amc.frames import Layout, Numbers, scan
-from lanindex.formats.bvh.compiled import paths
-from lanindex.formats.bvh.hierarchy import line_of
-from lanindex.formats.file import File, Wanted, holding
+from lanindex.formats.file import File, Wanted, holding, line_of
 from lanindex.formats.points import END, Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
 from lanindex.formats.turning import product, rotated
@@ -50,7 +48,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     skeleton = parse(asf)
     rate, rate_doubts = _rate(layout, told)
     names, parents, offsets = joints_of(skeleton.bones)
-    numbers = Numbers(skeleton.bones, paths(len(file.content)).parse)
+    numbers = Numbers(skeleton.bones)
     radians = not skeleton.degrees if layout.radians is None else layout.radians
     turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
     axes, count = axes_of(skeleton.bones, tilt), len(layout.starts)

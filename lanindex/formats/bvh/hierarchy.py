@@ -13,13 +13,11 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from lanindex.errors import CaptureError
-from lanindex.formats.file import PIECE, Content
+from lanindex.formats.decimals import LARGEST
+from lanindex.formats.file import line_of, text_of
 
 CHANNELS = ("xposition", "yposition", "zposition", "xrotation", "yrotation", "zrotation")
 """Channels by code: code < 3 moves along axis `code`, the others turn about axis `code - 3`."""
-
-LARGEST = 1e9
-"""Numbers beyond this are taken for damage, and OFFSETs that are longer."""
 
 MOST_JOINTS = 32_000
 """What an int16 index can hold."""
@@ -64,25 +62,6 @@ class Hierarchy:
     def width(self) -> int:
         """How many numbers a frame has."""
         return sum(map(len, self.channels))
-
-
-def line_of(data: Content, offset: int) -> int:
-    """Return the line, counted from 1, that holds a byte; any of the three line ends counts."""
-    line, before = 1, b""
-    for start in range(0, offset, PIECE):
-        piece = data[start : min(start + PIECE, offset)]
-        line += piece.count(b"\n") + piece.count(b"\r") - piece.count(b"\r\n")
-        line -= before == b"\r" and piece[:1] == b"\n"
-        before = piece[-1:]
-    return line
-
-
-def text_of(word: bytes) -> str:
-    """Return a name or a damaged word as text that can be printed."""
-    try:
-        return word.decode()
-    except UnicodeDecodeError:
-        return word.decode("latin-1")
 
 
 @dataclass(slots=True)

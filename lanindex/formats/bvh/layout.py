@@ -5,7 +5,6 @@ Frames are the lines that are there: the ``Frames:`` count is not trusted.
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError
-from lanindex.formats.bvh.hierarchy import Hierarchy, line_of, parse, text_of
-from lanindex.formats.file import Content, File, holding
+from lanindex.formats.bvh.hierarchy import Hierarchy, parse
+from lanindex.formats.file import Content, File, clip, holding, line_of, text_of
 from lanindex.model import Reading, Span
 
 _COUNT = re.compile(rb"\s*Frames[ \t]*:[ \t]*([^\s]*)[^\r\n]*", re.IGNORECASE)
@@ -148,28 +147,17 @@ def _breaks(data: Content, first: int) -> tuple[Places, NDArray[np.bool_]]:
     return np.concatenate(breaks), np.concatenate(pairs)
 
 
-_COPIED = 4096  # frames copied at a time
-
-
 def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a BVH file, which is looked through once."""
-    layout = scan(file.content, file.name)
-    return lambda span: cut(file.content, layout, span)
-
-
-def cut(data: Content, layout: Layout, span: Span) -> bytes:
-    """Return the clip of some frames."""
+    data, layout = file.content, scan(file.content, file.name)
     before, after = layout.count
-    clip = io.BytesIO()
-    clip.write(data[:before] + str(len(span)).encode() + data[after : layout.first])
-    for start in range(span.start, span.stop, _COPIED):
-        stop = min(start + _COPIED, span.stop)
-        starts, ends = layout.frames[start:stop, 0], layout.ends[start:stop]
-        first, last = int(starts[0]), int(ends[-1])
-        piece = data[first:last]
-        if (starts[1:] == ends[:-1]).all():
-            clip.write(piece)
-            continue
-        for begin, end in zip((starts - first).tolist(), (ends - first).tolist(), strict=True):
-            clip.write(piece[begin:end])  # what stands between is left out
-    return clip.getvalue()
+
+    def cut(span: Span) -> bytes:
+        starts = layout.frames[span.start : span.stop, 0]
+        ends = layout.ends[span.start : span.stop]
+        gaps = np.flatnonzero(starts[1:] != ends[:-1])  # blank lines, which are left out
+        runs = zip(starts[[0, *(gaps + 1)]].tolist(), ends[[*gaps, -1]].tolist(), strict=True)
+        count = str(len(span)).encode()
+        return clip(data, ((0, before), count, (after, layout.first), *runs))
+
+    return cut

@@ -13,15 +13,14 @@ from lanindex.body import body_of, sampled, understand
 from lanindex.body.calibration import BEGINNING
 from lanindex.body.facing import TURNING, rest_axes, seen_axes
 from lanindex.body.kinematics import Plan, aimed, plan
+from lanindex.body.kinematics import positions as positions_of
 from lanindex.body.names import exporter_of
 from lanindex.body.palms import measured, rest_palms
 from lanindex.errors import CaptureError
-from lanindex.formats.bvh import floats
-from lanindex.formats.bvh.compiled import Paths, paths
-from lanindex.formats.bvh.hierarchy import line_of
 from lanindex.formats.bvh.layout import Layout, scan
-from lanindex.formats.file import File, Wanted, holding
+from lanindex.formats.file import File, Wanted, holding, line_of
 from lanindex.formats.rates import rate_doubt, rate_of
+from lanindex.formats.tables import fault, number_rows
 from lanindex.model import Motion, Reading, Skeleton, Source
 
 BLOCK = 4096
@@ -41,7 +40,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     joints = layout.hierarchy
     order, reason = _order(told.compose, joints.names)
     work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
-    frames = _Frames(file, layout, work, paths(len(file.content)))
+    frames = _Frames(file, layout, work)
     values, poses, first = frames.looked_at()
     found = understand(joints.names, joints.parents, poses, first, rate, told, path)
     offsets = found.oriented(np.array(joints.offsets, np.float64))
@@ -56,7 +55,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         part = slice(start, start + len(places))
         found.oriented(places, positions[part], kept)
         for name, own in turning.items():
-            axes[name][part] = found.turned(frames.paths.positions(own, values)[:, -2:])
+            axes[name][part] = found.turned(positions_of(own, values)[:, -2:])
     source = Source(
         path,
         "bvh",
@@ -81,7 +80,7 @@ def _turning(
 
     def turned(joint: int) -> Floats:
         own = aimed(work, joints.channels, joint, np.eye(3))
-        return np.swapaxes(frames.paths.positions(own, values)[:, -3:], 1, 2)
+        return np.swapaxes(positions_of(own, values)[:, -3:], 1, 2)
 
     told = rest_palms(joints.names, joints.parents, joints.offsets, body)
     played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
@@ -110,7 +109,6 @@ class _Frames:
     file: File  # the file
     layout: Layout  # where its frames lie
     work: Plan  # what leads from channels to places
-    paths: Paths  # what reads the numbers and carries the plan out
     # (T, C) and (T, J, 3) float64: of a short file everything, read once
     kept: tuple[Floats, Floats] | None = None
 
@@ -130,7 +128,7 @@ class _Frames:
         if bad is not None:
             for _ in self.blocks():  # says which frame is the first that is damaged
                 pass
-        places, those = self.paths.positions(self.work, values), sampled(count)
+        places, those = positions_of(self.work, values), sampled(count)
         those = np.searchsorted(chosen, those)
         return values[those], places[those], places[:BEGINNING]
 
@@ -148,10 +146,10 @@ class _Frames:
         data, begin = holding(self.file.content, int(lines[0, 0]), int(lines[-1, 1]))
         values, bad = self._numbers(data, lines - begin)
         if bad is None:
-            return values, self.paths.positions(self.work, values)
+            return values, positions_of(self.work, values)
         first, last = lines[bad].tolist()
         line, width = data[first - begin : last - begin], self.layout.hierarchy.width
-        found, wanted = floats.fault(line, width)
+        found, wanted = fault(line, width)
         cut = start + bad == len(self.layout.frames) - 1 and bool(line.strip())
         short = len(line.split()) <= width
         raise CaptureError(
@@ -162,7 +160,7 @@ class _Frames:
         )
 
     def _numbers(self, data: bytes, lines: NDArray[np.int64]) -> tuple[Floats, int | None]:
-        return self.paths.parse(data, lines, self.layout.hierarchy.width)
+        return number_rows(data, lines, self.layout.hierarchy.width)
 
 
 def _side_by_side(lines: NDArray[np.int64]) -> NDArray[np.int64]:

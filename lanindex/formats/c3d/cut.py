@@ -10,13 +10,12 @@ Source: *The C3D File Format, User Guide*, Motion Lab Systems (c3d.org), "EVENT:
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable
 
 from lanindex.formats.c3d.layout import BLOCK, Layout, scan
 from lanindex.formats.c3d.parameters import FULL
-from lanindex.formats.file import PIECE, Content, File
+from lanindex.formats.file import Content, File
 from lanindex.model import Reading, Span
 
 _END = "TRIAL:ACTUAL_END_FIELD"
@@ -32,19 +31,15 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
 
 def cut(content: Content, layout: Layout, span: Span) -> bytes:
     """Return the clip of some frames."""
-    clip = io.BytesIO()
-    clip.write(bytes(layout.start))  # what stands there is known when all the rest is written
-    _copy(content, layout.start, layout.frame, span, clip)
-    turns, begin = layout.turns, 0
+    frames, begin = _frames(content, layout.start, layout.frame, span), 0
+    turns = layout.turns
     if turns:
         end = layout.start + math.ceil(layout.frames * layout.frame / BLOCK) * BLOCK
-        clip.write(content[end : turns.start])
-        begin = math.ceil(clip.tell() / BLOCK) + 1
-        clip.write(bytes(-clip.tell() % BLOCK))
-        _copy(content, turns.start, turns.frame, span, clip)
-    clip.seek(0)
-    clip.write(_head(content, layout, span, begin))
-    return clip.getvalue()
+        frames += content[end : turns.start]
+        begin = math.ceil((layout.start + len(frames)) / BLOCK) + 1
+        frames += bytes(-(layout.start + len(frames)) % BLOCK)
+        frames += _frames(content, turns.start, turns.frame, span)
+    return _head(content, layout, span, begin) + frames
 
 
 def _head(content: Content, layout: Layout, span: Span, begin: int) -> bytes:
@@ -99,9 +94,7 @@ def _move_events(layout: Layout, seconds: float, head: bytearray, data: bytearra
         head[start : start + 4 * number] = told.processor.written(earlier, 4)
 
 
-def _copy(content: Content, start: int, size: int, span: Span, clip: io.BytesIO) -> None:
-    """Copy some frames, and fill up the last block; many frames some readers count by the end."""
-    last = start + span.stop * size
-    for at in range(start + span.start * size, last, PIECE):
-        clip.write(content[at : min(at + PIECE, last)])
-    clip.write(bytes(-clip.tell() % BLOCK if len(span) <= FULL else 0))
+def _frames(content: Content, start: int, size: int, span: Span) -> bytes:
+    """Return some frames, the last block filled up but where readers count many frames by it."""
+    data = content[start + span.start * size : start + span.stop * size]
+    return data + bytes(-len(data) % BLOCK if len(span) <= FULL else 0)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.formats.npy.orders import SMPL
+from lanindex.formats.turning import product, rotated
 
 Floats = NDArray[np.float64]
 
@@ -84,19 +85,3 @@ def quaternions(vectors: Floats) -> Floats:
     angle = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
     half = np.sinc(angle / (2 * np.pi)) / 2  # sin(angle / 2) / angle, at 0 too
     return np.concatenate((np.cos(angle / 2), vectors * half), axis=-1)
-
-
-def product(one: Floats, other: Floats) -> Floats:
-    """Return quaternions (T, 4) that turn by `other`, then by `one`."""
-    w, v = one[:, :1], one[:, 1:]
-    x, u = other[:, :1], other[:, 1:]
-    real = w * x - (v * u).sum(axis=1, keepdims=True)
-    return np.concatenate((real, w * u + x * v + np.cross(v, u)), axis=1)
-
-
-def rotated(turns: Floats, vector: Floats) -> Floats:
-    """Return a vector (3,) turned by each of some quaternions (T, 4), (T, 3)."""
-    axis = turns[:, 1:]
-    across = 2 * np.cross(axis, vector)
-    result: Floats = vector + turns[:, :1] * across + np.cross(axis, across)
-    return result

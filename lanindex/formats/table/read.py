@@ -15,7 +15,7 @@ from lanindex.body.markers import making_of
 from lanindex.body.names import candidates
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import tables
-from lanindex.formats.file import File, Wanted
+from lanindex.formats.file import File, Wanted, clip
 from lanindex.formats.people import named
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
@@ -130,8 +130,10 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     Header and rows are the source's, byte for byte; of several blocks the one that is read.
     """
     rows = _layout(file, told).table.lines
-    head = file.content[: int(rows[0, 0])]
-    return lambda span: head + file.content[int(rows[span.start, 0]) : int(rows[span.stop - 1, 1])]
+    head = 0, int(rows[0, 0])
+    return lambda span: clip(
+        file.content, (head, (int(rows[span.start, 0]), int(rows[span.stop - 1, 1])))
+    )
 
 
 def write(motion: Motion) -> bytes:
